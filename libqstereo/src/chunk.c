@@ -86,15 +86,13 @@ void qs_chunk_end(qs_writer *writer)
     qs_put_u32(writer, writer->crc);
 }
 
-void qs_put_chunk(qs_writer *writer, const char *type, qs_payload *payload, const void *context)
+void qs_put_chunk(qs_writer *writer, const char *type, uint64_t length, qs_payload *payload, const void *context)
 {
-    qs_writer count = {0};
-    payload(&count, context);
-    qs_chunk_begin(writer, type, count.size);
+    qs_chunk_begin(writer, type, length);
     if (writer->sink) {
         payload(writer, context);
     } else {
-        writer->size += count.size;
+        writer->size += length;
     }
     qs_chunk_end(writer);
 }

@@ -40,9 +40,9 @@ void qs_chunk_begin(qs_writer *writer, const char *type, uint64_t length);
 void qs_chunk_end(qs_writer *writer);
 void qs_flush(qs_writer *writer);
 
-/* Writes what a payload consists of. Called twice: to count, and to write. */
+/* A whole chunk, whose payload of `length` bytes is put by a function. When only counting, it is not called. */
 typedef void qs_payload(qs_writer *writer, const void *context);
-void qs_put_chunk(qs_writer *writer, const char *type, qs_payload *payload, const void *context);
+void qs_put_chunk(qs_writer *writer, const char *type, uint64_t length, qs_payload *payload, const void *context);
 
 /* Reading: a cursor over a file in memory that keeps the first fault. */
 typedef struct qs_reader {

@@ -24,13 +24,14 @@ typedef struct plan {
     int64_t block_max; /* largest pairwise cost */
     uint64_t block_sum; /* sum of the absolute entries of the block */
     uint32_t runs;      /* of couplings */
+    uint64_t runs_size; /* and their bytes */
     uint64_t couplings;
     uint64_t weight_sum;
     int64_t weight; /* of every edge, -1 where they differ, UNSEEN before the first */
     unsigned linear_bytes, penalty_bytes;
+    uint64_t penalty_runs;
     uint64_t magnitude; /* M of docs/FORMAT.md without the offset, saturated */
-    int64_t offset;
-    qs_status status; /* of the writing */
+    int64_t *offset;    /* known when the linear terms have been written */
 } plan;
 
 static uint32_t labels_of(const plan *p)
@@ -182,6 +183,14 @@ static bool weigh(const qs_problem *problem, const qs_edge_run *run, uint64_t *s
     return same;
 }
 
+enum { RUN_HEAD = 36 };
+
+/* The weights are signed in the file. */
+static unsigned weight_bytes(int32_t largest)
+{
+    return qs_bytes_of(2 * (uint64_t)largest);
+}
+
 static void plan_run(void *context, const qs_edge_run *run)
 {
     plan *p = context;
@@ -192,8 +201,10 @@ static void plan_run(void *context, const qs_edge_run *run)
     if (sum == 0) {
         return;
     }
+    uint64_t pairs = (uint64_t)run->count * run->repeat;
     p->runs++;
-    p->couplings += (uint64_t)run->count * run->repeat;
+    p->runs_size += RUN_HEAD + (run->list ? 8 * pairs : 0) + (same ? 0 : pairs * weight_bytes(largest));
+    p->couplings += pairs;
     p->weight_sum += sum;
     grow(&p->magnitude, sum, p->block_sum);
 }
@@ -222,8 +233,7 @@ static void put_run(void *context, const qs_edge_run *run)
     if (sum == 0) {
         return;
     }
-    /* The weights are signed in the file. */
-    unsigned bytes = same ? 0 : qs_bytes_of(2 * (uint64_t)largest);
+    unsigned bytes = same ? 0 : weight_bytes(largest);
     uint32_t head[9] = {0, run->list != NULL, bytes, same ? (uint32_t)largest : 0, run->first, run->second, run->count,
                         run->repeat, run->stride};
     for (int i = 0; i < 9; i++) {
@@ -252,7 +262,7 @@ typedef struct penalty_runs {
     const plan *p;
     qs_writer *writer;
     uint64_t count, a, b; /* of the run under way */
-    uint64_t largest, magnitude;
+    uint64_t ended, largest, magnitude;
 } penalty_runs;
 
 static void end_run(penalty_runs *runs)
@@ -262,9 +272,12 @@ static void end_run(penalty_runs *runs)
     }
     const plan *p = runs->p;
     uint64_t labels = labels_of(p);
-    qs_put_u32(runs->writer, (uint32_t)runs->count);
-    qs_put_unsigned(runs->writer, runs->a, p->penalty_bytes);
-    qs_put_unsigned(runs->writer, runs->b, p->penalty_bytes);
+    if (runs->writer) {
+        qs_put_u32(runs->writer, (uint32_t)runs->count);
+        qs_put_unsigned(runs->writer, runs->a, p->penalty_bytes);
+        qs_put_unsigned(runs->writer, runs->b, p->penalty_bytes);
+    }
+    runs->ended++;
     runs->largest = runs->b > runs->largest ? runs->b : runs->largest;
     runs->largest = runs->a > runs->largest ? runs->a : runs->largest;
     grow(&runs->magnitude, runs->a, runs->count * (1 + labels));
@@ -329,9 +342,9 @@ static void put_penalties(qs_writer *writer, const void *context)
 
 static void plan_penalties(plan *p)
 {
-    qs_writer nowhere = {0};
-    penalty_runs runs = visit_penalties(p, &nowhere);
+    penalty_runs runs = visit_penalties(p, NULL);
     p->penalty_bytes = qs_bytes_of(runs.largest);
+    p->penalty_runs = runs.ended;
     grow(&p->magnitude, 1, runs.magnitude);
 }
 
@@ -383,28 +396,23 @@ static void narrow(const qs_strip *strip, size_t count, unsigned bytes)
     }
 }
 
-static void put_linear(plan *p, qs_writer *writer)
+/* The costs make the offset on their way. */
+static void put_linear(qs_writer *writer, const void *context)
 {
-    uint64_t variables = (uint64_t)p->sites * labels_of(p), length = 16 + variables * p->linear_bytes;
-    qs_chunk_begin(writer, "LINR", length);
+    const plan *p = context;
+    int64_t least_sum = 0; /* |sum| < 2^31 sites x 2^31 */
     qs_put_u64(writer, 0);
     qs_put_u32(writer, p->linear_bytes);
     qs_put_u32(writer, 0);
-    if (!writer->sink) {
-        writer->size += length - 16;
-    } else {
-        int64_t least_sum = 0;
-        for (qs_strip strip = qs_strip_first(p->problem, p->costs); !writer->failed && qs_strip_next(&strip);) {
-            size_t count = (size_t)strip.sites * labels_of(p);
-            if (strip.bytes == 4) {
-                narrow(&strip, count, p->linear_bytes);
-            }
-            qs_put(writer, strip.costs, count * p->linear_bytes);
-            least_sum += strip.least_sum; /* |sum| < 2^31 sites x 2^31 */
+    for (qs_strip strip = qs_strip_first(p->problem, p->costs); !writer->failed && qs_strip_next(&strip);) {
+        size_t count = (size_t)strip.sites * labels_of(p);
+        if (strip.bytes == 4) {
+            narrow(&strip, count, p->linear_bytes);
         }
-        p->offset = least_sum + (sparse(p) ? (int64_t)p->weight_sum : 0);
+        qs_put(writer, strip.costs, count * p->linear_bytes);
+        least_sum += strip.least_sum;
     }
-    qs_chunk_end(writer);
+    *p->offset = least_sum + (sparse(p) ? (int64_t)p->weight_sum : 0);
 }
 
 /* ---- The rest of the file. ---- */
@@ -418,7 +426,7 @@ static void put_groups(qs_writer *writer, const void *context)
 
 static void put_offset(qs_writer *writer, const void *context)
 {
-    qs_put_u64(writer, (uint64_t)((const plan *)context)->offset);
+    qs_put_u64(writer, (uint64_t)*((const plan *)context)->offset);
 }
 
 static void put_mask(qs_writer *writer, const qs_grid *grid)
@@ -458,15 +466,33 @@ static void put_labels(qs_writer *writer, const void *context)
 
 enum { CHUNKS = 7 };
 
-static void put_chunks(plan *p, qs_writer *writer)
+static uint64_t block_size(const plan *p)
 {
-    qs_put_chunk(writer, "GRPS", put_groups, p);
-    qs_put_chunk(writer, "BLKS", put_block, p);
-    qs_put_chunk(writer, "CPLS", put_couplings, p);
-    put_linear(p, writer);
-    qs_put_chunk(writer, "PNLT", put_penalties, p);
-    qs_put_chunk(writer, "OFFS", put_offset, p);
-    qs_put_chunk(writer, "labl", put_labels, p);
+    uint64_t labels = labels_of(p);
+    int64_t reach;
+    if (p->problem->pairwise.smoothness == QS_TABLE) {
+        return 4 + 12 + 4 * labels * labels;
+    }
+    toeplitz_fill(p, &reach);
+    return 4 + 24 + 4 * (2 * (uint64_t)reach - 1);
+}
+
+static uint64_t labels_size(const plan *p)
+{
+    const qs_grid *grid = &p->problem->grid;
+    return 64 + (grid->mask ? ((uint64_t)grid->width * grid->height + 7) / 8 : 0);
+}
+
+static void put_chunks(const plan *p, qs_writer *writer)
+{
+    uint64_t variables = (uint64_t)p->sites * labels_of(p);
+    qs_put_chunk(writer, "GRPS", 8, put_groups, p);
+    qs_put_chunk(writer, "BLKS", block_size(p), put_block, p);
+    qs_put_chunk(writer, "CPLS", 4 + p->runs_size, put_couplings, p);
+    qs_put_chunk(writer, "LINR", 16 + variables * p->linear_bytes, put_linear, p);
+    qs_put_chunk(writer, "PNLT", 8 + p->penalty_runs * (4 + 2 * (uint64_t)p->penalty_bytes), put_penalties, p);
+    qs_put_chunk(writer, "OFFS", 8, put_offset, p);
+    qs_put_chunk(writer, "labl", labels_size(p), put_labels, p);
 }
 
 /* ---- Planning. ---- */
@@ -537,7 +563,9 @@ static qs_status make_plan(plan *p)
 
 static qs_status write_file(plan *p, const qs_sink *sink, uint64_t *size)
 {
+    int64_t offset = 0;
     qs_writer count = {0};
+    p->offset = &offset;
     put_chunks(p, &count);
     uint8_t fields[36] = {0};
     qs_store_u32(fields, p->sites * labels_of(p));
@@ -550,7 +578,7 @@ static qs_status write_file(plan *p, const qs_sink *sink, uint64_t *size)
     if (writer.failed) {
         return QS_E_IO;
     }
-    grow(&p->magnitude, 1, (uint64_t)(p->offset < 0 ? -p->offset : p->offset));
+    grow(&p->magnitude, 1, (uint64_t)(offset < 0 ? -offset : offset));
     if (p->magnitude > (uint64_t)QS_ENERGY_MAX) {
         return QS_E_OVERFLOW;
     }

@@ -98,11 +98,12 @@ enum { CHUNKS = 5 };
 
 static void put_chunks(qs_writer *writer, const qs_samples *samples)
 {
-    qs_put_chunk(writer, "PROB", put_problem, samples);
-    qs_put_chunk(writer, "SOLV", put_solver, samples);
-    qs_put_chunk(writer, "INFO", put_info, samples);
-    qs_put_chunk(writer, "RECS", put_records, samples);
-    qs_put_chunk(writer, "BITS", put_bits, samples);
+    uint64_t count = samples->count;
+    qs_put_chunk(writer, "PROB", QS_DIGEST_SIZE, put_problem, samples);
+    qs_put_chunk(writer, "SOLV", samples->solver_size, put_solver, samples);
+    qs_put_chunk(writer, "INFO", samples->info_size, put_info, samples);
+    qs_put_chunk(writer, "RECS", count * RECORD_SIZE, put_records, samples);
+    qs_put_chunk(writer, "BITS", count * sample_bytes(samples->variables), put_bits, samples);
 }
 
 qs_status qs_samples_write(const qs_samples *samples, const qs_sink *sink, uint64_t *size)

@@ -5,7 +5,7 @@
 
 /* Costs are computed for TILE pixels at a time, label by label, so that the least of each pixel is a plain minimum of rows,
  * then turned round to the file's order. Both stay in the first cache for all usual numbers of labels. */
-enum { TILE = 64, GROUP = 8 };
+enum { TILE = 64, GROUP = 16, HALF = 8 };
 
 typedef struct matcher {
     qs_stereo stereo;
@@ -23,19 +23,21 @@ size_t qs_stereo_workspace(const qs_stereo *stereo)
     return sizeof(matcher) + (size_t)TILE * labels_of(stereo);
 }
 
-/* |left - right| of a tile for one label, and the least so far. */
+/* |left - right| of a tile for one label, and the least so far. Larger less smaller: byte instructions throughout. */
 static void ad_plane(const uint8_t *restrict left, const uint8_t *restrict right, uint8_t *restrict plane,
                      uint8_t *restrict least)
 {
     for (int i = 0; i < TILE; i++) {
-        uint8_t apart = (uint8_t)(left[i] > right[i] ? left[i] - right[i] : right[i] - left[i]);
+        uint8_t a = left[i], b = right[i];
+        uint8_t apart = (uint8_t)((a > b ? a : b) - (a < b ? a : b));
         plane[i] = apart;
         least[i] = apart < least[i] ? apart : least[i];
     }
 }
 
-/* GROUP planes, less the least, side by side for each pixel. */
-static void interleave(const uint8_t *restrict planes, const uint8_t *restrict least, uint8_t *restrict out)
+/* GROUP or HALF planes, less the least, side by side for each pixel. Two functions, for the compiler makes a network of
+ * interleavings of each only where it knows the number. */
+static void interleave_group(const uint8_t *restrict planes, const uint8_t *restrict least, uint8_t *restrict out)
 {
     for (int i = 0; i < TILE; i++) {
         for (int d = 0; d < GROUP; d++) {
@@ -44,20 +46,43 @@ static void interleave(const uint8_t *restrict planes, const uint8_t *restrict l
     }
 }
 
-/* Turns planes (label by label) into costs (pixel by pixel). */
+static void interleave_half(const uint8_t *restrict planes, const uint8_t *restrict least, uint8_t *restrict out)
+{
+    for (int i = 0; i < TILE; i++) {
+        for (int d = 0; d < HALF; d++) {
+            out[HALF * i + d] = (uint8_t)(planes[TILE * d + i] - least[i]);
+        }
+    }
+}
+
+static void place(const uint8_t *together, size_t size, uint8_t *costs, size_t labels, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        memcpy(costs + i * labels, together + i * size, size);
+    }
+}
+
+/* Turns planes (label by label) into costs (pixel by pixel), several labels at a time; the last ones may overlap. */
 static void turn(const matcher *m, const uint8_t *least, uint32_t count, uint8_t *costs)
 {
     uint8_t together[TILE * GROUP];
-    uint32_t d = 0;
-    for (; d + GROUP <= m->labels; d += GROUP) {
-        interleave(m->planes + (size_t)TILE * d, least, together);
-        for (uint32_t i = 0; i < count; i++) {
-            memcpy(costs + (size_t)i * m->labels + d, together + GROUP * i, GROUP);
-        }
+    uint32_t labels = m->labels, d = 0;
+    if (labels == GROUP && count == TILE) {
+        interleave_group(m->planes, least, costs);
+        return;
     }
-    for (; d < m->labels; d++) {
+    for (; d + GROUP <= labels; d += GROUP) {
+        interleave_group(m->planes + (size_t)TILE * d, least, together);
+        place(together, GROUP, costs + d, labels, count);
+    }
+    for (; d < labels && labels >= HALF; d += HALF) {
+        d = d + HALF <= labels ? d : labels - HALF;
+        interleave_half(m->planes + (size_t)TILE * d, least, together);
+        place(together, HALF, costs + d, labels, count);
+    }
+    for (; d < labels; d++) {
         for (uint32_t i = 0; i < count; i++) {
-            costs[(size_t)i * m->labels + d] = (uint8_t)(m->planes[(size_t)TILE * d + i] - least[i]);
+            costs[(size_t)i * labels + d] = (uint8_t)(m->planes[(size_t)TILE * d + i] - least[i]);
         }
     }
 }
@@ -68,19 +93,14 @@ static void ad_tile(const matcher *m, uint32_t row, uint32_t x, uint32_t count, 
     const qs_stereo *stereo = &m->stereo;
     size_t y = (size_t)m->y + row, at = (size_t)m->x + x;
     const uint8_t *left = stereo->left.pixels + y * stereo->left.stride + at;
-    const uint8_t *right = stereo->right.pixels + y * stereo->right.stride + at;
+    const uint8_t *right = stereo->right.pixels + y * stereo->right.stride + at - stereo->disparity_min;
     uint8_t left_tile[TILE] = {0}, right_tile[TILE] = {0};
-    bool whole = count == TILE;
     memset(least, UINT8_MAX, TILE);
-    if (!whole) {
-        memcpy(left_tile, left, count);
-        left = left_tile;
+    if (count < TILE) { /* nothing is read beyond the window */
+        left = memcpy(left_tile, left, count);
     }
     for (uint32_t d = 0; d < m->labels; d++) {
-        const uint8_t *from = right - stereo->disparity_min - d;
-        if (!whole) {
-            from = memcpy(right_tile, from, count);
-        }
+        const uint8_t *from = count < TILE ? memcpy(right_tile, right - d, count) : right - d;
         ad_plane(left, from, m->planes + (size_t)TILE * d, least);
     }
     turn(m, least, count, costs);
@@ -89,12 +109,13 @@ static void ad_tile(const matcher *m, uint32_t row, uint32_t x, uint32_t count, 
 static void ad_row(void *context, uint32_t row, void *costs, int32_t *least)
 {
     const matcher *m = context;
+    uint32_t count = m->width < TILE ? m->width : TILE;
     for (uint32_t x = 0; x < m->width; x += TILE) {
         uint8_t tile_least[TILE];
-        uint32_t count = m->width - x < TILE ? m->width - x : TILE;
-        ad_tile(m, row, x, count, (uint8_t *)costs + (size_t)x * m->labels, tile_least);
+        uint32_t from = x + count <= m->width ? x : m->width - count; /* the last tile may overlap the one before */
+        ad_tile(m, row, from, count, (uint8_t *)costs + (size_t)from * m->labels, tile_least);
         for (uint32_t i = 0; i < count; i++) {
-            least[x + i] = tile_least[i];
+            least[from + i] = tile_least[i];
         }
     }
 }
