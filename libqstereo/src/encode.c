@@ -47,12 +47,10 @@ static bool sparse(const plan *p)
 /* magnitude += x * y, saturated above QS_ENERGY_MAX. */
 static void grow(uint64_t *magnitude, uint64_t x, uint64_t y)
 {
-    uint64_t most = (uint64_t)QS_ENERGY_MAX + 1;
-    if (x != 0 && y > (most - *magnitude) / x) {
-        *magnitude = most;
-    } else {
-        *magnitude += x * y;
-    }
+    const uint64_t most = (uint64_t)QS_ENERGY_MAX + 1, small = UINT32_MAX;
+    bool fits = (x <= small && y <= small) || x == 0 || y <= UINT64_MAX / 2 / x; /* mostly without a division */
+    uint64_t sum = fits ? *magnitude + (x * y <= most ? x * y : most) : most;
+    *magnitude = sum < most ? sum : most;
 }
 
 /* ---- Workspace: what the table and a list of edges need, then the costs. ---- */
@@ -257,7 +255,7 @@ static void put_couplings(qs_writer *writer, const void *context)
 
 /* ---- The penalties. ---- */
 
-/* Gathers neighbouring sites of equal penalties into runs. */
+/* Gathers neighbouring sites of equal penalties into runs, which are written, or counted where there is no writer. */
 typedef struct penalty_runs {
     const plan *p;
     qs_writer *writer;
@@ -276,6 +274,7 @@ static void end_run(penalty_runs *runs)
         qs_put_u32(runs->writer, (uint32_t)runs->count);
         qs_put_unsigned(runs->writer, runs->a, p->penalty_bytes);
         qs_put_unsigned(runs->writer, runs->b, p->penalty_bytes);
+        return;
     }
     runs->ended++;
     runs->largest = runs->b > runs->largest ? runs->b : runs->largest;
