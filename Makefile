@@ -17,6 +17,11 @@ OPENCV ?= 1
 # Installs missing Debian packages where set; empty leaves the machine alone.
 NEED ?= scripts/need
 
+# V=1 shows every command.
+V ?=
+Q := $(if $(V),,@)
+say = $(if $(V),,@printf '  %-7s %s\n' $(1) $(2))
+
 WARN := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror=implicit-function-declaration
 C_FLAGS = -std=c99 $(WARN) -MMD -MP $(CPPFLAGS) $(CFLAGS)
 INCLUDE := -Ilibqstereo/include
@@ -99,43 +104,50 @@ help: ## list the targets
 
 $(BUILD)/lib/%.o: libqstereo/src/%.c
 	@mkdir -p $(@D)
-	$(CC) $(C_FLAGS) -c $< -o $@
+	$(call say,CC,$@)
+	$(Q)$(CC) $(C_FLAGS) -c $< -o $@
 
 $(BUILD)/pic/%.o: libqstereo/src/%.c
 	@mkdir -p $(@D)
-	$(CC) $(C_FLAGS) -fPIC -c $< -o $@
+	$(call say,CC,$@)
+	$(Q)$(CC) $(C_FLAGS) -fPIC -c $< -o $@
 
 $(BUILD)/libqstereo.a: $(LIB_OBJ)
-	rm -f $@
-	$(AR) rcs $@ $^
+	$(call say,AR,$@)
+	$(Q)rm -f $@
+	$(Q)$(AR) rcs $@ $^
 
 $(BUILD)/libqstereo.so.$(VERSION): $(PIC_OBJ)
-	$(CC) $(CFLAGS) $(LDFLAGS) -shared -Wl,-soname,$(SONAME) $^ -o $@
+	$(call say,LINK,$@)
+	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) -shared -Wl,-soname,$(SONAME) $^ -o $@
 
 $(BUILD)/libqstereo.so: $(BUILD)/libqstereo.so.$(VERSION)
-	ln -sf $(<F) $(BUILD)/$(SONAME)
-	ln -sf $(SONAME) $@
+	$(Q)ln -sf $(<F) $(BUILD)/$(SONAME)
+	$(Q)ln -sf $(SONAME) $@
 
 $(BUILD)/qstereo.pc: libqstereo/qstereo.pc.in libqstereo/include/qstereo/version.h
 	@mkdir -p $(@D)
-	sed 's|@PREFIX@|$(PREFIX)|; s|@VERSION@|$(VERSION)|' $< > $@
+	$(Q)sed 's|@PREFIX@|$(PREFIX)|; s|@VERSION@|$(VERSION)|' $< > $@
 
 # The command. Objects of the two kinds live apart; the link remembers which kind it was.
 
 $(CLI)/%.o: cli/%.c
 	@mkdir -p $(@D)
-	$(CC) $(C_FLAGS) $(INCLUDE) -DQSTEREO_OPENCV=$(OPENCV) -c $< -o $@
+	$(call say,CC,$@)
+	$(Q)$(CC) $(C_FLAGS) $(INCLUDE) -c $< -o $@
 
 $(CLI)/%.o: cli/%.cpp | $(OPENCV_STAMP)
 	@mkdir -p $(@D)
-	$(CXX) -std=c++17 -Wall -Wextra -MMD -MP $(CPPFLAGS) $(OPENCV_CPPFLAGS) $(INCLUDE) $(CXXFLAGS) -c $< -o $@
+	$(call say,CXX,$@)
+	$(Q)$(CXX) -std=c++17 -Wall -Wextra -MMD -MP $(CPPFLAGS) $(OPENCV_CPPFLAGS) $(INCLUDE) $(CXXFLAGS) -c $< -o $@
 
 $(BUILD)/.kind: FORCE
 	@mkdir -p $(@D)
 	@echo $(OPENCV) | cmp -s - $@ || echo $(OPENCV) > $@
 
 $(BUILD)/qstereo: $(CLI_OBJ) $(BUILD)/libqstereo.a $(BUILD)/.kind
-	$(CLI_LINK) $(CFLAGS) $(LDFLAGS) $(CLI_OBJ) $(BUILD)/libqstereo.a $(CLI_LIBS) -lm -o $@
+	$(call say,LINK,$@)
+	$(Q)$(CLI_LINK) $(CFLAGS) $(LDFLAGS) $(CLI_OBJ) $(BUILD)/libqstereo.a $(CLI_LIBS) -lm -o $@
 
 $(BUILD)/no-opencv/qstereo: FORCE
 	@$(MAKE) --no-print-directory OPENCV=0 BUILD=$(BUILD)/no-opencv $@
@@ -154,25 +166,30 @@ $(BUILD)/.cmocka:
 
 $(BUILD)/unit/lib/%.o: libqstereo/src/%.c
 	@mkdir -p $(@D)
-	$(CC) $(C_FLAGS) $(SANITIZE) -c $< -o $@
+	$(call say,CC,$@)
+	$(Q)$(CC) $(C_FLAGS) $(SANITIZE) -c $< -o $@
 
 $(BUILD)/unit/%.o: tests/unit/%.c | $(BUILD)/.cmocka
 	@mkdir -p $(@D)
-	$(CC) $(C_FLAGS) -UNDEBUG $(INCLUDE) $(SANITIZE) -c $< -o $@
+	$(call say,CC,$@)
+	$(Q)$(CC) $(C_FLAGS) -UNDEBUG $(INCLUDE) $(SANITIZE) -c $< -o $@
 
 $(BUILD)/unit/test_%: $(BUILD)/unit/test_%.o $(BUILD)/unit/tiny.o $(UNIT_LIB)
-	$(CC) $(SANITIZE) $^ -lcmocka -o $@
+	$(call say,LINK,$@)
+	$(Q)$(CC) $(SANITIZE) $^ -lcmocka -o $@
 
 $(BUILD)/bench_encode: tests/bench/bench_encode.c $(BUILD)/libqstereo.a
-	$(CC) $(C_FLAGS) -D_POSIX_C_SOURCE=200809L $(INCLUDE) $< $(BUILD)/libqstereo.a -o $@
+	$(call say,CC,$@)
+	$(Q)$(CC) $(C_FLAGS) -D_POSIX_C_SOURCE=200809L $(INCLUDE) $< $(BUILD)/libqstereo.a -o $@
 
 # The Python environment: the bridge (from this tree), the tests and the benchmarks.
 
 $(ENV): requirements.txt bridge/pyproject.toml
 	@$(if $(NEED),$(NEED) python3-venv)
-	test -x $(BIN)/python || $(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install -q --disable-pip-version-check -r requirements.txt
-	$(BIN)/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e bridge
+	@echo "setting up .venv (about half a minute)"
+	$(Q)test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	$(Q)$(BIN)/python -m pip install -q --disable-pip-version-check -r requirements.txt
+	$(Q)$(BIN)/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e bridge
 	@touch $@
 
 .SECONDARY:

@@ -409,7 +409,7 @@ static bool are_labels(const qs_qubo *q, const qs_labels *l)
 {
     const qs_frame *f = &l->frame;
     bool known = l->encoding >= QS_ONE_HOT && l->encoding <= QS_ONE_HOT_SPARSE && l->pairwise.smoothness <= QS_TABLE &&
-                 l->penalty <= QS_PENALTY_GIVEN && l->scale >= 1 && l->gap >= 1 && l->gap <= INT32_MAX && l->weight >= -1;
+                 l->penalty <= QS_PENALTY_GIVEN && l->scale >= 1 && l->gap >= 1 && l->gap <= INT32_MAX && l->weight >= -1 && f->first <= INT32_MAX;
     bool one_hot = l->labels <= QS_LABELS_MAX && q->group_run_count == 1 && qs_load_u32(q->group_runs + 4) == l->labels;
     bool framed = (l->width == 0) == (l->height == 0) && l->width <= f->picture_width && l->height <= f->picture_height &&
                   f->x <= f->picture_width - l->width && f->y <= f->picture_height - l->height &&

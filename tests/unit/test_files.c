@@ -190,7 +190,7 @@ static void broken_promises(void **unused)
         {"labl", 12, 4, QS_E_CORRUPT},        {"labl", 16, 0, QS_E_CORRUPT},       {"labl", 20, 3, QS_E_CORRUPT},
         {"labl", 24, 0, QS_E_CORRUPT},        {"labl", 28, (uint32_t)-2, QS_E_CORRUPT}, {"labl", 32, 0, QS_E_CORRUPT},
         {"labl", 32, 2, QS_E_CORRUPT},        {"labl", 36, 3, QS_E_CORRUPT},       {"labl", 40, 6, QS_E_CORRUPT},
-        {"labl", 48, 8, QS_E_CORRUPT},        {"labl", 60, 2, QS_E_CORRUPT},       {"labl", 60, 0, QS_E_CORRUPT},
+        {"labl", 48, 8, QS_E_CORRUPT},        {"labl", 56, 0x80000000, QS_E_CORRUPT}, {"labl", 60, 2, QS_E_CORRUPT},       {"labl", 60, 0, QS_E_CORRUPT},
     };
     expect_breaches(q.file, q.size, breaches, sizeof breaches / sizeof *breaches, open_qubo);
     uint8_t *mask = q.file + payload(q.file, q.size, "labl") + 64;

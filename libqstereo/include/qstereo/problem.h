@@ -65,7 +65,7 @@ typedef struct qs_cost_source {
 typedef struct qs_frame {
     uint32_t picture_width, picture_height;
     uint32_t x, y;
-    uint32_t first; /* label j stands for the value (disparity in pixels) first + j */
+    uint32_t first; /* at most 2^31 - 1; label j stands for the value (disparity in pixels) first + j */
 } qs_frame;
 
 /* A problem borrows all that it points to. Either grid.width > 0, or edges (with `sites` given). */

@@ -1,0 +1,81 @@
+#include "describe.h"
+#include "messages.h"
+#include "options.h"
+
+enum { JSON, MEMORY_LIMIT };
+
+static const option options[] = {
+    [JSON] = {"json", 0, false, NULL, NULL, "print one JSON object"},
+    [MEMORY_LIMIT] = {"memory-limit", 0, false, "MIB", "4096", "most memory for files and work on them"},
+};
+
+static const command_line line = {
+    .name = "info",
+    .operands = {"FILE"},
+    .about = "Says what a QUBO file (.qcf) or a samples file (.qsf) holds, after checking all of it. Energies and\n"
+             "coefficients are in real units; those of a .qsf alone are in the integer units of its .qcf.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+    .examples = "  qstereo info p.qcf\n"
+                "  qstereo info s.qsf --json\n",
+};
+
+static int info_samples(const char *path, file_bytes file, bool json)
+{
+    samples_file samples;
+    int status = samples_take(path, file, &samples);
+    if (status != DONE) {
+        return status;
+    }
+    if (json) {
+        describe_samples_json(&samples);
+    } else {
+        describe_samples(&samples);
+    }
+    file_free(&samples.file);
+    return DONE;
+}
+
+static int info_problem(const char *path, file_bytes file, const budget *limit, bool json)
+{
+    problem_file problem;
+    int status = problem_take(path, file, limit, &problem);
+    if (status != DONE) {
+        return status;
+    }
+    if (json) {
+        describe_problem_json(&problem);
+    } else {
+        describe_problem(&problem);
+    }
+    file_free(&problem.file);
+    return DONE;
+}
+
+int cmd_info(int argc, char **argv)
+{
+    arguments given;
+    budget limit;
+    file_bytes file;
+    int status;
+    if (!options_read(&line, argc, argv, &given, &status)) {
+        return status;
+    }
+    const char *path = given.operands[0];
+    bool json = given.values[JSON] != NULL;
+    status = budget_read(given.values[MEMORY_LIMIT], &limit);
+    if (status == DONE) {
+        status = file_read(path, &limit, &file);
+    }
+    if (status != DONE) {
+        return status;
+    }
+    if (problem_is(&file)) {
+        return info_problem(path, file, &limit, json);
+    }
+    if (samples_are(&file)) {
+        return info_samples(path, file, json);
+    }
+    file_free(&file);
+    return fail(BAD_INPUT, input_name(path), "is not a .qcf or .qsf file");
+}

@@ -1,0 +1,105 @@
+#include <inttypes.h>
+#include <stdio.h>
+
+#include "decimal.h"
+#include "json.h"
+#include "messages.h"
+#include "options.h"
+#include "survey.h"
+
+enum { JSON, MEMORY_LIMIT };
+
+static const option options[] = {
+    [JSON] = {"json", 0, false, NULL, NULL, "print one JSON object"},
+    [MEMORY_LIMIT] = {"memory-limit", 0, false, "MIB", "4096", "most memory for files and work on them"},
+};
+
+static const command_line line = {
+    .name = "validate",
+    .operands = {"P.qcf", "S.qsf"},
+    .about = "Checks the samples of a QUBO: that they answer this very problem, how many are feasible (every site has\n"
+             "exactly one label), and whether each energy is what the problem gives. Exits with 1 if no sample is\n"
+             "feasible, with 3 if an energy is wrong.\n",
+    .options = options,
+    .option_count = sizeof options / sizeof options[0],
+    .examples = "  qstereo validate p.qcf s.qsf\n"
+                "  qstereo validate p.qcf s.qsf --json\n",
+};
+
+static void print_json(const answer *both, const survey *seen)
+{
+    const qs_samples_view *samples = &both->samples.view;
+    uint32_t scale = both->problem.scale;
+    json_begin();
+    json_count("samples", samples->count);
+    json_count("occurrences", seen->occurrences);
+    json_count("feasible", seen->feasible);
+    if (seen->feasible > 0) {
+        json_count("best_sample", seen->best);
+        json_units("best_energy", seen->best_energy, scale);
+    } else {
+        json_null("best_sample");
+        json_null("best_energy");
+    }
+    if (samples->count > 0) {
+        json_units("lowest_energy", seen->lowest_energy, scale);
+    } else {
+        json_null("lowest_energy");
+    }
+    json_truth("energies_agree", seen->wrong == 0);
+    json_end();
+}
+
+static void print_lines(const answer *both, const survey *seen)
+{
+    const qs_samples_view *samples = &both->samples.view;
+    char energy[DECIMAL_SIZE];
+    printf("%" PRIu32 " samples (%" PRIu64 " occurrences) by %.*s\n", samples->count, seen->occurrences,
+           (int)samples->solver_size, samples->solver);
+    printf("%" PRIu32 " feasible\n", seen->feasible);
+    if (seen->feasible > 0) {
+        decimal_write(seen->best_energy, both->problem.scale, energy);
+        printf("best: sample %" PRIu32 ", energy %s\n", seen->best, energy);
+    }
+    if (samples->count > 0) {
+        decimal_write(seen->lowest_energy, both->problem.scale, energy);
+        printf("lowest energy of all: %s\n", energy);
+    }
+    printf("energies %s\n", seen->wrong == 0 ? "agree" : "DO NOT agree");
+}
+
+static int validate(const answer *both, bool json)
+{
+    survey seen = survey_samples(both);
+    if (json) {
+        print_json(both, &seen);
+    } else {
+        print_lines(both, &seen);
+    }
+    int status = survey_fail_wrong(both, &seen);
+    if (status == DONE && seen.feasible == 0) {
+        return fail(ANSWER_NO, both->samples.name, "no sample is feasible");
+    }
+    return status;
+}
+
+int cmd_validate(int argc, char **argv)
+{
+    arguments given;
+    budget limit;
+    answer both;
+    int status;
+    if (!options_read(&line, argc, argv, &given, &status)) {
+        return status;
+    }
+    status = budget_read(given.values[MEMORY_LIMIT], &limit);
+    if (status == DONE) {
+        status = answer_open(given.operands[0], given.operands[1], &limit, &both);
+    }
+    if (status != DONE) {
+        return status;
+    }
+    status = validate(&both, given.values[JSON] != NULL);
+    answer_close(&both);
+    return status;
+}

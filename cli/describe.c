@@ -1,0 +1,225 @@
+#include "describe.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+
+#include "decimal.h"
+#include "json.h"
+#include "names.h"
+
+enum { HEX_SIZE = 2 * QS_DIGEST_SIZE + 1 };
+
+static void to_hex(const uint8_t digest[QS_DIGEST_SIZE], char text[HEX_SIZE])
+{
+    for (size_t i = 0; i < QS_DIGEST_SIZE; i++) {
+        (void)snprintf(text + 2 * i, 3, "%02x", digest[i]);
+    }
+}
+
+/* "least to most" in real units, or one number. */
+static void print_range(const char *name, int64_t least, int64_t most, uint32_t scale)
+{
+    char from[DECIMAL_SIZE], to[DECIMAL_SIZE];
+    decimal_write(least, scale, from);
+    decimal_write(most, scale, to);
+    if (least == most) {
+        printf("%-17s%s\n", name, from);
+    } else {
+        printf("%-17s%s to %s\n", name, from, to);
+    }
+}
+
+static void print_labels(const qs_labels *labels, uint32_t sites)
+{
+    char lambda[DECIMAL_SIZE] = "differs by edge";
+    const qs_frame *frame = &labels->frame;
+    if (labels->weight >= 0) {
+        decimal_write(labels->weight, labels->scale, lambda);
+    }
+    printf("%-17s%" PRIu32, "sites", sites);
+    if (labels->width > 0) {
+        printf(", grid %" PRIu32 " x %" PRIu32 " at (%" PRIu32 ", %" PRIu32 ") of a picture %" PRIu32 " x %" PRIu32,
+               labels->width, labels->height, frame->x, frame->y, frame->picture_width, frame->picture_height);
+    }
+    printf("\n%-17s%" PRIu32 ", disparities %" PRIu32 " to %" PRIu64 "\n", "labels", labels->labels, frame->first,
+           (uint64_t)frame->first + labels->labels - 1);
+    printf("%-17s%s", "smoothness", name_of(&smoothness_names, (int)labels->pairwise.smoothness));
+    if (labels->pairwise.truncation > 0) {
+        printf(", truncated at %" PRIu32, labels->pairwise.truncation);
+    }
+    printf(", lambda %s\n", lambda);
+    if (labels->scale > 1) {
+        printf("%-17s1/%" PRIu32 "\n", "integer unit", labels->scale);
+    }
+    printf("%-17s%s, penalty %s, gap %" PRIu32 "\n", "encoding", name_of(&encoding_names, (int)labels->encoding),
+           name_of(&penalty_names, (int)labels->penalty), labels->gap);
+}
+
+void describe_problem(const problem_file *described)
+{
+    const qs_qubo *qubo = &described->qubo;
+    uint32_t scale = described->scale;
+    uint8_t digest[QS_DIGEST_SIZE];
+    char hex[HEX_SIZE];
+    qs_qubo_summary summary;
+    qs_qubo_summarise(qubo, &summary);
+    qs_digest(described->file.bytes, described->file.size, digest);
+    to_hex(digest, hex);
+    printf("%s: a QUBO (.qcf version %d), %zu bytes\n", described->name, QS_FORMAT_VERSION, described->file.size);
+    if (qubo->has_labels) {
+        print_labels(&qubo->labels, qubo->groups);
+    }
+    printf("%-17s%" PRIu32 " in %" PRIu32 " groups\n", "variables", qubo->variables, qubo->groups);
+    printf("%-17s%" PRIu64 ", from %" PRIu64 " couplings of groups\n", "quadratic terms", summary.quadratic_terms,
+           qubo->couplings);
+    print_range("penalty a", summary.penalty_min, summary.penalty_max, scale);
+    print_range("penalty b", summary.pair_penalty_min, summary.pair_penalty_max, scale);
+    print_range("offset", summary.offset, summary.offset, scale);
+    print_range("linear", summary.linear_min, summary.linear_max, scale);
+    print_range("quadratic", summary.quadratic_min, summary.quadratic_max, scale);
+    printf("%-17s%s\n", "digest", hex);
+}
+
+static void json_grid(const qs_qubo *qubo)
+{
+    const qs_labels *labels = &qubo->labels;
+    static const char *const keys[] = {"width", "height", "x", "y", "picture_width", "picture_height"};
+    const uint32_t values[] = {labels->width,
+                               labels->height,
+                               labels->frame.x,
+                               labels->frame.y,
+                               labels->frame.picture_width,
+                               labels->frame.picture_height};
+    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
+        if (qubo->has_labels && labels->width > 0) {
+            json_count(keys[i], values[i]);
+        } else {
+            json_null(keys[i]);
+        }
+    }
+}
+
+static void json_meaning(const qs_labels *labels, uint32_t sites)
+{
+    json_count("sites", sites);
+    json_count("labels", labels->labels);
+    json_count("disparity_min", labels->frame.first);
+    json_count("disparity_max", (uint64_t)labels->frame.first + labels->labels - 1);
+    json_name("encoding", name_of(&encoding_names, (int)labels->encoding));
+    json_name("smoothness", name_of(&smoothness_names, (int)labels->pairwise.smoothness));
+    json_count("truncation", labels->pairwise.truncation);
+    json_name("penalty", name_of(&penalty_names, (int)labels->penalty));
+    json_count("gap", labels->gap);
+    if (labels->weight >= 0) {
+        json_units("lambda", labels->weight, labels->scale);
+    } else {
+        json_null("lambda");
+    }
+}
+
+/* A file whose variables have no stated meaning has the same keys. */
+static void json_no_meaning(void)
+{
+    static const char *const keys[] = {"sites",      "labels",     "disparity_min", "disparity_max", "encoding",
+                                       "smoothness", "truncation", "penalty",       "gap",           "lambda"};
+    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
+        json_null(keys[i]);
+    }
+}
+
+static void json_summary(const qs_qubo *qubo, uint32_t scale)
+{
+    qs_qubo_summary summary;
+    qs_qubo_summarise(qubo, &summary);
+    json_count("quadratic_terms", summary.quadratic_terms);
+    json_units("penalty_min", summary.penalty_min, scale);
+    json_units("penalty_max", summary.penalty_max, scale);
+    json_units("pair_penalty_min", summary.pair_penalty_min, scale);
+    json_units("pair_penalty_max", summary.pair_penalty_max, scale);
+    json_units("offset", summary.offset, scale);
+    json_units("linear_min", summary.linear_min, scale);
+    json_units("linear_max", summary.linear_max, scale);
+    json_units("quadratic_min", summary.quadratic_min, scale);
+    json_units("quadratic_max", summary.quadratic_max, scale);
+}
+
+static void json_digest(const char *key, const uint8_t digest[QS_DIGEST_SIZE])
+{
+    char hex[HEX_SIZE];
+    to_hex(digest, hex);
+    json_name(key, hex);
+}
+
+void describe_problem_json(const problem_file *described)
+{
+    const qs_qubo *qubo = &described->qubo;
+    uint8_t digest[QS_DIGEST_SIZE];
+    qs_digest(described->file.bytes, described->file.size, digest);
+    json_begin();
+    json_name("format", "qcf");
+    json_count("version", QS_FORMAT_VERSION);
+    json_count("file_bytes", described->file.size);
+    json_digest("digest", digest);
+    json_count("variables", qubo->variables);
+    json_count("groups", qubo->groups);
+    json_count("couplings", qubo->couplings);
+    json_count("scale", described->scale);
+    json_grid(qubo);
+    if (qubo->has_labels) {
+        json_meaning(&qubo->labels, qubo->groups);
+    } else {
+        json_no_meaning();
+    }
+    json_summary(qubo, described->scale);
+    json_end();
+}
+
+/* The least energy that the file states, in integer units; false = it has no sample. */
+static bool best_stated(const qs_samples_view *samples, int64_t *best)
+{
+    *best = INT64_MAX;
+    for (uint32_t sample = 0; sample < samples->count; sample++) {
+        int64_t energy = qs_samples_record(samples, sample).energy;
+        if (energy < *best) {
+            *best = energy;
+        }
+    }
+    return samples->count > 0;
+}
+
+void describe_samples(const samples_file *described)
+{
+    const qs_samples_view *samples = &described->view;
+    char hex[HEX_SIZE];
+    int64_t best;
+    to_hex(samples->problem, hex);
+    printf("%s: samples (.qsf version %d), %zu bytes\n", described->name, QS_FORMAT_VERSION, described->file.size);
+    printf("%-17s%" PRIu32 " of %" PRIu32 " variables\n", "samples", samples->count, samples->variables);
+    printf("%-17s%.*s\n", "solver", (int)samples->solver_size, samples->solver);
+    if (best_stated(samples, &best)) {
+        printf("%-17s%" PRId64 ", in the integer units of its .qcf (validate gives real ones)\n", "best energy", best);
+    }
+    printf("%-17s%.*s\n", "info", (int)samples->info_size, samples->info);
+    printf("%-17s%s\n", "problem digest", hex);
+}
+
+void describe_samples_json(const samples_file *described)
+{
+    const qs_samples_view *samples = &described->view;
+    int64_t best;
+    json_begin();
+    json_name("format", "qsf");
+    json_count("version", QS_FORMAT_VERSION);
+    json_count("file_bytes", described->file.size);
+    json_count("samples", samples->count);
+    json_count("variables", samples->variables);
+    json_text("solver", samples->solver, samples->solver_size);
+    if (best_stated(samples, &best)) {
+        json_integer("best_energy", best);
+    } else {
+        json_null("best_energy");
+    }
+    json_raw("info", samples->info, samples->info_size);
+    json_digest("problem_digest", samples->problem);
+    json_end();
+}

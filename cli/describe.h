@@ -1,0 +1,12 @@
+/* What `info` says of the two files, and `encode` of the one that it wrote. */
+#ifndef DESCRIBE_H
+#define DESCRIBE_H
+
+#include "inputs.h"
+
+void describe_problem(const problem_file *described);
+void describe_problem_json(const problem_file *described);
+void describe_samples(const samples_file *described);
+void describe_samples_json(const samples_file *described);
+
+#endif

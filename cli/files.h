@@ -1,0 +1,34 @@
+/* Whole files in memory, under a limit. */
+#ifndef FILES_H
+#define FILES_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct file_bytes {
+    uint8_t *bytes;
+    size_t size;
+} file_bytes;
+
+/* The most that a command may hold, and what is left of it. */
+typedef struct budget {
+    uint64_t left;
+    uint32_t mib;
+} budget;
+
+/* The argument of --memory-limit. Returns DONE or BAD_USAGE. */
+int budget_read(const char *text, budget *limit);
+
+/* Says that `place` does not fit. Returns NO_RESOURCE. */
+int budget_fail(const budget *limit, const char *place);
+
+/* Allocates `size` bytes from the budget. Returns DONE or NO_RESOURCE. */
+int budget_allocate(budget *limit, const char *place, size_t size, void **memory);
+
+/* Reads a file, "-" = standard input, that takes its size from the budget. Returns DONE or NO_RESOURCE. */
+int file_read(const char *path, budget *limit, file_bytes *file);
+
+void file_free(file_bytes *file);
+
+#endif

@@ -1,0 +1,166 @@
+#include "json_check.h"
+
+#include <string.h>
+
+enum { DEPTH_MAX = 64 };
+
+/* Where the reader stands. Each step moves `at` over what it knows, or returns false. */
+typedef struct reader {
+    const char *at, *end;
+    char closers[DEPTH_MAX]; /* of the objects and arrays that are open */
+    size_t depth;
+} reader;
+
+static char peek(const reader *from)
+{
+    return from->at < from->end ? *from->at : '\0';
+}
+
+static bool take(reader *from, char wanted)
+{
+    bool there = from->at < from->end && *from->at == wanted;
+    from->at += there;
+    return there;
+}
+
+static void skip_blanks(reader *from)
+{
+    while (from->at < from->end && memchr(" \t\r\n", *from->at, 4) != NULL) {
+        from->at++;
+    }
+}
+
+static bool take_digits(reader *from)
+{
+    const char *start = from->at;
+    while (peek(from) >= '0' && peek(from) <= '9') {
+        from->at++;
+    }
+    return from->at > start;
+}
+
+static bool take_number(reader *from)
+{
+    (void)take(from, '-');
+    if (!take(from, '0') && !take_digits(from)) {
+        return false;
+    }
+    if (take(from, '.') && !take_digits(from)) {
+        return false;
+    }
+    if (take(from, 'e') || take(from, 'E')) {
+        if (!take(from, '-')) {
+            (void)take(from, '+');
+        }
+        return take_digits(from);
+    }
+    return true;
+}
+
+static bool take_escape(reader *from)
+{
+    static const char hexadecimals[] = "0123456789abcdefABCDEF";
+    if (!take(from, 'u')) {
+        bool known = from->at < from->end && memchr("\"\\/bfnrt", *from->at, 8) != NULL;
+        from->at += known;
+        return known;
+    }
+    for (int i = 0; i < 4; i++, from->at++) {
+        if (from->at == from->end || memchr(hexadecimals, *from->at, sizeof hexadecimals - 1) == NULL) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool take_string(reader *from)
+{
+    if (!take(from, '"')) {
+        return false;
+    }
+    while (from->at < from->end && *from->at != '"') {
+        if ((unsigned char)*from->at < 0x20) {
+            return false;
+        }
+        if (*from->at++ == '\\' && !take_escape(from)) {
+            return false;
+        }
+    }
+    return take(from, '"');
+}
+
+static bool take_word(reader *from, const char *word)
+{
+    size_t length = strlen(word);
+    if ((size_t)(from->end - from->at) < length || memcmp(from->at, word, length) != 0) {
+        return false;
+    }
+    from->at += length;
+    return true;
+}
+
+static bool take_scalar(reader *from)
+{
+    if (peek(from) == '"') {
+        return take_string(from);
+    }
+    return take_word(from, "true") || take_word(from, "false") || take_word(from, "null") || take_number(from);
+}
+
+static bool take_key(reader *from)
+{
+    skip_blanks(from);
+    if (!take_string(from)) {
+        return false;
+    }
+    skip_blanks(from);
+    return take(from, ':');
+}
+
+/* Opens what begins here. An empty one is closed at once, and a value is then complete. */
+static bool open_nested(reader *from, bool *complete)
+{
+    char closer = *from->at++ == '{' ? '}' : ']';
+    skip_blanks(from);
+    *complete = take(from, closer);
+    if (*complete) {
+        return true;
+    }
+    if (from->depth == DEPTH_MAX) {
+        return false;
+    }
+    from->closers[from->depth++] = closer;
+    return closer == ']' || take_key(from);
+}
+
+/* After a complete value: closes what ends here, then steps over the comma before the next value. */
+static bool close_nested(reader *from)
+{
+    skip_blanks(from);
+    while (from->depth > 0 && take(from, from->closers[from->depth - 1])) {
+        from->depth--;
+        skip_blanks(from);
+    }
+    if (from->depth == 0) {
+        return true;
+    }
+    return take(from, ',') && (from->closers[from->depth - 1] == ']' || take_key(from));
+}
+
+bool json_is_object(const char *text, size_t size)
+{
+    reader from = {text, text + size, {0}, 0};
+    skip_blanks(&from);
+    if (peek(&from) != '{') {
+        return false;
+    }
+    do {
+        bool complete = true;
+        skip_blanks(&from);
+        bool known = peek(&from) == '{' || peek(&from) == '[' ? open_nested(&from, &complete) : take_scalar(&from);
+        if (!known || (complete && !close_nested(&from))) {
+            return false;
+        }
+    } while (from.depth > 0);
+    return from.at == from.end;
+}

@@ -1,0 +1,18 @@
+/* Whole numbers of the command line, read strictly: digits and nothing else. */
+#ifndef NUMBERS_H
+#define NUMBERS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* Reads `count` whole numbers of at most 2^32 - 1 with `separator` between them. */
+bool numbers_read(const char *text, char separator, uint32_t *numbers, size_t count);
+
+/* One number of least .. most; `option` names it in the message. Returns DONE or BAD_USAGE. */
+int number_read(const char *option, const char *text, uint32_t least, uint32_t most, uint32_t *number);
+
+/* A threshold: a finite decimal number, not negative. Returns DONE or BAD_USAGE. */
+int threshold_read(const char *option, const char *text, double *threshold);
+
+#endif

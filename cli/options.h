@@ -1,0 +1,38 @@
+/* The command line of one command: a table that both the parser and --help are made from. */
+#ifndef OPTIONS_H
+#define OPTIONS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+typedef struct option {
+    const char *name; /* without its dashes */
+    char letter;      /* the short form; 0 = none */
+    bool required;
+    const char *argument; /* what its argument is called; NULL = a flag */
+    const char *preset;   /* the argument where the option is not given; NULL = none */
+    const char *help;
+} option;
+
+enum { OPERANDS_MAX = 4, OPTIONS_MAX = 32 };
+
+typedef struct command_line {
+    const char *name;
+    const char *operands[OPERANDS_MAX]; /* what they are called; each must be given */
+    const char *about;                  /* whole lines */
+    const option *options;
+    size_t option_count;
+    const char *examples; /* whole lines */
+} command_line;
+
+typedef struct arguments {
+    const char *operands[OPERANDS_MAX];
+    /* By index in the table: the last argument given, else the preset; of a flag NULL or "". */
+    const char *values[OPTIONS_MAX];
+} arguments;
+
+/* Reads the arguments, or answers --help.
+ * Returns whether the command is to go on; else *status is its exit status. */
+bool options_read(const command_line *line, int argc, char **argv, arguments *read, int *status);
+
+#endif

@@ -1,0 +1,47 @@
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from qstereo_bridge import cli, qcf
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from problems import grid  # noqa: E402
+
+TOKEN = "DEV-" + "0123456789abcdef" * 2 + "01234567"
+
+
+@pytest.fixture
+def problem_file(tmp_path):
+    """A .qcf of 2 x 2 sites and 3 labels."""
+    path = tmp_path / "tiny.qcf"
+    path.write_bytes(qcf.pack_qcf(grid(2, 2, 3)))
+    return path
+
+
+@pytest.fixture
+def environment(tmp_path):
+    """The environment of a user without any D-Wave configuration."""
+    kept = {key: value for key, value in os.environ.items() if not key.startswith("DWAVE_")}
+    return {**kept, "HOME": str(tmp_path), "DWAVE_CONFIG_FILE": "/dev/null", "DWAVE_CACHE_ENABLED": "false"}
+
+
+@pytest.fixture
+def command(environment):
+    """Runs qstereo-bridge in a process of its own."""
+    def run(*arguments, **options):
+        options = {"env": environment, "capture_output": True, "timeout": 60, **options}
+        return subprocess.run([sys.executable, "-c", "from qstereo_bridge.cli import run; run()",
+                               *map(str, arguments)], **options)
+    return run
+
+
+@pytest.fixture
+def main(capsys):
+    """Runs the command in this process: (exit status, stdout, stderr)."""
+    def run(*arguments):
+        status = cli.main(list(map(str, arguments)))
+        return status, *capsys.readouterr()
+    return run

@@ -1,0 +1,130 @@
+"""Terms, energies and models against the definition of H, state by state."""
+
+import itertools
+import math
+
+import dimod
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from problems import energy_by_definition, grid, make, random_problem
+from qstereo_bridge import models, qcf
+from qstereo_bridge.container import OverLimit
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+def some_states(n, seed, count=16):
+    return np.random.default_rng(seed).integers(0, 2, (count, n)).astype(np.uint8)
+
+
+def evaluate(coefficients, bits):
+    """The energies of the expanded coefficients, in exact integers."""
+    linear, (rows, columns, values), offset = coefficients
+    x = bits.astype(np.int64)
+    return offset + x @ linear + (x[:, rows] * x[:, columns]) @ values
+
+
+@pytest.fixture(params=[0, math.inf], ids=["by runs", "by rows"])
+def way(request, monkeypatch):
+    """Both ways of expanding the terms, in pieces of few terms."""
+    monkeypatch.setattr(models, "LONG_RUN", request.param)
+    monkeypatch.setattr(models, "CHUNK", 5)
+
+
+@pytest.mark.usefixtures("way")
+@pytest.mark.parametrize("start", range(0, 240, 40))
+def test_energies_by_definition(start):
+    for seed in range(start, start + 40):
+        problem = random_problem(seed)
+        bits = some_states(problem.linear.size, seed)
+        expected = [energy_by_definition(problem, x) for x in bits.tolist()]
+        assert evaluate(models.expand(problem), bits).tolist() == expected
+        assert models.energies(problem, bits).tolist() == expected
+        assert models.to_bqm(problem).energies((bits, range(bits.shape[1]))).tolist() == expected
+
+
+@pytest.mark.usefixtures("way")
+@pytest.mark.parametrize("start", range(0, 200, 100))
+def test_terms_are_sorted_and_not_zero(start):
+    for seed in range(start, start + 100):
+        problem = random_problem(seed)
+        for penalties in (False, True):
+            _, (rows, columns, values), _ = models.expand(problem, penalties)
+            key = rows.astype(np.int64) * problem.linear.size + columns
+            assert (rows < columns).all() and (np.diff(key) > 0).all() and values.all()
+            terms = models.Terms(problem, penalties)
+            assert terms.repeated or terms.count == rows.size
+
+
+@pytest.mark.parametrize("dense", [False, True])
+def test_both_ways_agree_on_a_grid(dense, monkeypatch):
+    problem = grid(60, 9, 16, dense)
+    assert models.Terms(problem).count > models.LONG_RUN * 18
+    fast = models.expand(problem)
+    monkeypatch.setattr(models, "LONG_RUN", math.inf)
+    slow = models.expand(problem)
+    assert all((one == other).all() for one, other in zip((fast[0], *fast[1], fast[2]), (slow[0], *slow[1], slow[2]), strict=True)
+               if isinstance(one, np.ndarray))
+    assert fast[2] == slow[2]
+
+
+def test_repeated_pairs_add_up_and_cancel():
+    block = qcf.Table(np.array([[1, 2], [3, 4]], "<i4"))
+    problem = make([2, 2], [block], [{"weight": 2, "h": 1}, {"weight": -2, "h": 1},
+                                     {"form": 1, "width": 1, "count": 2, "pairs": [0, 1, 0, 1], "weights": [0, 1]}],
+                   [0] * 4, [(0, 0)] * 2)
+    _, (rows, columns, values), _ = models.expand(problem)
+    assert list(zip(rows.tolist(), columns.tolist(), values.tolist())) == [(0, 2, 1), (0, 3, 2), (1, 2, 3), (1, 3, 4)]
+
+
+def test_energies_of_large_numbers_are_exact():
+    problem = make([2, 1], [qcf.Table(np.array([[1], [1]], "<i4"))], [{"weight": 1, "h": 1}], [2**50, 1, -2**51],
+                   [(2**49, 2**50 + 1), (0, 0)], 1)
+    problem = qcf.parse_qcf(qcf.pack_qcf(problem))
+    states = np.array(list(itertools.product((0, 1), repeat=3)), np.uint8)
+    assert models.energies(problem, states).tolist() == [energy_by_definition(problem, x) for x in states.tolist()]
+
+
+@settings(deadline=None, max_examples=60)
+@given(SEEDS)
+def test_cqm_is_h_on_feasible_states(seed):
+    problem = random_problem(seed, variables=9)
+    states = np.array(list(itertools.product((0, 1), repeat=problem.linear.size)), np.uint8)
+    cqm, labels = models.to_cqm(problem), range(problem.linear.size)
+    sound = models.feasible(problem, states)
+    starts, one_hot = problem.starts(), problem.one_hot()
+    by_definition = [all(x[starts[g]:starts[g + 1]].sum() == 1 for g in np.flatnonzero(one_hot)) for x in states]
+    assert sound.tolist() == by_definition
+    assert (cqm.objective.energies((states[sound], labels)) == models.energies(problem, states[sound])).all()
+    assert (cqm.objective.energies((states, labels)) == models.energies(problem, states, penalties=False)).all()
+    assert [cqm.check_feasible(dict(enumerate(x))) for x in states.tolist()] == by_definition
+    assert cqm.discrete == {g for g in np.flatnonzero(one_hot) if starts[g + 1] - starts[g] > 1}
+    with cqm.to_file() as file:
+        assert dimod.ConstrainedQuadraticModel.from_file(file).is_equal(cqm)
+
+
+@settings(deadline=None)
+@given(SEEDS, st.integers(1, 6), st.integers(1, 6))
+def test_blocks(seed, rows, columns):
+    rng = np.random.default_rng(seed)
+    first = int(rng.integers(1 - rows, columns))
+    values = rng.integers(-2, 3, int(rng.integers(1, columns - first + 1))).astype("<i4")
+    block = qcf.Toeplitz((rows, columns), int(rng.integers(-1, 2)), first, values)
+    entries = np.array([[values[j - i - first] if 0 <= j - i - first < values.size else block.fill
+                         for j in range(columns)] for i in range(rows)], "<i4")
+    assert (block.dense() == entries).all()
+    for one in (block, qcf.Table(entries)):
+        assert one.count_nonzero(False) == np.count_nonzero(entries)
+        assert one.abs_sum(np.int64) == one.abs_sum(np.float64) == np.abs(entries).sum()
+        if rows == columns:
+            assert one.count_nonzero(True) == np.count_nonzero(np.triu(entries, 1))
+
+
+def test_memory_limit_of_the_model():
+    small = make([2**20] * 2, [qcf.Toeplitz((2**20, 2**20), 1, 0, np.empty(0, "<i4"))], [{"weight": 1, "h": 1}],
+                 np.zeros(2**21), [(1, 1)] * 2)
+    data = qcf.pack_qcf(small)
+    with pytest.raises(OverLimit, match="quadratic terms would need .* MiB, the limit is 8,192 MiB"):
+        models.to_bqm(qcf.parse_qcf(data))

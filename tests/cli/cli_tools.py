@@ -1,0 +1,127 @@
+"""What the tests of the command share: small pairs, their energies by numpy, and a writer of .qsf files.
+
+Nothing here uses the project's code, so that it can be held against it.
+"""
+import os
+import struct
+import subprocess
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+QSTEREO = os.environ.get("QSTEREO", str(ROOT / "build" / "qstereo"))
+
+
+class Result:
+    """What a run of the command left: its exit status and what it printed."""
+
+    def __init__(self, process):
+        self.status = process.returncode
+        self.out = process.stdout
+        self.err = process.stderr.decode()
+
+
+def run(*arguments, program=QSTEREO, **options):
+    """Runs qstereo and returns its Result."""
+    options = {"capture_output": True, "timeout": 60, "stdin": subprocess.DEVNULL, **options}
+    if "input" in options:
+        del options["stdin"]
+    return Result(subprocess.run([program, *map(str, arguments)], **options))
+
+
+def has_opencv():
+    """Whether the command under test reads PNG, JPEG and TIFF."""
+    return b"OpenCV" in run("--version").out
+
+
+def write_pgm(path, grey, maxval=255):
+    """Writes a binary PGM, of 16 bits where maxval is above 255."""
+    kind = ">u2" if maxval > 255 else "u1"
+    header = f"P5\n{grey.shape[1]} {grey.shape[0]}\n{maxval}\n".encode()
+    path.write_bytes(header + np.asarray(grey).astype(kind).tobytes())
+    return path
+
+
+def read_pnm(data):
+    """Reads a binary PGM or PPM without comments."""
+    kind, size, maxval, pixels = data.split(b"\n", 3)
+    width, height = size.split()
+    dtype = ">u2" if int(maxval) > 255 else "u1"
+    shape = (int(height), int(width), 3) if kind == b"P6" else (int(height), int(width))
+    return np.frombuffer(pixels, dtype).reshape(shape).astype(int), int(maxval)
+
+
+def read_pfm(data):
+    """Reads a little-endian PFM, rows from the top."""
+    kind, size, scale, pixels = data.split(b"\n", 3)
+    assert kind == b"Pf" and float(scale) < 0
+    width, height = map(int, size.split())
+    return np.frombuffer(pixels, "<f4").reshape(height, width)[::-1]
+
+
+def random_pair(folder, width, height, seed=1):
+    """Writes left.pgm and right.pgm; returns them as arrays and their names."""
+    random = np.random.default_rng(seed)
+    left, right = (random.integers(0, 256, (height, width)) for _ in range(2))
+    return left, right, write_pgm(folder / "left.pgm", left), write_pgm(folder / "right.pgm", right)
+
+
+def energy(left, right, disparities, lam, smooth=lambda step: (step != 0) * 1):
+    """F of a map of disparities of the right-most columns, in real units."""
+    height, width = disparities.shape
+    first = left.shape[1] - width
+    y, x = np.mgrid[:height, first:first + width]
+    data = np.abs(left[y, x] - right[y, x - disparities]).sum()
+    steps = smooth(np.diff(disparities, axis=1)).sum() + smooth(np.diff(disparities, axis=0)).sum()
+    return data + lam * steps
+
+
+def one_hot(indices, labels):
+    """The bits of a labelling, a row of numbers 0 and 1."""
+    return (np.asarray(indices).reshape(-1, 1) == np.arange(labels)).astype(int).ravel()
+
+
+def _crc32c(data):
+    crc = 0xFFFFFFFF
+    for byte in data:
+        crc = CRC_TABLE[(crc ^ byte) & 255] ^ (crc >> 8)
+    return crc ^ 0xFFFFFFFF
+
+
+def _crc_row(byte):
+    for _ in range(8):
+        byte = (byte >> 1) ^ (0x82F63B78 if byte & 1 else 0)
+    return byte
+
+
+CRC_TABLE = [_crc_row(byte) for byte in range(256)]
+
+
+def _chunk(kind, payload):
+    head = struct.pack("<4sIQ", kind, 0, len(payload)) + payload
+    return head + struct.pack("<I", _crc32c(head))
+
+
+def write_qsf(path, problem, samples, energies, info=b'{"reads": 3}', occurrences=None):
+    """Writes samples (rows of 0 and 1) of the .qcf named `problem`, with their energies in integer units."""
+    samples = np.atleast_2d(samples)
+    count, variables = samples.shape
+    occurrences = occurrences or [1] * count
+    records = b"".join(struct.pack("<qII", int(e), o, 0xFFFFFFFF) for e, o in zip(energies, occurrences))
+    body = b"".join([
+        _chunk(b"PROB", sha256(Path(problem).read_bytes()).digest()),
+        _chunk(b"SOLV", b"test \"solver\""),
+        _chunk(b"INFO", info),
+        _chunk(b"RECS", records),
+        _chunk(b"BITS", np.packbits(samples.astype(np.uint8), axis=1, bitorder="little").tobytes()),
+    ])
+    head = struct.pack("<8sIIQII28x", b"\x89QSF\r\n\x1a\n", 1, 5, 64 + len(body), variables, count)
+    path.write_bytes(head + struct.pack("<I", _crc32c(head)) + body)
+    return path
+
+
+def reseal(data):
+    """The bytes of a .qcf or .qsf with its header's CRC made right again."""
+    return data[:60] + struct.pack("<I", _crc32c(data[:60])) + data[64:]

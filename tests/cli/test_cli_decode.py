@@ -1,0 +1,215 @@
+"""decode: which sample becomes the map, and how maps are written."""
+import json
+
+import numpy as np
+import pytest
+from cli_tools import energy, one_hot, random_pair, read_pfm, read_pnm, run, write_pgm, write_qsf
+
+
+def decode(solved, output, *options, samples=None):
+    done = run("decode", solved.problem, samples or solved.samples, "-o", output, "--json", *options)
+    assert done.status == 0, done.err
+    return json.loads(done.out)
+
+
+def in_picture(disparities, scale=8):
+    """The whole left picture as an integer map holds it."""
+    held = np.zeros((5, 12), int)
+    held[:, 4:] = disparities * scale
+    return held
+
+
+def test_the_best_feasible_sample(folder, solved):
+    facts = decode(solved, folder / "m.pgm")
+    assert facts == {"schema": 1, "sample": 2, "energy": solved.energies[1], "repaired": 0, "map": str(folder / "m.pgm"),
+                     "color_map": None}
+    values, maxval = read_pnm((folder / "m.pgm").read_bytes())
+    assert maxval == 255
+    assert (values == in_picture(solved.maps[1])).all()
+    assert [path.name for path in folder.iterdir()] == ["m.pgm"]
+
+
+def test_the_sample_asked_for(folder, solved):
+    facts = decode(solved, folder / "m.pgm", "--sample", "1", "--scale", "3")
+    assert (facts["sample"], facts["energy"]) == (1, solved.energies[0])
+    assert (read_pnm((folder / "m.pgm").read_bytes())[0] == in_picture(solved.maps[0], 3)).all()
+
+
+def test_the_human_line(folder, solved):
+    done = run("decode", solved.problem, solved.samples, "-o", folder / "m.pgm")
+    assert done.out.decode() == f"{folder / 'm.pgm'}: sample 2 of 3, energy {solved.energies[1]:g}, 0 sites repaired\n"
+
+
+def test_16_bits_where_8_do_not_hold_it(folder, solved):
+    decode(solved, folder / "m.pgm", "--scale", "100")
+    values, maxval = read_pnm((folder / "m.pgm").read_bytes())
+    assert maxval == 65535
+    assert (values == in_picture(solved.maps[1], 100)).all()
+
+
+def test_a_scale_too_large(folder, solved):
+    done = run("decode", solved.problem, solved.samples, "-o", folder / "m.pgm", "--scale", "30000")
+    assert (done.status, done.out) == (3, b"")
+    assert "--scale 30000: 21845 is the largest" in done.err
+    assert not list(folder.iterdir())
+    decode(solved, folder / "m.pgm", "--scale", "21845")
+
+
+def test_pfm(folder, solved):
+    decode(solved, folder / "m.pfm", "--scale", "100")
+    values = read_pfm((folder / "m.pfm").read_bytes())
+    assert np.isposinf(values[:, :4]).all()
+    assert (values[:, 4:] == solved.maps[1]).all()
+
+
+def test_png(folder, solved, opencv):
+    from PIL import Image
+    for scale, mode in ((8, "L"), (100, "I;16")):
+        decode(solved, folder / "m.PNG", "--scale", str(scale))
+        picture = Image.open(folder / "m.PNG")
+        assert picture.mode == mode
+        assert (np.asarray(picture) == in_picture(solved.maps[1], scale)).all()
+
+
+def test_png_without_opencv(folder, solved, pnm_only):
+    done = run("decode", solved.problem, solved.samples, "-o", folder / "m.png", program=pnm_only)
+    assert done.status == 2
+    assert ".pgm and .pfm" in done.err and "OPENCV=1" in done.err
+    assert not list(folder.iterdir())
+
+
+def test_disparity_0_is_held_as_1(tmp_path):
+    _, _, left, right = random_pair(tmp_path, 2, 1)
+    assert run("encode", left, right, "-o", tmp_path / "p.qcf", "--disparity", "0:1", "--json").status == 0
+    samples = write_qsf(tmp_path / "s.qsf", tmp_path / "p.qcf", [1, 0], [0])
+    facts = json.loads(run("validate", tmp_path / "p.qcf", samples, "--json").out)
+    samples = write_qsf(tmp_path / "s.qsf", tmp_path / "p.qcf", [1, 0], [facts["best_energy"]])
+    assert run("decode", tmp_path / "p.qcf", samples, "-o", tmp_path / "m.pgm").status == 0
+    assert read_pnm((tmp_path / "m.pgm").read_bytes())[0].tolist() == [[0, 1]]
+
+
+def test_colours(folder, solved):
+    facts = decode(solved, folder / "m.pgm", "--color")
+    assert facts["color_map"] == str(folder / "m.color.ppm")
+    colours, _ = read_pnm((folder / "m.color.ppm").read_bytes())
+    assert (colours[:, :4] == 0).all()
+    # One colour for each disparity, and not black.
+    shown = {tuple(colour): set(solved.maps[1][(colours[:, 4:] == colour).all(axis=2)])
+             for colour in np.unique(colours[:, 4:].reshape(-1, 3), axis=0)}
+    assert len(shown) == len(np.unique(solved.maps[1])) and (0, 0, 0) not in shown
+    assert all(len(disparities) == 1 for disparities in shown.values())
+
+
+def test_colours_as_png(folder, solved, opencv):
+    from PIL import Image
+    decode(solved, folder / "m.pgm", "--color")
+    facts = decode(solved, folder / "m.png", "--color")
+    assert facts["color_map"] == str(folder / "m.color.png")
+    assert (np.asarray(Image.open(folder / "m.color.png")) == read_pnm((folder / "m.color.ppm").read_bytes())[0]).all()
+
+
+def test_both_maps_or_none(folder, solved):
+    (folder / "m.color.ppm").mkdir()
+    (folder / "m.pgm").write_text("as it was")
+    done = run("decode", solved.problem, solved.samples, "-o", folder / "m.pgm", "--color")
+    assert done.status == 4
+    assert (folder / "m.pgm").read_text() == "as it was"
+    assert sorted(path.name for path in folder.iterdir()) == ["m.color.ppm", "m.pgm"]
+
+
+def test_no_feasible_sample(tmp_path, folder, solved):
+    samples = write_qsf(tmp_path / "n.qsf", solved.problem, solved.broken, [2 * solved.broken_energy])
+    for options in ([], ["--sample", "0"]):
+        done = run("decode", solved.problem, samples, "-o", folder / "m.pgm", *options)
+        assert (done.status, done.out) == (1, b"")
+        assert "feasible" in done.err and "--repair" in done.err
+    assert not list(folder.iterdir())
+
+
+def test_no_sample_at_all(tmp_path, folder, solved):
+    samples = write_qsf(tmp_path / "n.qsf", solved.problem, np.zeros((0, 160)), [])
+    done = run("decode", solved.problem, samples, "-o", folder / "m.pgm", "--repair")
+    assert (done.status, "holds no sample" in done.err) == (1, True)
+
+
+def test_repair(tmp_path, folder, solved):
+    """The one empty site gets the label that is cheapest beside its neighbours."""
+    samples = write_qsf(tmp_path / "n.qsf", solved.problem, [solved.bits[0], solved.broken],
+                        [2 * solved.energies[0], 2 * solved.broken_energy])
+    candidates = []
+    for label in range(1, 5):
+        repaired = solved.maps[1].copy()
+        repaired[0, 0] = label
+        candidates.append((energy(solved.pair.left, solved.pair.right, repaired, 2.5), repaired))
+    best, expected = min(candidates, key=lambda pair: pair[0])
+    facts = decode(solved, folder / "m.pgm", "--repair", "--sample", "1", samples=samples)
+    assert (facts["sample"], facts["repaired"], facts["energy"]) == (1, 1, best)
+    assert (read_pnm((folder / "m.pgm").read_bytes())[0] == in_picture(expected)).all()
+    facts = decode(solved, folder / "m.pgm", "--repair", samples=samples)
+    assert facts["energy"] == min(best, solved.energies[0])
+
+
+def test_repair_takes_the_best_wherever_it_stands(tmp_path, folder, solved):
+    for order in ([0, 1], [1, 0]):
+        samples = write_qsf(tmp_path / "n.qsf", solved.problem, [solved.bits[i] for i in order],
+                            [2 * solved.energies[i] for i in order])
+        facts = decode(solved, folder / "m.pgm", "--repair", samples=samples)
+        assert (facts["sample"], facts["repaired"], facts["energy"]) == (order.index(1), 0, solved.energies[1])
+        assert (read_pnm((folder / "m.pgm").read_bytes())[0] == in_picture(solved.maps[1])).all()
+
+
+def test_memory_limit(tmp_path, folder):
+    """The map is of the whole picture, however small the window is."""
+    grey = write_pgm(tmp_path / "g.pgm", np.zeros((700, 700), int))
+    assert run("encode", grey, grey, "-o", tmp_path / "p.qcf", "--disparity", "0:0", "--roi", "0,0,2,1").status == 0
+    samples = write_qsf(tmp_path / "s.qsf", tmp_path / "p.qcf", [1, 1], [0])
+    done = run("decode", tmp_path / "p.qcf", samples, "-o", folder / "m.pgm", "--memory-limit", "1")
+    assert (done.status, "raise --memory-limit" in done.err) == (4, True)
+    assert not list(folder.iterdir())
+    assert run("decode", tmp_path / "p.qcf", samples, "-o", folder / "m.pgm", "--memory-limit", "2").status == 0
+
+
+def test_a_wrong_energy(tmp_path, folder, solved):
+    samples = write_qsf(tmp_path / "w.qsf", solved.problem, solved.bits, [2 * solved.energies[0] + 1, 2 * solved.energies[1]])
+    done = run("decode", solved.problem, samples, "-o", folder / "m.pgm")
+    assert done.status == 3
+    assert "sample 0 states the energy" in done.err
+    assert not list(folder.iterdir())
+
+
+def test_samples_of_another_problem(tmp_path, folder, pair, solved):
+    assert run("encode", *pair.paths, "-o", tmp_path / "q.qcf", "--disparity", "1:4").status == 0
+    done = run("decode", tmp_path / "q.qcf", solved.samples, "-o", folder / "m.pgm")
+    assert (done.status, "samples of another problem" in done.err) == (3, True)
+    assert not list(folder.iterdir())
+
+
+@pytest.mark.parametrize("options, words", [
+    (["--sample", "3"], "holds samples 0 to 2"), (["--sample", "-1"], "--sample -1: not a whole number"),
+    (["--scale", "1"], "--scale 1: not a whole number from 2"), (["--scale", "8.5"], "whole number"),
+    (["-o", "m.jpg"], ".png, .pgm or .pfm"), (["-o", "map"], ".png, .pgm or .pfm"), (["-o", "-", "--color"], "--color needs"),
+    (["-o", "-", "--json"], "cannot both go")])
+def test_usage_errors(tmp_path, folder, solved, options, words):
+    output = [] if "-o" in options else ["-o", folder / "m.pgm"]
+    done = run("decode", solved.problem, solved.samples, *output, *options, cwd=folder)
+    assert done.status == 2
+    assert words in done.err
+    assert not list(folder.iterdir())
+
+
+def test_standard_output_is_a_pgm(folder, solved):
+    decode(solved, folder / "m.pgm")
+    assert run("decode", solved.problem, solved.samples, "-o", "-").out == (folder / "m.pgm").read_bytes()
+
+
+def test_a_window_inside_the_picture(tmp_path):
+    left, right, left_path, right_path = random_pair(tmp_path, 12, 7)
+    options = ["--roi", "5,2,4,3", "--disparity", "2:3"]
+    assert run("encode", left_path, right_path, "-o", tmp_path / "p.qcf", *options).status == 0
+    chosen = np.random.default_rng(3).integers(2, 4, (3, 4))
+    exact = energy(left[2:5, :9], right[2:5, :9], chosen, 20)
+    samples = write_qsf(tmp_path / "s.qsf", tmp_path / "p.qcf", one_hot(chosen - 2, 2), [exact])
+    assert run("decode", tmp_path / "p.qcf", samples, "-o", tmp_path / "m.pgm").status == 0
+    expected = np.zeros((7, 12), int)
+    expected[2:5, 5:9] = 8 * chosen
+    assert (read_pnm((tmp_path / "m.pgm").read_bytes())[0] == expected).all()

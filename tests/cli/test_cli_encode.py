@@ -1,0 +1,218 @@
+"""encode: the QUBO that it writes has the energies of F, and all that can be wrong is said."""
+import json
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from cli_tools import energy, one_hot, random_pair, run, write_pgm, write_qsf
+
+
+def encode(pair, output, *options):
+    done = run("encode", *pair.paths, "-o", output, "--json", *options)
+    assert done.status == 0, done.err
+    return json.loads(done.out)
+
+
+SMOOTH = {
+    "potts": lambda step: (step != 0) * 1,
+    "linear": lambda step: np.minimum(np.abs(step), 2),
+    "quadratic": lambda step: np.minimum(step * step, 5),
+}
+
+
+@pytest.mark.parametrize("smoothness, truncation, encoding", [
+    ("potts", None, "one-hot-sparse"), ("potts", None, "one-hot"), ("linear", "2", "one-hot"), ("quadratic", "5", "one-hot")])
+@pytest.mark.parametrize("penalty", ["local", "paper", "3000.5"])
+def test_energies_are_those_of_F(tmp_path, pair, smoothness, truncation, encoding, penalty):
+    options = ["--smoothness", smoothness, "--encoding", encoding, "--lambda", "2.5", "--disparity", "1:4", "--penalty", penalty]
+    facts = encode(pair, tmp_path / "p.qcf", *options, *(["--truncation", truncation] if truncation else []))
+    maps = np.random.default_rng(7).integers(1, 5, (4, 5, 8))
+    energies = [energy(pair.left, pair.right, m, 2.5, SMOOTH[smoothness]) for m in maps]
+    samples = write_qsf(tmp_path / "s.qsf", tmp_path / "p.qcf", [one_hot(m - 1, 4) for m in maps], np.multiply(energies, 2))
+    done = run("validate", tmp_path / "p.qcf", samples, "--json")
+    assert done.status == 0, done.err
+    assert json.loads(done.out)["best_energy"] == min(energies)
+    assert (facts["encoding"], facts["smoothness"], facts["scale"], facts["lambda"]) == (encoding, smoothness, 2, 2.5)
+    assert facts["truncation"] == int(truncation or 0)
+
+
+@pytest.mark.parametrize("text, value", [("0", 0), ("20", 20), ("12.5", 12.5), ("1e-1", 0.1), ("2.5e1", 25), (".5", 0.5),
+                                         ("+7", 7), ("1.", 1), ("20.000000000000000000000000000000", 20), ("0e-99", 0),
+                                         ("2147483647", 2147483647), ("0.000001", 1e-6),
+                                         ("0.0000019073486328125", 2.0**-19), ("4095.0000019073486328125", 4095 + 2.0**-19)])
+def test_lambda_is_exact(tmp_path, text, value):
+    """The scale is the denominator of lambda in lowest terms."""
+    _, _, left, right = random_pair(tmp_path, 3, 1)
+    done = run("encode", left, right, "-o", tmp_path / "p.qcf", "--lambda", text, "--disparity", "0:1", "--json")
+    assert done.status == 0, done.err
+    facts = json.loads(done.out)
+    assert facts["scale"] == Fraction(text).denominator
+    assert facts["lambda"] == value
+    assert Fraction(done.out.decode().split('"lambda": ')[1].split(",")[0]) == Fraction(text)
+
+
+def test_defaults(tmp_path):
+    _, _, left, right = random_pair(tmp_path, 18, 2)
+    done = run("encode", left, right, "-o", tmp_path / "p.qcf", "--json")
+    facts = json.loads(done.out)
+    assert {key: facts[key] for key in ("disparity_min", "disparity_max", "lambda", "smoothness", "encoding", "penalty", "gap")} == {
+        "disparity_min": 0, "disparity_max": 15, "lambda": 20, "smoothness": "potts", "encoding": "one-hot-sparse",
+        "penalty": "local", "gap": 1}
+    assert (facts["width"], facts["height"], facts["x"], facts["y"]) == (3, 2, 15, 0)
+    spelled = run("encode", left, right, "-o", tmp_path / "q.qcf", "--cost", "ad", "--disparity", "0:15", "--lambda=20",
+                  "--smoothness=potts", "--encoding", "one-hot-sparse", "--penalty", "local", "--gap", "1")
+    assert spelled.status == 0
+    assert (tmp_path / "q.qcf").read_bytes() == (tmp_path / "p.qcf").read_bytes()
+
+
+def test_roi_takes_that_window(tmp_path, pair):
+    facts = encode(pair, tmp_path / "p.qcf", "--roi", "2,1,7,3", "--disparity", "0:3")
+    # Columns 2 is left of disparity 3.
+    assert [facts[key] for key in ("x", "y", "width", "height", "picture_width", "picture_height")] == [3, 1, 6, 3, 12, 5]
+    assert facts["variables"] == 6 * 3 * 4
+
+
+def test_penalty_and_gap(tmp_path, pair):
+    given = encode(pair, tmp_path / "p.qcf", "--disparity", "0:3", "--penalty", "0.5", "--lambda", "0.5")
+    assert (given["penalty_min"], given["penalty_max"], given["pair_penalty_max"], given["penalty"]) == (0.5, 0.5, 1, "given")
+    wide = encode(pair, tmp_path / "p.qcf", "--disparity", "0:3", "--gap", "6")
+    assert (wide["penalty_min"], wide["pair_penalty_max"], wide["gap"]) == (6, 6 + 80 + 6, 6)
+
+
+def test_human_lines_name_sites_and_file(tmp_path, pair):
+    done = run("encode", *pair.paths, "-o", tmp_path / "p.qcf", "--disparity", "0:3")
+    size = (tmp_path / "p.qcf").stat().st_size
+    assert f"{tmp_path / 'p.qcf'}: 45 sites x 4 labels = 180 variables, {size} bytes" in done.out.decode()
+    assert "3 columns" in done.out.decode()
+    assert done.err == ""
+
+
+def test_standard_output_and_input(tmp_path, pair):
+    encode(pair, tmp_path / "p.qcf", "--disparity", "0:3")
+    whole = (tmp_path / "p.qcf").read_bytes()
+    for name in ("-", "/dev/stdout"):
+        assert run("encode", *pair.paths, "-o", name, "--disparity", "0:3").out == whole
+    done = run("encode", "-", pair.paths[1], "-o", "-", "--disparity", "0:3", input=pair.paths[0].read_bytes())
+    assert done.out == whole
+
+
+USAGE = {
+    "disparity reversed": (["--disparity", "5:2"], "empty"),
+    "disparity not a range": (["--disparity", "5"], "MIN:MAX"),
+    "disparity negative": (["--disparity", "-3:2"], "MIN:MAX"),
+    "disparity trailing": (["--disparity", "0:3x"], "MIN:MAX"),
+    "too many labels": (["--disparity", "0:65535"], "65535 is the most"),
+    "lambda negative": (["--lambda", "-1"], "negative"),
+    "lambda nan": (["--lambda", "nan"], "not a decimal number"),
+    "lambda inf": (["--lambda", "inf"], "not a decimal number"),
+    "lambda garbage": (["--lambda", "1x"], "not a decimal number"),
+    "lambda hexadecimal": (["--lambda", "0x10"], "not a decimal number"),
+    "lambda empty exponent": (["--lambda", "1e"], "not a decimal number"),
+    "lambda too fine": (["--lambda", "0.0000001"], "up to 1000000"),
+    "lambda too long": (["--lambda", "0." + "3" * 90], "up to 1000000"),
+    "lambda too large": (["--lambda", "2147483648"], "up to 2147483647"),
+    "lambda far too large": (["--lambda", "1e99999999999"], "too large"),
+    "lambda numerator": (["--lambda", "1073741824.5"], "too large"),
+    "roi garbage": (["--roi", "1,2,3"], "X,Y,W,H"),
+    "roi empty": (["--roi", "0,0,0,4"], "X,Y,W,H"),
+    "roi negative": (["--roi", "-1,0,2,2"], "X,Y,W,H"),
+    "cost": (["--cost", "ssd"], "known ones: ad"),
+    "smoothness": (["--smoothness", "pots"], "did you mean potts? The known ones: potts linear quadratic"),
+    "smoothness table": (["--smoothness", "table"], "The known ones: potts linear quadratic"),
+    "encoding": (["--encoding", "onehot"], "did you mean one-hot? The known ones: one-hot one-hot-sparse"),
+    "penalty": (["--penalty", "loca"], "did you mean local? The known ones: local paper, or a number"),
+    "penalty zero": (["--penalty", "0"], "not above 0"),
+    "penalty too fine": (["--penalty", "0.5"], "multiple above 0 of 1/1"),
+    "penalty of another unit": (["--penalty", "0.5", "--lambda", "0.2"], "multiple above 0 of 1/5"),
+    "penalty large": (["--penalty", "1e16"], "too large"),
+    "gap": (["--gap", "0"], "--gap 0: not a whole number from 1"),
+    "truncation of potts": (["--truncation", "3"], "linear and quadratic"),
+    "truncation": (["--truncation", "0", "--smoothness", "linear"], "whole number from 1"),
+    "sparse linear": (["--encoding", "one-hot-sparse", "--smoothness", "linear"], "use --encoding one-hot"),
+    "unknown option": (["--lamda", "3"], "did you mean --lambda? The options: --output --disparity --lambda"),
+}
+
+
+@pytest.mark.parametrize("name", USAGE)
+def test_usage_errors(folder, pair, name):
+    options, words = USAGE[name]
+    done = run("encode", *pair.paths, "-o", folder / "p.qcf", *options)
+    assert done.status == 2
+    assert words in done.err
+    assert done.err.startswith("qstereo encode: ") and done.err.count("\n") == 1
+    assert done.out == b"" and not list(folder.iterdir())
+
+
+def test_missing_picture(folder, pair):
+    done = run("encode", folder / "none.pgm", pair.paths[1], "-o", folder / "p.qcf")
+    assert done.status == 4
+    assert done.err == f"qstereo encode: {folder / 'none.pgm'}: cannot be opened: No such file or directory\n"
+    done = run("encode", pair.paths[0], folder, "-o", folder / "p.qcf")
+    assert (done.status, "Is a directory" in done.err) == (4, True)
+    assert not list(folder.iterdir())
+
+
+BAD_PICTURES = {
+    "empty": b"", "text": b"hello, this is no picture\n", "cut png": b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0",
+    "cut": b"P5\n4 4\n255\n123", "no samples": b"P5\n100000 100000\n255\n", "above maxval": b"P2\n2 1\n9\n3 10\n",
+    "letters": b"P2\n2 1\n9\n3 x\n", "more": b"P2\n2 1\n9\n3 3 3\n", "more binary": b"P5\n2 1\n9\n\1\1\1",
+    "above maxval, binary": b"P5\n2 1\n9\n\1\12", "above maxval, 16 bits": b"P5\n2 1\n999\n\1\1\377\1", "zero width": b"P5\n0 4\n255\n",
+    "no maxval": b"P5\n2 2\n", "maxval 0": b"P5\n1 1\n0\n\0", "maxval 65536": b"P5\n1 1\n65536\n\0\0", "negative": b"P5\n-1 4\n255\n",
+    "bitmap": b"P1\n2 1\n0 1\n", "pfm": b"Pf\n1 1\n-1.0\n\0\0\0\0", "huge number": b"P5\n99999999999999999999 1\n255\n\0",
+}
+
+
+@pytest.mark.parametrize("name", BAD_PICTURES)
+def test_not_a_picture(folder, tmp_path, name):
+    bad = tmp_path / "bad.picture"
+    bad.write_bytes(BAD_PICTURES[name])
+    done = run("encode", bad, bad, "-o", folder / "p.qcf", "--disparity", "0:0")
+    assert done.status == 3
+    assert done.err.startswith(f"qstereo encode: {bad}: ") and done.err.count("\n") == 1
+    assert not list(folder.iterdir())
+
+
+def test_pictures_of_other_sizes(folder, pair):
+    other = write_pgm(folder.parent / "other.pgm", np.zeros((5, 11), int))
+    done = run("encode", pair.paths[0], other, "-o", folder / "p.qcf", "--disparity", "0:3")
+    assert done.status == 3
+    assert f"{other}: is 11 x 5 pixels, but {pair.paths[0]} is 12 x 5" in done.err
+
+
+@pytest.mark.parametrize("options, words", [
+    (["--disparity", "0:12"], "too narrow for disparity 12"),
+    (["--roi", "0,0,3,3", "--disparity", "0:3"], "move --roi"),
+    (["--roi", "10,0,3,3", "--disparity", "0:3"], "--roi 10,0,3,3 does not lie inside"),
+    (["--roi", "0,3,12,3", "--disparity", "0:3"], "does not lie inside"),
+    (["--roi", "4294967295,0,4294967295,1", "--disparity", "0:3"], "does not lie inside"),
+])
+def test_windows_that_do_not_fit(folder, pair, options, words):
+    done = run("encode", *pair.paths, "-o", folder / "p.qcf", *options)
+    assert done.status == 3
+    assert words in done.err
+    assert not list(folder.iterdir())
+
+
+def test_smallest_window_that_fits(tmp_path, pair):
+    facts = encode(pair, tmp_path / "p.qcf", "--disparity", "0:11")
+    assert (facts["width"], facts["sites"]) == (1, 5)
+
+
+def test_too_many_variables(folder):
+    wide = write_pgm(folder.parent / "wide.pgm", np.zeros((1, 100000), int))
+    done = run("encode", wide, wide, "-o", folder / "p.qcf", "--disparity", "0:65534")
+    assert done.status == 3
+    assert "over 2147483647 variables" in done.err
+    assert not list(folder.iterdir())
+
+
+@pytest.mark.parametrize("options", [["--penalty", "4503599627370496"],
+                                     ["--smoothness", "quadratic", "--disparity", "0:511", "--lambda", "2147483647"]])
+def test_overflow(folder, options):
+    _, _, left, right = random_pair(folder.parent, 530, 3)
+    (folder / "p.qcf").write_text("as it was")
+    done = run("encode", left, right, "-o", folder / "p.qcf", *options)
+    assert done.status == 3
+    assert "overflow" in done.err and "--lambda" in done.err
+    assert [path.name for path in folder.iterdir()] == ["p.qcf"]
+    assert (folder / "p.qcf").read_text() == "as it was"

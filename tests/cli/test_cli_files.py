@@ -1,0 +1,168 @@
+"""Outputs appear whole or not at all, whatever goes wrong; standard streams."""
+import os
+import pty
+import resource
+import signal
+import stat
+import subprocess
+import time
+
+import numpy as np
+import pytest
+from cli_tools import QSTEREO, random_pair, run, write_pgm
+
+ENCODE = ["--disparity", "0:3"]
+
+
+@pytest.fixture
+def commands(solved):
+    """Each command that writes a file, with the ending of what it writes."""
+    return {"encode": ([*solved.pair.paths, *ENCODE], ".qcf"), "decode": ([solved.problem, solved.samples], ".pgm")}
+
+
+@pytest.mark.parametrize("name", ["encode", "decode"])
+class TestOutputs:
+    def test_replaces_what_was_there(self, commands, folder, name):
+        arguments, ending = commands[name]
+        output = folder / f"out{ending}"
+        output.write_text("as it was")
+        output.chmod(0o640)
+        assert run(name, *arguments, "-o", output).status == 0
+        assert output.read_bytes()[:2] in (b"\x89Q", b"P5")
+        assert stat.S_IMODE(output.stat().st_mode) == 0o640
+        assert list(folder.iterdir()) == [output]
+
+    def test_new_files_obey_the_umask(self, commands, folder, name):
+        arguments, ending = commands[name]
+        assert run(name, *arguments, "-o", folder / f"out{ending}", preexec_fn=lambda: os.umask(0o027)).status == 0
+        assert stat.S_IMODE((folder / f"out{ending}").stat().st_mode) == 0o640
+
+    def test_follows_links(self, commands, folder, name):
+        arguments, ending = commands[name]
+        (folder / "real").write_text("as it was")
+        link = folder / f"link{ending}"
+        link.symlink_to("real")
+        assert run(name, *arguments, "-o", link).status == 0
+        assert link.is_symlink() and (folder / "real").read_bytes() != b"as it was"
+
+    def test_missing_folder(self, commands, folder, name):
+        arguments, ending = commands[name]
+        output = folder / "none" / f"out{ending}"
+        done = run(name, *arguments, "-o", output)
+        assert (done.status, done.out) == (4, b"")
+        assert done.err == f"qstereo {name}: {output}: cannot be written: No such file or directory\n"
+
+    def test_a_folder_in_its_place(self, commands, folder, name):
+        arguments, ending = commands[name]
+        output = folder / f"out{ending}"
+        output.mkdir()
+        done = run(name, *arguments, "-o", output)
+        assert (done.status, "Is a directory" in done.err) == (4, True)
+        assert list(folder.iterdir()) == [output] and not list(output.iterdir())
+
+    @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+    def test_unwritable_folder(self, commands, folder, name):
+        arguments, ending = commands[name]
+        folder.chmod(0o555)
+        done = run(name, *arguments, "-o", folder / f"out{ending}")
+        folder.chmod(0o755)
+        assert (done.status, "Permission denied" in done.err) == (4, True)
+
+    def test_a_full_device(self, commands, name):
+        arguments, _ = commands[name]
+        done = run(name, *arguments, "-o", "/dev/full")
+        assert done.status == 4
+        assert done.err == f"qstereo {name}: /dev/full: cannot be written: No space left on device\n"
+
+    def test_no_room(self, commands, folder, name):
+        arguments, ending = commands[name]
+        output = folder / f"out{ending}"
+        output.write_text("as it was")
+        done = run(name, *arguments, "-o", output, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20, 20)))
+        assert done.status == 4
+        assert done.err == f"qstereo {name}: {output}: cannot be written: File too large\n"
+        assert list(folder.iterdir()) == [output] and output.read_text() == "as it was"
+
+    def test_a_result_that_cannot_be_printed(self, commands, folder, name):
+        arguments, ending = commands[name]
+        with open("/dev/full", "w") as full:
+            done = run(name, *arguments, "-o", folder / f"out{ending}", stdout=full, stderr=subprocess.PIPE, capture_output=False)
+        assert done.status == 4
+        assert "standard output: cannot be written: No space left on device" in done.err
+        assert not list(folder.iterdir())
+
+    def test_no_binary_to_a_terminal(self, commands, name):
+        arguments, _ = commands[name]
+        master, terminal = pty.openpty()
+        done = run(name, *arguments, "-o", "-", stdout=terminal, stderr=subprocess.PIPE, capture_output=False)
+        os.close(terminal)
+        os.close(master)
+        assert (done.status, "terminal" in done.err) == (2, True)
+
+    def test_closed_standard_output(self, commands, folder, name):
+        arguments, ending = commands[name]
+        output = folder / f"out{ending}"
+        done = run(name, *arguments, "-o", output, preexec_fn=lambda: os.close(1), stdout=None, stderr=subprocess.PIPE,
+                   capture_output=False)
+        assert done.status == 4
+        assert not output.exists()
+
+
+@pytest.mark.parametrize("arguments", [["--version"], ["--help"], ["encode", "--help"]])
+def test_full_standard_output(arguments):
+    with open("/dev/full", "w") as full:
+        done = run(*arguments, stdout=full, stderr=subprocess.PIPE, capture_output=False)
+    assert (done.status, "standard output: cannot be written" in done.err) == (4, True)
+
+
+def started(*arguments):
+    return subprocess.Popen([QSTEREO, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+@pytest.mark.parametrize("number, status", [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+def test_a_signal_while_reading(folder, pair, number, status):
+    fifo = folder.parent / "slow.pgm"
+    os.mkfifo(fifo)
+    process = started("encode", fifo, pair.paths[1], "-o", folder / "p.qcf", *ENCODE)
+    with open(fifo, "wb") as writer:
+        writer.write(b"P5\n12 5\n")
+        writer.flush()
+        process.send_signal(number)
+        assert process.wait(20) == status
+    assert not list(folder.iterdir())
+
+
+@pytest.mark.parametrize("number, status", [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_while_writing(folder, number, status):
+    """The temporary is there, and gone after the signal; what was there before stays."""
+    random = np.random.default_rng(1)
+    paths = [write_pgm(folder.parent / f"{side}.pgm", random.integers(0, 256, (1000, 1500))) for side in ("left", "right")]
+    (folder / "p.qcf").write_text("as it was")
+    process = started("encode", *paths, "-o", folder / "p.qcf", "--disparity", "0:255")
+    deadline = time.monotonic() + 20
+    while len(list(folder.iterdir())) < 2 and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.0005)
+    process.send_signal(number)
+    assert process.wait(20) == status
+    assert [path.name for path in folder.iterdir()] == ["p.qcf"]
+    assert (folder / "p.qcf").read_text() == "as it was"
+
+
+def test_an_ignored_signal_stays_ignored(folder, pair):
+    fifo = folder.parent / "slow.pgm"
+    os.mkfifo(fifo)
+    process = subprocess.Popen([QSTEREO, "encode", fifo, pair.paths[1], "-o", folder / "p.qcf", *ENCODE],
+                               stdout=subprocess.PIPE, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+    with open(fifo, "wb") as writer:
+        process.send_signal(signal.SIGHUP)
+        writer.write(pair.paths[0].read_bytes())
+    assert process.wait(20) == 0
+    process.stdout.close()
+
+
+def test_names_that_look_like_options(tmp_path):
+    left, right, left_path, right_path = random_pair(tmp_path, 5, 2)
+    left_path.rename(tmp_path / "--left.pgm")
+    done = run("encode", "-o", "p.qcf", *ENCODE, "--", "--left.pgm", "right.pgm", cwd=tmp_path)
+    assert done.status == 0, done.err
+    assert (tmp_path / "p.qcf").exists()

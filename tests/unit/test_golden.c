@@ -1,0 +1,173 @@
+/* The golden files: one canonical string of bytes for each of a few problems that between them use the whole format.
+ *
+ *     QSTEREO_WRITE_GOLDEN=1 build/unit/test_golden
+ *
+ * writes them anew; then see with git what has changed, and why. */
+#include "tiny.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static tiny_qubo q;
+static tiny t;
+
+static void costs(int32_t first, int32_t step, int32_t modulus)
+{
+    for (int i = 0; i < TINY_SITES * TINY_LABELS; i++) {
+        t.costs[i] = first + i * step % modulus;
+    }
+}
+
+static void base(uint32_t labels, uint32_t width, uint32_t height, int32_t weight)
+{
+    memset(&t, 0, sizeof t);
+    t.problem = (qs_problem){.labels = labels, .scale = 1, .weight = weight, .grid = {.width = width, .height = height}, .costs = t.costs};
+}
+
+/* Two sites, two labels: the worked example of docs/FORMAT.md. */
+static qs_encode_options smallest(void)
+{
+    base(2, 2, 1, 3);
+    memcpy(t.costs, (int32_t[]){5, 7, 4, 4}, 4 * sizeof(int32_t));
+    return (qs_encode_options){0};
+}
+
+static qs_encode_options grid_sparse(void)
+{
+    base(3, 4, 3, 20);
+    costs(0, 37, 101);
+    t.problem.frame = (qs_frame){9, 5, 3, 1, 2};
+    return (qs_encode_options){.gap = 2};
+}
+
+static qs_encode_options grid_paper(void)
+{
+    base(3, 3, 3, 12);
+    costs(0, 37, 101);
+    return (qs_encode_options){QS_ONE_HOT, QS_PENALTY_PAPER, 0, 0};
+}
+
+static qs_encode_options masked_weighted(void)
+{
+    base(2, 4, 3, 0);
+    costs(-300, 411, 997);
+    for (int i = 0; i < 12; i++) {
+        t.mask[i] = i != 5 && i != 2;
+        t.right[i] = i;
+        t.down[i] = 40 * i;
+    }
+    t.problem.grid.mask = t.mask;
+    t.problem.grid.right = t.right;
+    t.problem.grid.down = t.down;
+    return (qs_encode_options){0};
+}
+
+static qs_encode_options linear(void)
+{
+    base(5, 3, 2, 4);
+    costs(0, 70001, 900001);
+    t.problem.scale = 2;
+    t.problem.pairwise = (qs_pairwise){QS_TRUNCATED_LINEAR, 3, NULL};
+    return (qs_encode_options){0};
+}
+
+static qs_encode_options quadratic(void)
+{
+    base(4, 2, 2, 1);
+    costs(0, 13, 41);
+    t.problem.pairwise = (qs_pairwise){QS_TRUNCATED_QUADRATIC, 0, NULL};
+    return (qs_encode_options){QS_ONE_HOT, QS_PENALTY_GIVEN, 1000, 0};
+}
+
+static qs_encode_options edges_table(void)
+{
+    base(3, 0, 0, 0);
+    costs(-9, 5, 23);
+    t.problem.sites = 4;
+    memcpy(t.table, (int32_t[]){0, 2, 5, 1, 0, 3, 9, 4, 0}, 9 * sizeof(int32_t));
+    t.problem.pairwise = (qs_pairwise){QS_TABLE, 0, t.table};
+    memcpy(t.edges, (qs_edge[]){{0, 1, 2}, {1, 3, 200}, {0, 3, 0}, {2, 3, 1}}, 4 * sizeof(qs_edge));
+    t.problem.edges = t.edges;
+    t.problem.edge_count = 4;
+    return (qs_encode_options){0};
+}
+
+static const struct {
+    const char *name;
+    qs_encode_options (*make)(void);
+} golden[] = {
+    {"good-smallest", smallest}, {"good-grid-sparse", grid_sparse}, {"good-grid-paper", grid_paper},
+    {"good-masked-weighted", masked_weighted}, {"good-linear", linear}, {"good-quadratic", quadratic}, {"good-edges-table", edges_table},
+};
+
+static FILE *open_golden(const char *name, const char *suffix, const char *mode)
+{
+    char path[256];
+    snprintf(path, sizeof path, "tests/golden/%s.%s", name, suffix);
+    FILE *file = fopen(path, mode);
+    if (!file) {
+        fail_msg("cannot open %s: run from the project's root", path);
+    }
+    return file;
+}
+
+static void compare_file(const char *name, const char *suffix, const uint8_t *bytes, size_t size)
+{
+    if (getenv("QSTEREO_WRITE_GOLDEN")) {
+        FILE *file = open_golden(name, suffix, "wb");
+        assert_int_equal(fwrite(bytes, 1, size, file), size);
+        assert_int_equal(fclose(file), 0);
+        return;
+    }
+    static uint8_t stored[TINY_FILE];
+    FILE *file = open_golden(name, suffix, "rb");
+    size_t stored_size = fread(stored, 1, sizeof stored, file);
+    fclose(file);
+    assert_int_equal(stored_size, size);
+    assert_memory_equal(stored, bytes, size);
+}
+
+/* The samples: all labels 0, all labels 1 and an infeasible state, with true energies. */
+static void compare_samples(const char *name)
+{
+    uint8_t bits[3][16] = {{0}}, packed[3 * 16], file[TINY_FILE];
+    size_t each = (q.qubo.variables + 7) / 8;
+    qs_record records[3];
+    uint16_t labelling[TINY_SITES] = {0};
+    assert_int_equal(qs_sample_encode(&q.index, labelling, bits[0]), QS_OK);
+    for (int p = 0; p < TINY_SITES; p++) {
+        labelling[p] = 1;
+    }
+    assert_int_equal(qs_sample_encode(&q.index, labelling, bits[1]), QS_OK);
+    bits[2][0] = 3;
+    for (uint32_t i = 0; i < 3; i++) {
+        memcpy(packed + i * each, bits[i], each);
+        records[i] = (qs_record){qs_qubo_energy(&q.index, bits[i]), i + 1, i == 0 ? QS_NO_CHAINS : i * 250000000};
+    }
+    static const char info[] = "{\"by\": \"hand\"}";
+    qs_samples samples = {.variables = q.qubo.variables, .count = 3, .solver = "golden", .solver_size = 6, .info = info,
+                          .info_size = sizeof info - 1, .records = records, .bits = packed};
+    qs_digest(q.file, q.size, samples.problem);
+    qs_buffer buffer = {file, sizeof file, 0};
+    qs_sink sink = qs_buffer_sink(&buffer);
+    assert_int_equal(qs_samples_write(&samples, &sink, NULL), QS_OK);
+    compare_file(name, "qsf", file, buffer.size);
+}
+
+static void golden_files(void **unused)
+{
+    (void)unused;
+    for (size_t i = 0; i < sizeof golden / sizeof *golden; i++) {
+        qs_encode_options options = golden[i].make();
+        tiny_encode(&t.problem, options, &q);
+        compare_file(golden[i].name, "qcf", q.file, q.size);
+        compare_samples(golden[i].name);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(golden_files)};
+    return cmocka_run_group_tests_name("golden", tests, NULL, NULL);
+}
