@@ -269,6 +269,18 @@ def test_ctrl_c(arguments, tmp_path, environment):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["p.qcf", "s.qsf"]
 
 
+def test_ctrl_c_does_not_wait_for_a_service(problem_file, tmp_path, main, monkeypatch):
+    class Waiting(BruteForceCQM):
+        def sample_cqm(self, *arguments, **options):
+            raise KeyboardInterrupt
+
+        def close(self):
+            pytest.fail("the client's close() waits for the answer")
+    monkeypatch.setattr(services, "connect", lambda name: Waiting())
+    status, out, err = main("solve", problem_file, "-o", tmp_path / "s.qsf", "--solver", "hybrid-cqm")
+    assert (status, out) == (130, "") and "interrupted" in err and not (tmp_path / "s.qsf").exists()
+
+
 def test_no_binary_to_a_terminal(problem_file, environment):
     terminal, other = pty.openpty()
     found = subprocess.run([sys.executable, "-c", "from qstereo_bridge.cli import run; run()", "solve", problem_file, "-o", "-"],

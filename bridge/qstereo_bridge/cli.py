@@ -1,0 +1,305 @@
+"""The command qstereo-bridge. Results go to stdout, messages and progress to stderr."""
+
+import argparse
+import importlib
+import json
+import math
+import os
+import sys
+import time
+from dataclasses import dataclass
+
+from . import __version__
+
+OK, USAGE, BAD_INPUT, IO, SERVICE, INTERRUPTED = 0, 2, 3, 4, 5, 130
+
+
+@dataclass(frozen=True)
+class Solver:
+    """One row of the table of solvers: where its function is, and the options that it takes with their defaults."""
+
+    module: str
+    summary: str
+    options: dict
+
+    def run(self, name, *arguments):
+        module = importlib.import_module("." + self.module, __package__)
+        return getattr(module, name.replace("-", "_"))(*arguments)
+
+
+# No module of a solver is imported before it runs: --help does not wait for numpy, local solvers not for the cloud client.
+SOLVERS = {
+    "anneal": Solver("solvers", "simulated annealing, finished by steepest descent (the default)",
+                     {"num_reads": 20, "num_sweeps": 1000, "seed": None, "time_limit": None}),
+    "tabu": Solver("solvers", "tabu search; --time-limit is for all reads together",
+                   {"num_reads": 10, "seed": None, "time_limit": 10.0}),
+    "exact": Solver("solvers", "every state; at most 24 variables; writes up to 100 of the best", {}),
+    "qpu": Solver("services", "D-Wave's quantum annealer, by minor embedding",
+                  {"num_reads": 1000, "annealing_time": None, "chain_strength": None, "label": None}),
+    "hybrid-bqm": Solver("services", "D-Wave's hybrid solver, penalties in the model",
+                         {"time_limit": None, "label": None}),
+    "hybrid-cqm": Solver("services", "D-Wave's hybrid solver, one-hot groups as constraints, no penalties",
+                         {"time_limit": None, "label": None}),
+}
+
+EPILOG = "\n".join([
+    "solvers:",
+    *(f"  {name:<11} {solver.summary}\n" + " " * 14 + "takes " + (", ".join(
+        f"--{option.replace('_', '-')}" + (f" ({default:g})" if default is not None else "")
+        for option, default in solver.options.items()) or "no options") for name, solver in SOLVERS.items()),
+    """
+exit status: 0 done, 2 usage, 3 bad input, 4 cannot read or write or over the memory limit, 5 the solver or its service
+failed or refused, 130 interrupted. A failed command leaves no output file, and an existing one as it was.
+
+examples:
+  qstereo-bridge solve p.qcf -o s.qsf
+  qstereo-bridge solve p.qcf -o s.qsf --num-reads 50 --seed 1 --json
+  qstereo-bridge solve p.qcf --solver hybrid-cqm --dry-run
+  qstereo-bridge solve p.qcf -o s.qsf --solver qpu --num-reads 1000 --annealing-time 50
+
+D-Wave's services (qpu, hybrid-bqm, hybrid-cqm) use your own account: `dwave config create`, or the environment
+variable DWAVE_API_TOKEN. Only coefficients are sent, with the label."""])
+
+
+class Failure(Exception):
+    """An end of the command: exit status and message."""
+
+    def __init__(self, status, message):
+        super().__init__(message)
+        self.status = status
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message):
+        raise Failure(USAGE, f"{message}; see {self.prog} --help")
+
+
+def _number(kind, low, high):
+    def parse(text):
+        value = kind(text)
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text} is not between {low:g} and {high:g}")
+        return value
+    parse.__name__ = "number" if kind is float else "whole number"
+    return parse
+
+
+def _parser():
+    parser = _Parser(prog="qstereo-bridge", description="Solve QUBO coefficient files with D-Wave's samplers.")
+    parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=_Parser)
+    solve = commands.add_parser(
+        "solve", help="solve a .qcf, write a .qsf", epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Solve the problem in a .qcf and write the samples found to a .qsf.")
+    add, whole = solve.add_argument, _number(int, 1, 2**31 - 1)
+    positive = _number(float, 1e-6, 1e9)
+    add("problem", metavar="P.qcf", help="the problem; - is stdin")
+    add("-o", "--output", metavar="S.qsf", help="the samples; - is stdout; needed unless --dry-run")
+    add("--solver", choices=SOLVERS, default="anneal", metavar="NAME", help="one of the solvers below (anneal)")
+    add("--num-reads", type=whole, metavar="N", help="samples to take")
+    add("--num-sweeps", type=whole, metavar="N", help="sweeps of each annealing read")
+    add("--seed", type=_number(int, 0, 2**31 - 1), metavar="N", help="seed of the random numbers (a random one)")
+    add("--time-limit", type=positive, metavar="S", help="seconds; hybrid solvers: the least they allow")
+    add("--annealing-time", type=positive, metavar="US", help="microseconds of each anneal (the chip's default)")
+    add("--chain-strength", type=positive, metavar="X", help="coupling in a chain (uniform torque compensation)")
+    add("--label", metavar="TEXT", help="the problem's name at the service (the file's name without .qcf)")
+    add("--dry-run", action="store_true", help="say what would be sent, and against which limits; send nothing")
+    add("--json", action="store_true", help="print the result as one JSON object")
+    add("--memory-limit", type=_number(int, 1, 1 << 40), default=8192, metavar="MIB", help="memory for the problem (8192)")
+    add("--quiet", action="store_true", help="no progress and no result lines, only errors")
+    return parser
+
+
+def _options(arguments):
+    """Parse and complete the options. Raises Failure."""
+    options = _parser().parse_args(arguments)
+    solver = SOLVERS[options.solver]
+    for option in sorted({option for other in SOLVERS.values() for option in other.options}):
+        if getattr(options, option) is None:
+            setattr(options, option, solver.options.get(option))
+        elif option not in solver.options:
+            takers = ", ".join(name for name, other in SOLVERS.items() if option in other.options)
+            raise Failure(USAGE, f"{options.solver} takes no --{option.replace('_', '-')}, only {takers} do")
+    if "label" in solver.options and options.label is None and options.problem != "-":
+        options.label = os.path.splitext(os.path.basename(options.problem))[0]
+    if options.output is None and not options.dry_run:
+        raise Failure(USAGE, "name the samples file with -o S.qsf (or ask for --dry-run)")
+    if not options.dry_run and os.path.realpath(options.output) == os.path.realpath(options.problem) != os.path.realpath("-"):
+        raise Failure(USAGE, f"{options.output} is the problem itself; give -o another name")
+    if options.output == "-" and options.json:
+        raise Failure(USAGE, "-o - and --json both want stdout; give -o a file")
+    if options.output == "-" and sys.stdout.isatty():
+        raise Failure(USAGE, "-o - would write binary to a terminal; redirect stdout, or give -o a file")
+    options.memory_limit <<= 20
+    return options
+
+
+def _progress(options):
+    """A function that shows one line of progress on a terminal, elsewhere nothing; with None it clears the line."""
+    if options.quiet or not sys.stderr.isatty():
+        return lambda text: None
+    began = time.monotonic()
+
+    def show(text):
+        line = "" if text is None else f"{options.solver}: {text}, {time.monotonic() - began:.0f} s"
+        print(f"\r\033[K{line}", end="", file=sys.stderr, flush=True)
+    return show
+
+
+def _read(options):
+    """The Problem and the file's SHA-256. Raises Failure."""
+    import hashlib
+    from .container import FormatError, OverLimit
+    from .qcf import read_qcf
+
+    try:
+        stdin = options.problem == "-"
+        with open(sys.stdin.fileno() if stdin else options.problem, "rb", closefd=not stdin) as stream:
+            problem, data = read_qcf(stream, options.memory_limit)
+    except OverLimit as error:
+        raise Failure(IO, f"{options.problem}: {error}") from None
+    except FormatError as error:
+        raise Failure(BAD_INPUT, f"{options.problem}: {error}") from None
+    except OSError as error:
+        raise Failure(IO, f"{options.problem}: cannot read: {error.strerror or error}") from None
+    return problem, hashlib.sha256(data).digest()
+
+
+def _dry_run(options, problem):
+    from .services import plan
+
+    found = {"schema": 1, "solver": options.solver, "dry_run": True, **plan(options.solver, problem)}
+    if options.json:
+        return json.dumps(found)
+    lines = [f"{options.solver}: {found['variables']:,} variables, {found['quadratic_terms']:,} quadratic terms"]
+    if SOLVERS[options.solver].module == "solvers":
+        return lines[0] + "\nruns on this machine; nothing is ever sent"
+    if options.solver == "qpu":
+        lines.append(f"largest degree {found['largest_degree']}; linear terms {found['linear_min']} to {found['linear_max']}, "
+                     f"quadratic terms {found['quadratic_min']} to {found['quadratic_max']}")
+        lines += [f"{chip}: {qubits:,} qubits (as published)" for chip, qubits in found["qubits"].items()]
+    else:
+        lines.append(f"upload about {found['upload_bytes'] / 1e6:,.1f} MB; least time limit {found['minimum_time_limit']:,.1f} s")
+        lines += [f"{found[key]:,} {key} of the {limit:,} that the service takes (as published)"
+                  for key, limit in found["limits"].items()]
+    fits = {True: "it fits", False: "it does not fit", None: "whether it fits, the embedding will show"}[found["fits"]]
+    return "\n".join([*lines, f"{fits}; nothing was sent"])
+
+
+def _check_energies(answer, energies, problem):
+    """The solver's own energies must be the recomputed ones, but for the rounding of its floating point."""
+    import numpy as np
+    from .models import energies as recompute
+    from .solvers import SolverError
+
+    if answer.energies is None:
+        return
+    expected = recompute(problem, answer.bits, penalties=False) if answer.objective else energies
+    rounding = 0.5 + float(problem.magnitude(np.int64)) * 2**-44
+    wrong = ~(np.abs(answer.energies - expected) <= rounding)
+    if wrong.any():
+        at = wrong.argmax()
+        raise SolverError(f"internal error: the solver says that sample {at} has energy {answer.energies[at]}, it has "
+                          f"{expected[at]}; please report this")
+
+
+def _records(answer, energies):
+    import numpy as np
+    from .qsf import BROKEN_UNITS, NO_CHAINS, RECORD
+
+    records = np.empty(energies.size, RECORD)
+    records["energy"] = energies
+    records["occurrences"] = 1 if answer.occurrences is None else answer.occurrences
+    records["broken"] = NO_CHAINS if answer.broken is None else np.rint(answer.broken * BROKEN_UNITS)
+    return records
+
+
+def _real(energy, scale):
+    """An energy in real units; a whole number stays one."""
+    return None if energy is None else energy // scale if energy % scale == 0 else energy / scale
+
+
+def _summary(options, problem, answer, energies, seconds):
+    from .models import feasible
+
+    good = energies[feasible(problem, answer.bits)]
+    least, bound = min(energies.tolist(), default=None), answer.lower_bound
+    real = {key: _real(value, problem.scale) for key, value in {
+        "energy": least, "lower_bound": bound, "gap": None if bound is None else least - bound,
+        "best_energy": min(good.tolist(), default=None)}.items()}
+    if options.json:
+        return json.dumps({"schema": 1, "solver": options.solver, **real, "proven_optimal": least is not None and least == bound,
+                           "iterations": answer.iterations, "seconds": round(seconds, 3), "samples": energies.size,
+                           "feasible": good.size})
+    proven = " (proven optimal)" if bound is not None else ""
+    best = f"{good.size} feasible, best energy of these {real['best_energy']}" if good.size else "none feasible"
+    return (f"{options.solver}: {energies.size} samples, best energy {real['energy']}{proven}; {best}; {seconds:.1f} s\n"
+            f"{options.output}: written")
+
+
+def _solve(options):
+    """Read, solve, check, write. Returns what to print. Raises Failure."""
+    from .container import OverLimit
+    from .output import check_writable, write
+    from .solvers import SolverError
+
+    if not options.dry_run:
+        try:
+            check_writable(options.output)
+        except OSError as error:
+            raise Failure(IO, f"{options.output}: {error}") from None
+    problem, digest = _read(options)
+    if options.dry_run:
+        return _dry_run(options, problem)
+    from .models import energies as recompute
+    from .qsf import Samples, pack_qsf
+
+    began, progress = time.monotonic(), _progress(options)
+    try:
+        answer = SOLVERS[options.solver].run(options.solver, problem, options, progress)
+        energies = recompute(problem, answer.bits)
+        _check_energies(answer, energies, problem)
+    except OverLimit as error:
+        raise Failure(IO, f"{options.problem}: {error}") from None
+    except MemoryError:
+        raise Failure(IO, f"{options.problem}: this machine has not enough memory for it") from None
+    except SolverError as error:
+        raise Failure(SERVICE, f"{options.problem}: {error}") from None
+    finally:
+        progress(None)
+    data = pack_qsf(Samples(digest, options.solver, _records(answer, energies), answer.bits, answer.info))
+    try:
+        write(options.output, data)
+    except OSError as error:
+        raise Failure(IO, f"{options.output}: cannot write: {error.strerror or error}") from None
+    return _summary(options, problem, answer, energies, time.monotonic() - began)
+
+
+def main(arguments=None):
+    """The command; returns the exit status."""
+    name = "qstereo-bridge"
+    try:
+        options = _options(arguments)
+        name += f" {options.command}"
+        text = _solve(options)
+        if options.json or options.dry_run or not options.quiet:
+            print(text, file=sys.stderr if options.output == "-" and not options.dry_run else sys.stdout, flush=True)
+    except Failure as failure:
+        print(f"{name}: {failure}", file=sys.stderr)
+        return failure.status
+    except OSError as error:
+        print(f"{name}: stdout: cannot write: {error.strerror}", file=sys.stderr)
+        return IO
+    except KeyboardInterrupt:
+        print(f"{name}: interrupted, nothing was written", file=sys.stderr)
+        return INTERRUPTED
+    return OK
+
+
+def run():
+    """The console script."""
+    status = main()
+    if status == INTERRUPTED:
+        # A sampler may still be at work in its thread, where nothing but the end of the process stops it.
+        os._exit(status)
+    sys.exit(status)

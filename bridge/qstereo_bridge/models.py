@@ -1,0 +1,231 @@
+"""From a Problem to its terms, its exact energies, and dimod's models."""
+
+import numpy as np
+
+from .container import check_memory
+from .qcf import DEFAULT_LIMIT
+
+# Terms expanded at a time: large enough for numpy, small enough that temporary arrays stay out of the peak.
+CHUNK = 1 << 19
+# Bytes a term: 16 in the three arrays, twice 16 in dimod's adjacency, whose vectors may be half empty.
+COO_BYTES, BQM_BYTES = 16, 64
+# Mean number of terms in a run of like groups from which on it pays to take the run as a whole.
+LONG_RUN = 1000
+
+
+class Terms:
+    """The quadratic terms of a Problem, sorted by (row, column), expanded chunk by chunk.
+
+    Every coupling (and every penalty with b > 0, as a coupling of its group with itself) has a *pattern*: the entries of
+    its block that are not 0, row after row. The terms of variable i of group g are then row i of the pattern of each of g's
+    couplings, one after another in the order of the partner groups.
+
+    `count` is their number. With `penalties` false the one-hot penalties are left out.
+    """
+
+    def __init__(self, problem, penalties=True):
+        self.starts = problem.starts()
+        sizes = np.diff(self.starts)
+        g, h, block, weight = problem.coupled_pairs()
+        pattern = 2 * block + (g == h)
+        if penalties:
+            _, b = problem.penalty_pairs()
+            own = np.flatnonzero((b != 0) & (sizes > 1))
+            self.sizes, of_size = np.unique(sizes[own], return_inverse=True)
+            g, h, weight = np.append(g, own), np.append(h, own), np.append(weight, b[own])
+            pattern = np.append(pattern, 2 * len(problem.blocks) + of_size)
+        # Stable sorting merges runs that are sorted already, which is how couplings usually stand in a file.
+        order = np.argsort(g * sizes.size + h, kind="stable")
+        order = order[weight[order] != 0]
+        self.g, self.h, self.weight = g[order], h[order], weight[order]
+        self.used, self.pattern = np.unique(pattern[order], return_inverse=True)
+        self.blocks = problem.blocks
+        self.repeated = bool(((self.g[1:] == self.g[:-1]) & (self.h[1:] == self.h[:-1])).any())
+        sizes_of_patterns = np.array([self._pattern_size(k) for k in self.used], np.int64)
+        self.terms_of_coupling = sizes_of_patterns[self.pattern]
+        self.count = int(self.terms_of_coupling.sum())
+
+    def _pattern_size(self, key):
+        block, upper = divmod(int(key), 2)
+        if block < len(self.blocks):
+            return self.blocks[block].count_nonzero(upper)
+        size = int(self.sizes[key - 2 * len(self.blocks)])
+        return size * (size - 1) // 2
+
+    def _pattern_entries(self, key):
+        """(entries of each row, columns, values) of one pattern."""
+        block, upper = divmod(int(key), 2)
+        if key >= 2 * len(self.blocks):
+            size = int(self.sizes[key - 2 * len(self.blocks)])
+            row, column = np.triu_indices(size, 1)
+            return np.bincount(row, minlength=size), column.astype(np.int32), np.ones(row.size, np.int32)
+        dense = np.triu(self.blocks[block].dense(), 1) if upper else self.blocks[block].dense()
+        row, column = np.nonzero(dense)
+        return np.bincount(row, minlength=dense.shape[0]), column.astype(np.int32), dense[row, column]
+
+    def chunks(self):
+        """Yields (rows, columns, values), integer arrays of about CHUNK terms, in the order of (row, column)."""
+        if self.count == 0:
+            return
+        entries = [self._pattern_entries(key) for key in self.used]
+        self.lengths, self.columns, self.values = (np.concatenate(parts) for parts in zip(*entries))
+        self.first_entry = np.cumsum(self.lengths) - self.lengths
+        rows_of_patterns = np.array([entry[0].size for entry in entries])
+        self.first_row = (np.cumsum(rows_of_patterns) - rows_of_patterns)[self.pattern]
+        self.partners = np.bincount(self.g, minlength=self.starts.size - 1)
+        self.first_coupling = np.cumsum(self.partners) - self.partners
+        runs = self._runs()
+        yield from self._by_runs(runs) if self.count >= LONG_RUN * (runs.size - 1) else self._by_rows()
+
+    def _runs(self):
+        """First groups of the longest runs of groups that have the same patterns in the same order; all groups at the end.
+
+        A grid has two in each of its rows: all cells but the last, which has no right neighbour.
+        """
+        previous = np.arange(self.g.size) - self.partners[self.g]
+        differs = np.append(True, self.partners[1:] != self.partners[:-1])
+        differs[self.g[self.pattern != self.pattern[np.maximum(previous, 0)]]] = True
+        return np.append(np.flatnonzero(differs), differs.size)
+
+    def _by_runs(self, runs):
+        """The fast way: the terms of one group, shifted for all groups of its run."""
+        templates, starts = {}, self.starts.astype(np.int32)
+        for low, high in zip(runs[:-1].tolist(), runs[1:].tolist()):
+            first, partners = self.first_coupling[low], self.partners[low]
+            if partners == 0:
+                continue
+            key = self.pattern[first:first + partners].tobytes()
+            if key not in templates:
+                row, coupling, entry = self._locate(self.starts[low], self.starts[low + 1])
+                templates[key] = ((row - self.starts[low]).astype(np.int32), coupling - first, self.columns[entry],
+                                  self.values[entry])
+            row, slot, column, value = templates[key]
+            step = max(1, CHUNK // max(row.size, 1))
+            for at in range(low, high, step):
+                groups = min(step, high - at)
+                these = slice(self.first_coupling[at], self.first_coupling[at] + groups * partners)
+                base = starts[self.h[these]].reshape(groups, partners)
+                weight = self.weight[these].reshape(groups, partners)
+                columns = base.take(slot, axis=1)
+                columns += column
+                values = weight[:1, slot] * value if (weight == weight[0]).all() else weight[:, slot] * value
+                yield ((starts[at:at + groups, None] + row).ravel(), columns.ravel(),
+                       np.broadcast_to(values, columns.shape).ravel())
+
+    def _by_rows(self):
+        """The general way, for groups that have little in common with their neighbours."""
+        ends = np.zeros(self.starts.size, np.int64)
+        np.add.at(ends, self.g + 1, self.terms_of_coupling)
+        # Ranges of variables that have about CHUNK terms each.
+        cuts = np.interp(np.arange(0, self.count, CHUNK), np.cumsum(ends), self.starts).astype(np.int64)
+        cuts = np.unique(np.concatenate(([0], cuts, self.starts[-1:])))
+        for low, high in zip(cuts[:-1], cuts[1:]):
+            row, coupling, entry = self._locate(low, high)
+            yield row, self.starts[self.h[coupling]] + self.columns[entry], self.weight[coupling] * self.values[entry]
+
+    def _locate(self, low, high):
+        """For each term of the variables low .. high - 1: its row, its coupling, and its entry in the patterns."""
+        row = np.arange(low, high)
+        group = np.searchsorted(self.starts, row, side="right") - 1
+        # A segment is one row of one pattern.
+        segments = self.partners[group]
+        row, group = np.repeat(row, segments), np.repeat(group, segments)
+        coupling = self.first_coupling[group] + _places(segments)
+        entry_row = self.first_row[coupling] + row - self.starts[group]
+        length = self.lengths[entry_row]
+        return (np.repeat(row, length), np.repeat(coupling, length),
+                np.repeat(self.first_entry[entry_row], length) + _places(length))
+
+
+def _places(lengths):
+    """0, 1, .. length - 1 for each of `lengths`, one after another."""
+    return np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
+
+
+def expand(problem, penalties=True, limit=DEFAULT_LIMIT):
+    """All coefficients: (linear, (rows, columns, values), offset).
+
+    linear, values are i64; rows < columns are i32, sorted by (row, column), without repetitions and without zeros. The penalties
+    are folded in (-a on each linear term, b on each pair of the group, a in the offset) or, with `penalties` false, left out.
+    Raises OverLimit where these arrays and dimod's model of them would not fit into `limit` bytes.
+    """
+    terms = Terms(problem, penalties)
+    check_memory(terms.count * (COO_BYTES + BQM_BYTES), limit, f"a model of {terms.count:,} quadratic terms")
+    rows, columns = np.empty(terms.count, np.int32), np.empty(terms.count, np.int32)
+    values = np.empty(terms.count, np.int64)
+    at = 0
+    for row, column, value in terms.chunks():
+        rows[at:at + row.size], columns[at:at + row.size], values[at:at + row.size] = row, column, value
+        at += row.size
+    if terms.repeated:
+        rows, columns, values = _add_up(rows, columns, values)
+    return linear_terms(problem, penalties), (rows, columns, values), constant(problem, penalties)
+
+
+def _add_up(rows, columns, values):
+    """Sum the terms of the same (row, column); drop those that cancel."""
+    order = np.lexsort((columns, rows))
+    rows, columns = rows[order], columns[order]
+    new = np.ones(rows.size, bool)
+    new[1:] = (rows[1:] != rows[:-1]) | (columns[1:] != columns[:-1])
+    first = np.flatnonzero(new)
+    values = np.add.reduceat(values[order], first)
+    kept = values != 0
+    return rows[first][kept], columns[first][kept], values[kept]
+
+
+def linear_terms(problem, penalties=True):
+    """i64 array: the linear term of each variable, -a of its group included unless `penalties` is false."""
+    if not penalties:
+        return problem.linear
+    return problem.linear - np.repeat(problem.penalty_pairs()[0], problem.sizes())
+
+
+def constant(problem, penalties=True):
+    """H of the state of zeros: the offset, and every group's a unless `penalties` is false."""
+    return problem.offset + (int(problem.penalty_pairs()[0].sum()) if penalties else 0)
+
+
+def energies(problem, bits, penalties=True):
+    """Exact H of each sample: i64 array. `bits` is a u8 array (samples, n) of 0 and 1."""
+    bits = np.ascontiguousarray(bits.T, np.uint8)
+    total = np.full(bits.shape[1], constant(problem, penalties), np.int64)
+    block = max(1, (1 << 26) // bits.shape[0])
+    for at in range(0, total.size, block):
+        total[at:at + block] += linear_terms(problem, penalties) @ bits[:, at:at + block].astype(np.int64)
+    block = max(1, (1 << 24) // CHUNK)
+    for row, column, value in Terms(problem, penalties).chunks():
+        for at in range(0, total.size, block):
+            total[at:at + block] += value @ (bits[row, at:at + block] & bits[column, at:at + block]).astype(np.int64)
+    return total
+
+
+def feasible(problem, bits):
+    """bool array: which samples have exactly one variable at 1 in every one-hot group."""
+    sums = np.add.reduceat(bits, problem.starts()[:-1], axis=1, dtype=np.int64)
+    return ((sums == 1) | ~problem.one_hot()).all(axis=1)
+
+
+def to_bqm(problem, limit=DEFAULT_LIMIT):
+    """dimod's BinaryQuadraticModel of H, its variables 0 .. n - 1."""
+    import dimod
+
+    linear, quadratic, offset = expand(problem, limit=limit)
+    return dimod.BinaryQuadraticModel.from_numpy_vectors(linear, quadratic, offset, "BINARY")
+
+
+def to_cqm(problem, limit=DEFAULT_LIMIT):
+    """dimod's ConstrainedQuadraticModel: H without its penalties, each one-hot group a constraint instead."""
+    import dimod
+
+    linear, quadratic, offset = expand(problem, penalties=False, limit=limit)
+    cqm = dimod.ConstrainedQuadraticModel()
+    cqm.set_objective(dimod.BinaryQuadraticModel.from_numpy_vectors(linear, quadratic, offset, "BINARY"))
+    starts = problem.starts()
+    for group in np.flatnonzero(problem.one_hot()).tolist():
+        # add_discrete says the same, but compares each new group with all others.
+        members = [(i, 1) for i in range(starts[group], starts[group + 1])]
+        cqm.add_constraint_from_iterable(members, "==", rhs=1, label=group)
+        # On a group of one variable dimod passes over the mark, and the equality alone says it.
+        cqm.constraints[group].lhs.mark_discrete()
+    return cqm

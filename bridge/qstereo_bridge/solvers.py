@@ -1,0 +1,149 @@
+"""The solvers that run on this machine: anneal, tabu, exact. A solver is a function (problem, options, progress) -> Answer."""
+
+import concurrent.futures
+import secrets
+import threading
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from . import models
+from .container import check_memory
+
+EXACT_VARIABLES = 24
+EXACT_SAMPLES = 100
+
+
+class SolverError(Exception):
+    """The solver failed, refused the problem, or answered something that cannot be."""
+
+
+@dataclass
+class Answer:
+    """What a solver found.
+
+    bits            u8 array (samples, n)
+    energies        the solver's own energies, None where it gives none
+    objective       whether these energies leave out the one-hot penalties
+    occurrences     how often each sample was seen, None = once
+    broken          share of broken chains of each sample (0 to 1), None = no chains
+    iterations      reads times sweeps, None where that says nothing
+    lower_bound     a proven lower bound of H, None where there is none
+    info            what the .qsf's INFO will say
+    """
+
+    bits: np.ndarray
+    energies: np.ndarray = None
+    objective: bool = False
+    occurrences: np.ndarray = None
+    broken: np.ndarray = None
+    iterations: int = None
+    lower_bound: int = None
+    info: dict = field(default_factory=dict)
+
+
+def from_sampleset(sampleset, n, **more):
+    """The Answer in a dimod SampleSet over the variables 0 .. n - 1. Raises SolverError where it has others."""
+    record, labels = sampleset.record, np.array(list(sampleset.variables))
+    order = np.argsort(labels)
+    if labels.size != n or not np.array_equal(labels[order], np.arange(n)):
+        raise SolverError(f"the answer has {labels.size} variables that are not the {n} of the problem")
+    samples = np.rint(record.sample[:, order])
+    if not np.isin(samples, (0, 1)).all():
+        raise SolverError("the answer has values other than 0 and 1")
+    fields = record.dtype.names
+    return Answer(samples.astype(np.uint8), record.energy, occurrences=record.num_occurrences,
+                  broken=record.chain_break_fraction if "chain_break_fraction" in fields else None, **more)
+
+
+def interruptible(call, tick):
+    """call() in a thread of its own, tick() five times a second in this one.
+
+    Ocean's samplers leave the interpreter for minutes and only return to it between reads; this way Ctrl-C reaches the
+    main thread at once.
+    """
+    future = concurrent.futures.Future()
+
+    def work():
+        try:
+            future.set_result(call())
+        except BaseException as error:
+            future.set_exception(error)
+
+    threading.Thread(target=work, daemon=True).start()
+    while not concurrent.futures.wait([future], timeout=0.2).done:
+        tick()
+    return future.result()
+
+
+def _bqm(problem, options):
+    """The model for a sampler on this machine, after a look at the room that its samples will take."""
+    check_memory(16 * problem.linear.size * options.num_reads, options.memory_limit,
+                 f"{options.num_reads:,} samples of {problem.linear.size:,} variables")
+    return models.to_bqm(problem, options.memory_limit)
+
+
+def _seed(options):
+    """The seed that was asked for, or one that can be told afterwards."""
+    return secrets.randbelow(2**31) if options.seed is None else options.seed
+
+
+def anneal(problem, options, progress):
+    """Simulated annealing, each of its samples finished by steepest descent. A time limit stops it between two reads."""
+    from dwave.samplers import SimulatedAnnealingSampler, SteepestDescentSampler
+
+    bqm, seed, reads = _bqm(problem, options), _seed(options), [0]
+    stop = time.monotonic() + (options.time_limit or float("inf"))
+
+    def after_read():
+        reads[0] += 1
+        return time.monotonic() > stop
+
+    annealed = interruptible(
+        lambda: SimulatedAnnealingSampler().sample(bqm, num_reads=options.num_reads, num_sweeps=options.num_sweeps,
+                                                   seed=seed, interrupt_function=after_read),
+        lambda: progress(f"{reads[0]} of {options.num_reads} reads"))
+    descended = interruptible(lambda: SteepestDescentSampler().sample(bqm, initial_states=annealed, seed=seed),
+                              lambda: progress("steepest descent"))
+    info = {"parameters": {"num_reads": options.num_reads, "num_sweeps": options.num_sweeps, "seed": seed,
+                           "time_limit": options.time_limit, "beta_range": annealed.info["beta_range"],
+                           "beta_schedule_type": annealed.info["beta_schedule_type"]},
+            "timing": {"anneal": annealed.info["timing"], "descent": descended.info.get("timing")}}
+    return from_sampleset(descended, problem.linear.size, iterations=len(descended) * options.num_sweeps, info=info)
+
+
+def tabu(problem, options, progress):
+    """Tabu search; the time limit is shared by the reads. Its matrix is dense: 32 bytes for each pair of variables."""
+    from dwave.samplers import TabuSampler
+
+    n, seed = problem.linear.size, _seed(options)
+    check_memory(32 * n * n, options.memory_limit, f"tabu search, dense in {n:,} variables,")
+    bqm = _bqm(problem, options)
+    milliseconds = min(max(1, round(1000 * options.time_limit / options.num_reads)), 2**31 - 1)
+    sampleset = interruptible(
+        lambda: TabuSampler().sample(bqm, num_reads=options.num_reads, seed=seed, timeout=milliseconds),
+        lambda: progress(f"{options.num_reads} reads in {options.time_limit:g} s"))
+    info = {"parameters": {"num_reads": options.num_reads, "seed": seed, "timeout": milliseconds}}
+    return from_sampleset(sampleset, n, info=info)
+
+
+def exact(problem, options, progress):
+    """All states, by doubling: those with variable k at 1 are those without it, plus its linear term and couplings."""
+    n = problem.linear.size
+    if n > EXACT_VARIABLES:
+        raise SolverError(f"exact takes at most {EXACT_VARIABLES} variables, this problem has {n:,}; use anneal")
+    linear, (rows, columns, values), offset = models.expand(problem, limit=options.memory_limit)
+    couplings = np.zeros((n, n), np.int64)
+    couplings[rows, columns] = values
+    energies, flip = np.empty(1 << n, np.int64), np.empty(1 << n - 1, np.int64)
+    energies[0] = offset
+    for k in range(n):
+        flip[0] = linear[k]
+        for j in range(k):
+            np.add(flip[:1 << j], couplings[j, k], out=flip[1 << j:2 << j])
+        np.add(energies[:1 << k], flip[:1 << k], out=energies[1 << k:2 << k])
+    best = np.flatnonzero(energies == energies.min())
+    bits = (best[:EXACT_SAMPLES, None] >> np.arange(n) & 1).astype(np.uint8)
+    info = {"states": 1 << n, "minimisers": best.size}
+    return Answer(bits, energies[best[:EXACT_SAMPLES]], lower_bound=int(energies.min()), info=info)
