@@ -1,0 +1,66 @@
+/* A labelling problem laid out for the solvers: contiguous costs, and the graph either as a grid or as lists of neighbours.
+ *
+ *     F(w) = constant + sum_p unary_p(w_p) + sum_{pq} weight_pq V(w_p, w_q)
+ *
+ * Sites of a model are the problem's, but for a masked grid: there all cells are sites of the model, the masked ones without costs
+ * and edges, so that every grid is a full one. */
+#ifndef QSTEREO_MODEL_H
+#define QSTEREO_MODEL_H
+
+#include "qubo.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* An edge as one of its two sites sees it. */
+typedef struct qs_link {
+    uint32_t site;   /* the other one */
+    uint32_t edge;   /* the edge's number, 0 .. edges - 1; in it `first` < `second` */
+    int32_t weight;  /* at least 0 */
+} qs_link;
+
+/* Its fields are for reading; the arrays are in the workspace that the model was built in. */
+typedef struct qs_model {
+    uint32_t sites, labels;
+    int64_t constant;
+    const int32_t *unary; /* sites x labels, each site's least is 0 */
+    qs_pairwise pairwise; /* the table as in qs_problem; V(a, b) with a the label of the lower-numbered site */
+    int64_t pairwise_max; /* the largest V */
+    /* A grid: site (x, y) is y * width + x. */
+    uint32_t width, height; /* 0 = no grid, and: */
+    const int32_t *right;   /* weight of the edge to the right neighbour, sites (0 in the last column) */
+    const int32_t *down;    /* and to the lower neighbour, sites (0 in the last row) */
+    /* Any other graph. */
+    uint32_t edges;
+    const uint32_t *link_start; /* sites + 1 */
+    const qs_link *links;       /* 2 x edges, of each site sorted by the other */
+    const uint8_t *mask;        /* of a masked grid: a bit a cell as in qs_labels; else NULL */
+} qs_model;
+
+/* Bytes of workspace for qs_model_build. */
+size_t qs_model_workspace(const qs_qubo *qubo);
+
+/* The model of a .qcf with the encoding one-hot or one-hot-sparse: from the file alone, so that every solver answers exactly the problem that
+ * an annealer is given. Borrows the view and the workspace (aligned for any type).
+ * Returns QS_OK; QS_E_ARGUMENT; QS_E_WORKSPACE; QS_E_UNSUPPORTED (the file does not say what its variables mean);
+ * QS_E_CORRUPT (the couplings are not what the encoding says); QS_E_OVERFLOW (a linear term beyond 2^31 - 1). */
+QS_MUST_CHECK qs_status qs_model_build(const qs_index *index, void *workspace, size_t workspace_size, qs_model *model);
+
+/* V(a, b), without a weight. */
+int64_t qs_model_pairwise(const qs_model *model, uint32_t a, uint32_t b);
+
+/* F of a labelling of the model's sites (labels in range). */
+int64_t qs_model_energy(const qs_model *model, const uint16_t *labelling);
+
+/* Winner takes all: each site's cheapest label, the lowest one of equals. */
+void qs_model_winner(const qs_model *model, uint16_t *labelling);
+
+/* The labelling of the problem's sites: that of the model's, less the masked cells. In place if `out` is `labelling`. */
+void qs_model_sites(const qs_model *model, const uint16_t *labelling, uint16_t *out);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

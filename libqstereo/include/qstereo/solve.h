@@ -1,0 +1,90 @@
+/* The classical solvers. Each takes a model (model.h), the caller's workspace, and a labelling of the model's sites; each energy is exact,
+ * each bound a proof. They are deterministic: the same arguments give the same answer on every machine. */
+#ifndef QSTEREO_SOLVE_H
+#define QSTEREO_SOLVE_H
+
+#include "model.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define QS_NO_BOUND INT64_MIN
+
+/* How far a solver is. */
+typedef struct qs_progress {
+    int64_t energy;      /* of the best labelling so far */
+    int64_t lower_bound; /* of all labellings; QS_NO_BOUND where the solver has none */
+    uint64_t iteration;
+} qs_progress;
+
+/* Told of progress; returns false to stop the solver at the next opportunity. */
+typedef bool qs_watch(void *context, const qs_progress *progress);
+
+typedef struct qs_solve_options {
+    uint64_t iterations; /* at most; 0 = the solver's own default, which its comment states */
+    uint64_t seed;       /* of the solvers that draw numbers */
+    qs_watch *watch;     /* NULL = nobody; called at least once an iteration */
+    void *context;       /* of watch */
+} qs_solve_options;
+
+typedef struct qs_solution {
+    int64_t energy;      /* of the labelling */
+    int64_t lower_bound; /* QS_NO_BOUND where the solver has none; proven optimal if it equals the energy */
+    uint64_t iterations; /* done */
+    bool converged;      /* it stopped by itself, not at a limit or a watch's word */
+} qs_solution;
+
+/* Every solver:
+ *
+ * options    NULL = all zero
+ * workspace  at least the solver's ..._workspace(model), aligned for any type
+ * labelling  out: a label of each of the model's sites, the best found; for icm, anneal, expansion and swap it is also
+ *            the start (qs_model_winner makes a usual one)
+ * Returns QS_OK (also when stopped), QS_E_ARGUMENT, QS_E_WORKSPACE, or QS_E_ENCODING: not usable for this pairwise cost (QS_E_OVERFLOW: costs too
+ * large for the solver's arithmetic). */
+typedef qs_status qs_solver(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size,
+                            uint16_t *labelling, qs_solution *solution);
+
+/* Iterated conditional modes (Besag 1986): each site in raster order takes its best label beside its neighbours, until none
+ * changes. An iteration is a sweep; default: no limit. */
+QS_MUST_CHECK qs_status qs_icm(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
+size_t qs_icm_workspace(const qs_model *model);
+
+/* Simulated annealing on labels (a site draws another label; Metropolis), geometric schedule from a temperature of the largest
+ * costs to one of a fraction of a unit, then icm. An iteration is a sweep of as many draws as sites; default 500. */
+QS_MUST_CHECK qs_status qs_anneal(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
+size_t qs_anneal_workspace(const qs_model *model);
+
+/* Alpha-expansion (Boykov, Veksler and Zabih 2001): the best move to each label in turn by a minimum cut, until a cycle changes nothing. For
+ * metric pairwise costs, else QS_E_ENCODING. An iteration is a cycle over the labels; default: no limit. */
+QS_MUST_CHECK qs_status qs_expansion(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
+size_t qs_expansion_workspace(const qs_model *model);
+
+/* Alpha-beta-swap (the same): for semi-metric pairwise costs (V(a, b) = V(b, a), V(a, a) = 0), else QS_E_ENCODING. An iteration
+ * is a cycle over the pairs of labels; default: no limit. */
+QS_MUST_CHECK qs_status qs_swap(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
+size_t qs_swap_workspace(const qs_model *model);
+
+/* Max-product loopy belief propagation with sequential schedule, BP-M of the Middlebury study (Szeliski et al. 2008; Tappen and Freeman 2003):
+ * an iteration is the four sweeps right, left, down, up (a general graph: one sweep in the order of the sites and one back). Default 50. The best
+ * labelling of all iterations is kept. */
+QS_MUST_CHECK qs_status qs_bp(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
+size_t qs_bp_workspace(const qs_model *model);
+
+/* Sequential tree-reweighted message passing (Kolmogorov 2006). An iteration is a forward and a backward pass; default 500. Stops when the bound proves
+ * the best labelling found. The bound is exact: messages are fixed-point numbers, whatever they are their reparametrisation is
+ * minimised in integers on each row and column of the grid (on each chain of a general graph). */
+QS_MUST_CHECK qs_status qs_trws(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
+size_t qs_trws_workspace(const qs_model *model);
+
+/* The best of these together: expansion, then TRW-S whose labellings are improved by moves, until the bound proves the answer or it is
+ * stopped. An iteration is one of TRW-S; default 2000. Works for every pairwise cost. */
+QS_MUST_CHECK qs_status qs_best(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
+size_t qs_best_workspace(const qs_model *model);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

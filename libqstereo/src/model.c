@@ -1,0 +1,313 @@
+#include "../include/qstereo/model.h"
+
+#include <string.h>
+
+#include "bytes.h"
+
+/* Parts of the workspace, none needing more than 8 bytes' alignment. */
+typedef struct layout {
+    size_t unary, right, down, link_start, links, table, end;
+} layout;
+
+static bool is_grid(const qs_qubo *qubo)
+{
+    return qubo->has_labels && qubo->labels.width > 0;
+}
+
+/* Sites of the model. */
+static uint32_t sites_of(const qs_qubo *qubo)
+{
+    return is_grid(qubo) ? qubo->labels.width * qubo->labels.height : qubo->groups;
+}
+
+static layout lay_out(const qs_qubo *qubo)
+{
+    size_t sites = sites_of(qubo), labels = qubo->has_labels ? qubo->labels.labels : 0;
+    bool grid = is_grid(qubo), table = qubo->has_labels && qubo->labels.pairwise.smoothness == QS_TABLE;
+    layout l = {0};
+    l.right = l.unary + 4 * sites * labels;
+    l.down = l.right + (grid ? 4 * sites : 0);
+    l.link_start = l.down + (grid ? 4 * sites : 0);
+    l.links = l.link_start + (grid ? 0 : 4 * (sites + 1));
+    l.table = l.links + (grid ? 0 : 2 * sizeof(qs_link) * (size_t)qubo->couplings);
+    l.end = l.table + (table ? 4 * labels * labels : 0);
+    return l;
+}
+
+size_t qs_model_workspace(const qs_qubo *qubo)
+{
+    return lay_out(qubo).end;
+}
+
+static bool is_masked(const qs_labels *labels, uint32_t cell)
+{
+    return labels->mask && (labels->mask[cell / 8] >> cell % 8 & 1) == 0;
+}
+
+/* The costs of the groups' variables, each site's less its least; false where one does not fit. */
+static bool copy_costs(const qs_index *index, qs_model *model, int32_t *unary)
+{
+    const qs_qubo *qubo = index->qubo;
+    uint32_t labels = model->labels, group = 0;
+    for (uint32_t p = 0; p < model->sites; p++) {
+        int32_t *costs = unary + (size_t)p * labels;
+        if (is_grid(qubo) && is_masked(&qubo->labels, p)) {
+            memset(costs, 0, sizeof *costs * labels);
+            continue;
+        }
+        uint32_t first = index->start[group++];
+        int64_t least = INT64_MAX;
+        for (uint32_t d = 0; d < labels; d++) {
+            int64_t cost = qs_qubo_linear(qubo, first + d);
+            least = cost < least ? cost : least;
+        }
+        for (uint32_t d = 0; d < labels; d++) {
+            int64_t cost = qs_qubo_linear(qubo, first + d) - least;
+            if (cost > INT32_MAX) {
+                return false;
+            }
+            costs[d] = (int32_t)cost;
+        }
+        model->constant += least;
+    }
+    return true;
+}
+
+/* The cell of each group in turn: groups are the unmasked cells in raster order. */
+static uint32_t next_cell(const qs_labels *labels, uint32_t cell)
+{
+    while (is_masked(labels, cell)) {
+        cell++;
+    }
+    return cell;
+}
+
+/* Whether a coupling is what the encoding makes of an edge; its block is checked once, by the first. */
+static bool is_edge(const qs_neighbour *near)
+{
+    return near->block == 0 && near->weight >= 0;
+}
+
+/* Weights of a grid's edges. In raster order the right neighbour of a group comes first among the later ones, if there is one. */
+static bool copy_grid(const qs_index *index, const qs_model *model, int32_t *right, int32_t *down, int64_t *weights)
+{
+    const qs_qubo *qubo = index->qubo;
+    const qs_labels *labels = &qubo->labels;
+    memset(right, 0, sizeof *right * model->sites);
+    memset(down, 0, sizeof *down * model->sites);
+    uint32_t group_below = 0, cell_below = 0; /* the first cell at or below the row under the present cell */
+    for (uint32_t group = 0, cell = 0; group < qubo->groups; group++, cell++) {
+        cell = next_cell(labels, cell);
+        while (cell_below < cell + model->width && cell_below < model->sites) {
+            group_below += !is_masked(labels, cell_below++);
+        }
+        for (uint32_t n = index->near_start[group]; n < index->near_start[group + 1]; n++) {
+            const qs_neighbour *near = &index->near[n];
+            if (near->group <= group) {
+                continue;
+            }
+            bool to_right = near->group == group + 1 && (cell + 1) % model->width != 0 && cell + 1 < model->sites && !is_masked(labels, cell + 1);
+            bool to_below = cell + model->width < model->sites && near->group == group_below && !is_masked(labels, cell + model->width);
+            if (!is_edge(near) || (!to_right && !to_below)) {
+                return false;
+            }
+            int32_t *weight = to_below && !(to_right && right[cell] == 0 && near->group != group_below) ? &down[cell] : &right[cell];
+            *weight += near->weight;
+            *weights += near->weight;
+        }
+    }
+    return true;
+}
+
+static bool copy_links(const qs_index *index, qs_model *model, uint32_t *start, qs_link *links, int64_t *weights)
+{
+    const qs_qubo *qubo = index->qubo;
+    uint32_t edge = 0, at = 0;
+    for (uint32_t p = 0; p < model->sites; p++) {
+        start[p] = at;
+        for (uint32_t n = index->near_start[p]; n < index->near_start[p + 1]; n++) {
+            const qs_neighbour *near = &index->near[n];
+            if (near->group == p || (near->block & ~QS_TRANSPOSED) != 0 || near->weight < 0) {
+                return false;
+            }
+            qs_link link = {near->group, 0, near->weight};
+            uint32_t to = at++;
+            for (; to > start[p] && links[to - 1].site > link.site; to--) {
+                links[to] = links[to - 1];
+            }
+            links[to] = link;
+        }
+    }
+    start[model->sites] = at;
+    /* An edge gets its number at its first site; the second finds it there, in order, by a cursor of its own kept in `edge`. */
+    for (uint32_t p = 0; p < model->sites; p++) {
+        for (uint32_t n = start[p]; n < start[p + 1]; n++) {
+            if (links[n].site > p) {
+                links[n].edge = edge++;
+                *weights += links[n].weight;
+            }
+        }
+    }
+    for (uint32_t p = 0; p < model->sites; p++) {
+        for (uint32_t n = start[p], low = 0; n < start[p + 1] && links[n].site < p; n++) {
+            uint32_t q = links[n].site;
+            low = n > start[p] && links[n - 1].site == q ? low + 1 : start[q];
+            while (links[low].site != p) {
+                low++;
+            }
+            links[n].edge = links[low].edge;
+        }
+    }
+    model->edges = edge;
+    return edge == qubo->couplings;
+}
+
+/* The block must be the pairwise cost that the labels' chunk names. */
+static bool block_agrees(const qs_index *index, const qs_model *model, int32_t *table)
+{
+    const qs_qubo *qubo = index->qubo;
+    bool sparse = qubo->labels.encoding == QS_ONE_HOT_SPARSE;
+    if (qubo->couplings > 0 && qubo->block_count != 1) {
+        return false;
+    }
+    for (uint32_t a = 0; qubo->block_count > 0 && a < model->labels; a++) {
+        for (uint32_t b = 0; b < model->labels; b++) {
+            int32_t entry = qs_index_block(index, 0, a, b);
+            if (model->pairwise.smoothness == QS_TABLE) {
+                table[(size_t)a * model->labels + b] = entry;
+            } else if (entry != (sparse ? -(int64_t)(a == b) : qs_model_pairwise(model, a, b))) {
+                return false;
+            }
+        }
+    }
+    return !sparse || model->pairwise.smoothness == QS_POTTS;
+}
+
+qs_status qs_model_build(const qs_index *index, void *workspace, size_t workspace_size, qs_model *model)
+{
+    if (!index || !workspace || !model) {
+        return QS_E_ARGUMENT;
+    }
+    const qs_qubo *qubo = index->qubo;
+    layout l = lay_out(qubo);
+    if (!qubo->has_labels) {
+        return QS_E_UNSUPPORTED;
+    }
+    if (workspace_size < l.end) {
+        return QS_E_WORKSPACE;
+    }
+    char *base = workspace;
+    qs_model built = {.sites = sites_of(qubo), .labels = qubo->labels.labels, .constant = qubo->offset, .pairwise = qubo->labels.pairwise,
+                      .width = qubo->labels.width, .height = qubo->labels.height, .mask = qubo->labels.mask};
+    int32_t *unary = (int32_t *)(void *)(base + l.unary), *table = (int32_t *)(void *)(base + l.table);
+    built.pairwise.table = table;
+    if (!block_agrees(index, &built, table)) {
+        return QS_E_CORRUPT;
+    }
+    for (uint32_t a = 0; a < built.labels; a++) {
+        for (uint32_t b = 0; b < built.labels; b++) {
+            int64_t cost = qs_model_pairwise(&built, a, b);
+            built.pairwise_max = cost > built.pairwise_max ? cost : built.pairwise_max;
+        }
+    }
+    int64_t weights = 0;
+    bool good;
+    if (built.width > 0) {
+        int32_t *right = (int32_t *)(void *)(base + l.right), *down = (int32_t *)(void *)(base + l.down);
+        good = copy_grid(index, &built, right, down, &weights);
+        built.right = right;
+        built.down = down;
+    } else {
+        uint32_t *start = (uint32_t *)(void *)(base + l.link_start);
+        qs_link *links = (qs_link *)(void *)(base + l.links);
+        good = copy_links(index, &built, start, links, &weights);
+        built.link_start = start;
+        built.links = links;
+    }
+    if (!good) {
+        return QS_E_CORRUPT;
+    }
+    built.unary = unary;
+    if (!copy_costs(index, &built, unary)) {
+        return QS_E_OVERFLOW;
+    }
+    /* In one-hot-sparse the edges' weights stand in the offset. */
+    built.constant -= qubo->labels.encoding == QS_ONE_HOT_SPARSE ? weights : 0;
+    *model = built;
+    return QS_OK;
+}
+
+static int64_t truncated(int64_t cost, uint32_t truncation)
+{
+    return truncation != 0 && cost > truncation ? truncation : cost;
+}
+
+int64_t qs_model_pairwise(const qs_model *model, uint32_t a, uint32_t b)
+{
+    const qs_pairwise *pairwise = &model->pairwise;
+    int64_t apart = a < b ? b - a : a - b;
+    switch (pairwise->smoothness) {
+    case QS_POTTS: return a != b;
+    case QS_TRUNCATED_LINEAR: return truncated(apart, pairwise->truncation);
+    case QS_TRUNCATED_QUADRATIC: return truncated(apart * apart, pairwise->truncation);
+    case QS_TABLE: break;
+    }
+    return pairwise->table[(size_t)a * model->labels + b];
+}
+
+static int64_t grid_energy(const qs_model *model, const uint16_t *labelling)
+{
+    int64_t energy = 0;
+    for (uint32_t p = 0; p < model->sites; p++) {
+        if (model->right[p] != 0) {
+            energy += model->right[p] * qs_model_pairwise(model, labelling[p], labelling[p + 1]);
+        }
+        if (model->down[p] != 0) {
+            energy += model->down[p] * qs_model_pairwise(model, labelling[p], labelling[p + model->width]);
+        }
+    }
+    return energy;
+}
+
+int64_t qs_model_energy(const qs_model *model, const uint16_t *labelling)
+{
+    int64_t energy = model->constant;
+    for (uint32_t p = 0; p < model->sites; p++) {
+        energy += model->unary[(size_t)p * model->labels + labelling[p]];
+    }
+    if (model->width > 0) {
+        return energy + grid_energy(model, labelling);
+    }
+    for (uint32_t p = 0; p < model->sites; p++) {
+        for (uint32_t n = model->link_start[p]; n < model->link_start[p + 1]; n++) {
+            const qs_link *link = &model->links[n];
+            if (link->site > p) {
+                energy += link->weight * qs_model_pairwise(model, labelling[p], labelling[link->site]);
+            }
+        }
+    }
+    return energy;
+}
+
+void qs_model_winner(const qs_model *model, uint16_t *labelling)
+{
+    for (uint32_t p = 0; p < model->sites; p++) {
+        const int32_t *costs = model->unary + (size_t)p * model->labels;
+        uint16_t best = 0;
+        for (uint16_t d = 1; d < model->labels; d++) {
+            best = costs[d] < costs[best] ? d : best;
+        }
+        labelling[p] = best;
+    }
+}
+
+void qs_model_sites(const qs_model *model, const uint16_t *labelling, uint16_t *out)
+{
+    uint32_t site = 0;
+    for (uint32_t p = 0; p < model->sites; p++) {
+        bool masked = model->mask && (model->mask[p / 8] >> p % 8 & 1) == 0;
+        if (!masked) {
+            out[site++] = labelling[p];
+        }
+    }
+}
