@@ -12,8 +12,8 @@ CXXFLAGS ?= -O2 -g
 PREFIX ?= /usr/local
 DESTDIR ?=
 BUILD ?= build
-# 0 builds a command that reads and writes PGM, PPM and PFM by itself.
-OPENCV ?= 1
+# 0 builds a command that reads and writes PGM, PPM and PFM by itself; unset, what was built last is built again.
+OPENCV ?= $(shell cat $(BUILD)/.kind 2>/dev/null || echo 1)
 # Installs missing Debian packages where set; empty leaves the machine alone.
 NEED ?= scripts/need
 
@@ -49,12 +49,14 @@ SANITIZE := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all
 UNIT_LIB := $(LIB_SRC:libqstereo/src/%.c=$(BUILD)/unit/lib/%.o)
 
 PYTHON ?= python3
+# Scenes in Middlebury's layout, for bench and reproduce.
+DATA ?= $(wildcard ../shared/data/middlebury)
 BIN := .venv/bin
 ENV := .venv/.ready
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all run check check-c check-python bench install uninstall clean help FORCE
+.PHONY: all run check check-c check-python bench reproduce install uninstall clean help FORCE
 
 all: $(BUILD)/qstereo $(BUILD)/libqstereo.a $(BUILD)/libqstereo.so $(BUILD)/qstereo.pc ## build the library and the command (OPENCV=0: without OpenCV)
 
@@ -75,7 +77,11 @@ check-python: all $(ENV) $(BUILD)/no-opencv/qstereo
 bench: all $(ENV) $(BUILD)/bench_encode ## measure speed, memory and sizes beside public tools
 	@$(BUILD)/bench_encode
 	@$(BIN)/python tests/bridge/bench_bridge.py
+	@$(BIN)/python tests/bench/bench_solvers.py --qstereo $(BUILD)/qstereo $(if $(DATA),--data $(DATA))
 	@$(BIN)/python tests/bench/bench_anneal.py --qstereo $(BUILD)/qstereo --bridge $(BIN)/qstereo-bridge $(if $(DATA),--data $(DATA))
+
+reproduce: all ## run every solver on the scenes of DATA=folder (Middlebury's layout) and print the paper's table
+	@scripts/reproduce --qstereo $(BUILD)/qstereo $(DATA)
 
 install: all ## install command, library, headers and man page under PREFIX (default /usr/local)
 	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig $(DESTDIR)$(PREFIX)/include/qstereo $(DESTDIR)$(PREFIX)/share/man/man1

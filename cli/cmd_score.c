@@ -1,10 +1,8 @@
-#include <inttypes.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "disparity_map.h"
 #include "json.h"
+#include "map_errors.h"
 #include "messages.h"
 #include "numbers.h"
 #include "options.h"
@@ -18,7 +16,7 @@ static const option options[] = {
     [MAX_BAD_HALF] = {"max-bad-0.5", 0, false, "P", NULL,
                       "exit with 1 if more than P percent are off by more than 0.5"},
     [MAX_BAD_ONE] = {"max-bad-1.0", 0, false, "P", NULL, "exit with 1 if more than P percent are off by more than 1"},
-    [JSON] = {"json", 0, false, NULL, NULL, "print one JSON object"},
+    [JSON] = JSON_OPTION,
 };
 
 static const command_line line = {
@@ -34,43 +32,7 @@ static const command_line line = {
                 "  qstereo score disparity.pfm truth.png --truth-scale 16 --max-bad-1.0 10\n",
 };
 
-/* The errors, or most errors allowed, in the order of MAX_RMS, MAX_BAD_HALF, MAX_BAD_ONE. */
-enum { ERRORS = 3 };
-
-/* The eq. (6) and (7) of the paper from the library's exact sums. */
-static void errors_of(const qs_score *score, uint32_t scale, uint32_t truth_scale, double errors[ERRORS])
-{
-    double pixels = (double)score->pixels;
-    double squares = ldexp((double)score->squares_high, 64) + (double)score->squares_low;
-    errors[0] = sqrt(squares / pixels) / ((double)scale * truth_scale);
-    errors[1] = 100.0 * (double)score->bad_half / pixels;
-    errors[2] = 100.0 * (double)score->bad_one / pixels;
-}
-
-static void print_json(const qs_score *score, const double errors[ERRORS])
-{
-    static const char *const keys[ERRORS] = {"rms", "bad_0_5", "bad_1_0"};
-    json_begin();
-    json_count("pixels", score->pixels);
-    for (size_t i = 0; i < ERRORS; i++) {
-        if (score->pixels > 0) {
-            json_real(keys[i], errors[i]);
-        } else {
-            json_null(keys[i]);
-        }
-    }
-    json_end();
-}
-
-static void print_score(const qs_score *score, const double errors[ERRORS])
-{
-    printf("pixels   %" PRIu64 "\n", score->pixels);
-    if (score->pixels > 0) {
-        printf("rms      %.4f pixels\nbad-0.5  %.2f %%\nbad-1.0  %.2f %%\n", errors[0], errors[1], errors[2]);
-    }
-}
-
-/* Returns ANSWER_NO where an error is above what is allowed. */
+/* The options of the most errors allowed stand in the order of the errors. Returns ANSWER_NO where an error is above what is allowed. */
 static int check_limits(const char *name, const arguments *given, const double errors[ERRORS],
                         const double most[ERRORS])
 {
@@ -87,28 +49,22 @@ static int check_limits(const char *name, const arguments *given, const double e
 static int score_maps(const arguments *given, const qs_map *map, const qs_map *truth, const double most[ERRORS])
 {
     const char *name = input_name(given->operands[0]), *truth_name = input_name(given->operands[1]);
-    double errors[ERRORS] = {0, 0, 0};
-    qs_score score;
-    qs_status compared = qs_score_map(map, truth, &score);
-    if (compared == QS_E_GEOMETRY) {
-        return fail(BAD_INPUT, truth_name, "is %zu x %zu pixels, but %s is %zu x %zu", truth->width, truth->height,
-                    name, map->width, map->height);
-    }
-    if (compared != QS_OK) {
-        return fail_status(name, compared);
-    }
-    if (score.pixels > 0) {
-        errors_of(&score, map->scale, truth->scale, errors);
+    map_errors errors;
+    int status = map_errors_find(name, map, truth_name, truth, &errors);
+    if (status != DONE) {
+        return status;
     }
     if (given->values[JSON] != NULL) {
-        print_json(&score, errors);
+        json_begin();
+        map_errors_json(&errors);
+        json_end();
     } else {
-        print_score(&score, errors);
+        map_errors_print(&errors);
     }
-    if (score.pixels == 0) {
+    if (errors.pixels == 0) {
         return fail(ANSWER_NO, name, "no pixel has a value both here and in %s", truth_name);
     }
-    return check_limits(name, given, errors, most);
+    return check_limits(name, given, errors.of, most);
 }
 
 static int read_and_score(const arguments *given, uint32_t scale, uint32_t truth_scale, const double most[ERRORS])
@@ -139,7 +95,7 @@ int cmd_score(int argc, char **argv)
     }
     status = number_read("--scale", given.values[SCALE], 1, 65536, &scale);
     if (status == DONE) {
-        status = number_read("--truth-scale", given.values[TRUTH_SCALE], 1, 65536, &truth_scale);
+        status = truth_scale_read(given.values[TRUTH_SCALE], &truth_scale);
     }
     for (size_t i = 0; i < ERRORS && status == DONE; i++) {
         (void)snprintf(spelled, sizeof spelled, "--%s", options[MAX_RMS + i].name);

@@ -10,8 +10,8 @@
 enum { JSON, MEMORY_LIMIT };
 
 static const option options[] = {
-    [JSON] = {"json", 0, false, NULL, NULL, "print one JSON object"},
-    [MEMORY_LIMIT] = {"memory-limit", 0, false, "MIB", "4096", "most memory for files and work on them"},
+    [JSON] = JSON_OPTION,
+    [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
 
 static const command_line line = {

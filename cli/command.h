@@ -19,8 +19,11 @@ typedef struct command {
 
 int cmd_encode(int argc, char **argv);
 int cmd_info(int argc, char **argv);
+int cmd_solve(int argc, char **argv);
 int cmd_validate(int argc, char **argv);
 int cmd_decode(int argc, char **argv);
 int cmd_score(int argc, char **argv);
+int cmd_match(int argc, char **argv);
+int cmd_compare(int argc, char **argv);
 
 #endif

@@ -2,13 +2,12 @@
 #ifndef ENCODE_REQUEST_H
 #define ENCODE_REQUEST_H
 
-#include "qstereo.h"
+#include "pair.h"
 
 typedef struct encode_request {
-    const char *left, *right, *output;
-    bool json, whole; /* whole: no window was given */
-    qs_stereo stereo;
-    qs_pairwise pairwise;
+    const char *output;
+    bool json;
+    pair pair;
     qs_encode_options options;
 } encode_request;
 

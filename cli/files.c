@@ -123,3 +123,21 @@ void file_free(file_bytes *file)
     free(file->bytes);
     *file = (file_bytes){NULL, 0};
 }
+
+bool growing_append(void *grown, const void *bytes, size_t size)
+{
+    growing_file *to = grown;
+    if (to->capacity - to->file.size < size) {
+        size_t larger = (to->capacity + size) * 2;
+        uint8_t *moved = realloc(to->file.bytes, larger);
+        if (moved == NULL) {
+            to->refused = true;
+            return false;
+        }
+        to->file.bytes = moved;
+        to->capacity = larger;
+    }
+    memcpy(to->file.bytes + to->file.size, bytes, size);
+    to->file.size += size;
+    return true;
+}

@@ -31,4 +31,14 @@ int file_read(const char *path, budget *limit, file_bytes *file);
 
 void file_free(file_bytes *file);
 
+/* A file that is being made in memory; zero = empty. */
+typedef struct growing_file {
+    file_bytes file;
+    size_t capacity;
+    bool refused; /* there was no memory for some of it */
+} growing_file;
+
+/* Appends to a growing_file, as the library's sinks do. Returns false where there is no memory. */
+bool growing_append(void *grown, const void *bytes, size_t size);
+
 #endif

@@ -86,7 +86,15 @@ static int check_match(const answer *both)
     return DONE;
 }
 
-static int build_index(problem_file *problem, budget *limit)
+int problem_open(const char *path, budget *limit, problem_file *opened)
+{
+    file_bytes file;
+    memset(opened, 0, sizeof *opened);
+    int status = file_read(path, limit, &file);
+    return status == DONE ? problem_take(path, file, limit, opened) : status;
+}
+
+int problem_index(problem_file *problem, budget *limit)
 {
     size_t size = qs_index_workspace(&problem->qubo);
     int status = budget_allocate(limit, problem->name, size, &problem->workspace);
@@ -97,25 +105,43 @@ static int build_index(problem_file *problem, budget *limit)
     return built == QS_OK ? DONE : fail_status(problem->name, built);
 }
 
-int answer_open(const char *problem_path, const char *samples_path, budget *limit, answer *opened)
+void problem_close(problem_file *closed)
+{
+    free(closed->workspace);
+    closed->workspace = NULL;
+    file_free(&closed->file);
+}
+
+int answer_open_samples(answer *both, const char *samples_path, budget *limit)
 {
     file_bytes file;
+    int status = file_read(samples_path, limit, &file);
+    if (status == DONE) {
+        status = samples_take(samples_path, file, &both->samples);
+    }
+    if (status == DONE) {
+        status = check_match(both);
+        if (status != DONE) {
+            answer_close_samples(both);
+        }
+    }
+    return status;
+}
+
+void answer_close_samples(answer *both)
+{
+    file_free(&both->samples.file);
+}
+
+int answer_open(const char *problem_path, const char *samples_path, budget *limit, answer *opened)
+{
     memset(opened, 0, sizeof *opened);
-    int status = file_read(problem_path, limit, &file);
+    int status = problem_open(problem_path, limit, &opened->problem);
     if (status == DONE) {
-        status = problem_take(problem_path, file, limit, &opened->problem);
+        status = answer_open_samples(opened, samples_path, limit);
     }
     if (status == DONE) {
-        status = file_read(samples_path, limit, &file);
-    }
-    if (status == DONE) {
-        status = samples_take(samples_path, file, &opened->samples);
-    }
-    if (status == DONE) {
-        status = check_match(opened);
-    }
-    if (status == DONE) {
-        status = build_index(&opened->problem, limit);
+        status = problem_index(&opened->problem, limit);
     }
     if (status != DONE) {
         answer_close(opened);
@@ -125,8 +151,6 @@ int answer_open(const char *problem_path, const char *samples_path, budget *limi
 
 void answer_close(answer *closed)
 {
-    free(closed->problem.workspace);
-    closed->problem.workspace = NULL;
-    file_free(&closed->problem.file);
-    file_free(&closed->samples.file);
+    problem_close(&closed->problem);
+    answer_close_samples(closed);
 }

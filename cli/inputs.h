@@ -12,7 +12,7 @@ typedef struct problem_file {
     qs_qubo qubo;
     uint32_t scale; /* integer units in one real unit; 1 where the file does not say */
     void *workspace;
-    qs_index index; /* after answer_open */
+    qs_index index; /* after problem_index */
 } problem_file;
 
 typedef struct samples_file {
@@ -31,8 +31,15 @@ typedef struct answer {
 int problem_take(const char *path, file_bytes file, const budget *limit, problem_file *opened);
 int samples_take(const char *path, file_bytes file, samples_file *opened);
 
+int problem_open(const char *path, budget *limit, problem_file *opened);
+int problem_index(problem_file *problem, budget *limit);
+void problem_close(problem_file *closed);
+
 /* Opens both files, checks that they belong together, and indexes the problem. */
 int answer_open(const char *problem_path, const char *samples_path, budget *limit, answer *opened);
+/* Opens the samples only, for the problem that is there already. */
+int answer_open_samples(answer *both, const char *samples_path, budget *limit);
+void answer_close_samples(answer *both);
 void answer_close(answer *closed);
 
 /* Whether the bytes, as many as there are, begin as those of a .qcf and a .qsf. */

@@ -9,9 +9,28 @@
 /* Of the keys, not of the files. */
 enum { SCHEMA = 1 };
 
+/* Whether nothing stands yet in the object or list that is being written. */
+static bool first;
+
+static void write_comma(void)
+{
+    if (!first) {
+        fputs(", ", stdout);
+    }
+    first = false;
+}
+
+static void write_key(const char *key)
+{
+    write_comma();
+    printf("\"%s\": ", key);
+}
+
 void json_begin(void)
 {
-    printf("{\"schema\": %d", SCHEMA);
+    putchar('{');
+    first = true;
+    json_count("schema", SCHEMA);
 }
 
 void json_end(void)
@@ -19,9 +38,30 @@ void json_end(void)
     puts("}");
 }
 
-static void write_key(const char *key)
+void json_list(const char *key)
 {
-    printf(", \"%s\": ", key);
+    write_key(key);
+    putchar('[');
+    first = true;
+}
+
+void json_item(void)
+{
+    write_comma();
+    putchar('{');
+    first = true;
+}
+
+void json_item_end(void)
+{
+    putchar('}');
+    first = false;
+}
+
+void json_list_end(void)
+{
+    putchar(']');
+    first = false;
 }
 
 void json_raw(const char *key, const char *json, size_t size)

@@ -1,5 +1,6 @@
 #include "json_check.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 enum { DEPTH_MAX = 64 };
@@ -9,6 +10,8 @@ typedef struct reader {
     const char *at, *end;
     char closers[DEPTH_MAX]; /* of the objects and arrays that are open */
     size_t depth;
+    const char *wanted; /* a key of the outermost object, and where its value was found; NULL = none */
+    const char *found;
 } reader;
 
 static char peek(const reader *from)
@@ -110,11 +113,21 @@ static bool take_scalar(reader *from)
 static bool take_key(reader *from)
 {
     skip_blanks(from);
+    const char *key = from->at + 1;
     if (!take_string(from)) {
         return false;
     }
+    size_t length = (size_t)(from->at - 1 - key);
     skip_blanks(from);
-    return take(from, ':');
+    if (!take(from, ':')) {
+        return false;
+    }
+    if (from->wanted != NULL && from->depth == 1 && strlen(from->wanted) == length
+        && memcmp(from->wanted, key, length) == 0) {
+        skip_blanks(from);
+        from->found = from->at;
+    }
+    return true;
 }
 
 /* Opens what begins here. An empty one is closed at once, and a value is then complete. */
@@ -147,20 +160,42 @@ static bool close_nested(reader *from)
     return take(from, ',') && (from->closers[from->depth - 1] == ']' || take_key(from));
 }
 
-bool json_is_object(const char *text, size_t size)
+static bool take_object(reader *from)
 {
-    reader from = {text, text + size, {0}, 0};
-    skip_blanks(&from);
-    if (peek(&from) != '{') {
+    skip_blanks(from);
+    if (peek(from) != '{') {
         return false;
     }
     do {
         bool complete = true;
-        skip_blanks(&from);
-        bool known = peek(&from) == '{' || peek(&from) == '[' ? open_nested(&from, &complete) : take_scalar(&from);
-        if (!known || (complete && !close_nested(&from))) {
+        skip_blanks(from);
+        bool known = peek(from) == '{' || peek(from) == '[' ? open_nested(from, &complete) : take_scalar(from);
+        if (!known || (complete && !close_nested(from))) {
             return false;
         }
-    } while (from.depth > 0);
-    return from.at == from.end;
+    } while (from->depth > 0);
+    return from->at == from->end;
+}
+
+bool json_is_object(const char *text, size_t size)
+{
+    reader from = {text, text + size, {0}, 0, NULL, NULL};
+    return take_object(&from);
+}
+
+bool json_find_number(const char *text, size_t size, const char *key, double *number)
+{
+    char digits[64] = "";
+    reader from = {text, text + size, {0}, 0, key, NULL};
+    if (!take_object(&from) || from.found == NULL) {
+        return false;
+    }
+    reader value = {from.found, from.end, {0}, 0, NULL, NULL};
+    if (!take_number(&value) || (size_t)(value.at - from.found) >= sizeof digits) {
+        return false;
+    }
+    /* A copy, since the file's text has no end that strtod would know. */
+    memcpy(digits, from.found, (size_t)(value.at - from.found));
+    *number = strtod(digits, NULL);
+    return true;
 }

@@ -11,9 +11,12 @@
 static const command commands[] = {
     {"encode", cmd_encode, "turn a stereo pair into a QUBO file (.qcf)"},
     {"info", cmd_info, "say what a .qcf or .qsf holds"},
+    {"solve", cmd_solve, "solve a .qcf on this machine, with a lower bound of every energy"},
     {"validate", cmd_validate, "check the samples of a .qsf: which are feasible, are the energies true"},
     {"decode", cmd_decode, "turn a sample into a disparity map"},
     {"score", cmd_score, "compare a disparity map with the truth"},
+    {"match", cmd_match, "encode, solve and decode in one go: a disparity map from a stereo pair"},
+    {"compare", cmd_compare, "run solvers on one problem and print how good each is"},
 };
 enum { COMMANDS = sizeof commands / sizeof commands[0] };
 

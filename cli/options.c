@@ -105,13 +105,23 @@ typedef struct cursor {
     size_t operand_count;
 } cursor;
 
+static int keep_value(arguments *read, size_t index, const char *value)
+{
+    if (read->given_count == GIVEN_MAX) {
+        return fail_usage("more than %d options", GIVEN_MAX);
+    }
+    read->values[index] = value;
+    read->given[read->given_count].index = index;
+    read->given[read->given_count++].value = value;
+    return DONE;
+}
+
 /* Takes the option's argument, from after its = or from the next word. */
 static int take_value(cursor *at, size_t index, const char *spelled, const char *attached)
 {
     const option *known = &at->line->options[index];
     if (known->argument == NULL) {
-        at->read->values[index] = "";
-        return attached == NULL ? DONE : fail_usage("--%s takes no argument", known->name);
+        return attached == NULL ? keep_value(at->read, index, "") : fail_usage("--%s takes no argument", known->name);
     }
     if (attached == NULL) {
         /* A word that looks like a long option was hardly meant as the argument. */
@@ -123,8 +133,7 @@ static int take_value(cursor *at, size_t index, const char *spelled, const char 
     if (*attached == '\0') {
         return fail_usage("%s: the argument %s is empty", spelled, known->argument);
     }
-    at->read->values[index] = attached;
-    return DONE;
+    return keep_value(at->read, index, attached);
 }
 
 static int take_long(cursor *at, const char *word)
@@ -226,4 +235,12 @@ bool options_read(const command_line *line, int argc, char **argv, arguments *re
         *status = check_complete(&at);
     }
     return *status == DONE;
+}
+
+const char *options_next(const arguments *read, size_t index, size_t *at)
+{
+    while (*at < read->given_count && read->given[*at].index != index) {
+        ++*at;
+    }
+    return *at < read->given_count ? read->given[(*at)++].value : NULL;
 }

@@ -14,7 +14,11 @@ typedef struct option {
     const char *help;
 } option;
 
-enum { OPERANDS_MAX = 4, OPTIONS_MAX = 32 };
+/* Rows that commands share. */
+#define JSON_OPTION {"json", 0, false, NULL, NULL, "print one JSON object"}
+#define MEMORY_LIMIT_OPTION {"memory-limit", 0, false, "MIB", "4096", "most memory for files and work on them"}
+
+enum { OPERANDS_MAX = 4, OPTIONS_MAX = 32, GIVEN_MAX = 256 };
 
 typedef struct command_line {
     const char *name;
@@ -29,10 +33,19 @@ typedef struct arguments {
     const char *operands[OPERANDS_MAX];
     /* By index in the table: the last argument given, else the preset; of a flag NULL or "". */
     const char *values[OPTIONS_MAX];
+    /* Every option given, in order. */
+    struct {
+        size_t index;
+        const char *value;
+    } given[GIVEN_MAX];
+    size_t given_count;
 } arguments;
 
 /* Reads the arguments, or answers --help.
  * Returns whether the command is to go on; else *status is its exit status. */
 bool options_read(const command_line *line, int argc, char **argv, arguments *read, int *status);
+
+/* The arguments of an option that may be given several times, one a call: `at` begins as 0. NULL = no more. */
+const char *options_next(const arguments *read, size_t index, size_t *at);
 
 #endif

@@ -12,21 +12,26 @@
 #include <unistd.h>
 
 #include "messages.h"
+#include "progress.h"
 
-/* The temporaries that exist, for the signal handler: changed only while the signals are blocked. */
-enum { SLOTS = 2 };
-static char *temporaries[SLOTS];
+/* What exists for the time being, for the signal handler: changed only while the signals are blocked. */
+static char *temporaries[OUTPUTS_MAX];
+static const char *made_folder;
 
 static const int fatal_signals[] = {SIGINT, SIGTERM, SIGHUP};
 enum { FATAL_SIGNALS = sizeof fatal_signals / sizeof fatal_signals[0] };
 
 static void remove_and_exit(int signal_number)
 {
-    for (int i = 0; i < SLOTS; i++) {
+    for (int i = 0; i < OUTPUTS_MAX; i++) {
         if (temporaries[i] != NULL) {
             (void)unlink(temporaries[i]);
         }
     }
+    if (made_folder != NULL) {
+        (void)rmdir(made_folder);
+    }
+    progress_interrupt();
     _exit(128 + signal_number);
 }
 
@@ -147,7 +152,7 @@ static void remove_temporary(output *out)
 static int free_slot(void)
 {
     int slot = 0;
-    while (slot + 1 < SLOTS && temporaries[slot] != NULL) {
+    while (slot + 1 < OUTPUTS_MAX && temporaries[slot] != NULL) {
         slot++;
     }
     return slot;
@@ -279,6 +284,36 @@ void output_abandon(output *out)
     (void)fclose(out->file);
     out->file = NULL;
     remove_temporary(out);
+}
+
+int output_make_folder(const char *path)
+{
+    struct stat about;
+    if (stat(path, &about) == 0 && S_ISDIR(about.st_mode)) {
+        return DONE;
+    }
+    sigset_t before = block_signals();
+    bool made = mkdir(path, 0777) == 0;
+    int reason = errno;
+    if (made) {
+        made_folder = path;
+    }
+    unblock_signals(&before);
+    errno = reason;
+    return made ? DONE : fail_system(path, "cannot be made");
+}
+
+void output_keep_folder(void)
+{
+    made_folder = NULL;
+}
+
+void output_drop_folder(void)
+{
+    if (made_folder != NULL) {
+        (void)rmdir(made_folder);
+        made_folder = NULL;
+    }
 }
 
 int output_flush_standard(void)

@@ -16,6 +16,9 @@ typedef struct output {
     int error;        /* errno of the first write that was refused */
 } output;
 
+/* The most that may be open at a time. */
+enum { OUTPUTS_MAX = 64 };
+
 /* Removes temporaries when SIGINT, SIGTERM or SIGHUP ends the command. Once, before any output is opened. */
 void output_watch_signals(void);
 
@@ -38,6 +41,12 @@ int output_commit(output *outs, size_t count);
 
 /* Closes an output and removes what was written. */
 void output_abandon(output *out);
+
+/* Makes the folder `path`, borrowed, for outputs where there is none; one at a time. Until output_keep_folder it is removed by
+ * output_drop_folder or a signal that ends the command. Returns DONE or NO_RESOURCE. */
+int output_make_folder(const char *path);
+void output_keep_folder(void);
+void output_drop_folder(void);
 
 /* Flushes standard output. Returns DONE or NO_RESOURCE. */
 int output_flush_standard(void);

@@ -2,7 +2,7 @@
 
 The modules, in the way of the data: `container` (header, chunks, CRC), `blocks` and `qcf` (the problem), `models` (its
 terms, energies, dimod models), `solvers` (the local ones) and `services` (D-Wave's), `qsf` (the samples), `output` (whole
-files or none), `cli` (the command).
+files or none), `cli` (the command), `__main__` (its start, and its end by a signal).
 """
 
 __version__ = "0.1.0"

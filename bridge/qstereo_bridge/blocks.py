@@ -6,30 +6,37 @@ from dataclasses import dataclass
 import numpy as np
 
 
+def places(lengths):
+    """0, 1, .. length - 1 for each of `lengths`, one after another."""
+    return np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
+
+
 @dataclass
 class Table:
-    """A coupling block, entry by entry: `entries` is an i32 array of rows x columns."""
+    """A coupling block, entry by entry: `table` is an i32 array of rows x columns."""
 
-    entries: np.ndarray
+    table: np.ndarray
 
     @property
     def shape(self):
-        return self.entries.shape
+        return self.table.shape
 
-    def dense(self):
-        """The block as a rows x columns array."""
-        return self.entries
+    def entries(self, upper):
+        """(number in each row, columns, values) of the entries that are not 0; with `upper` of those above the diagonal only."""
+        table = np.triu(self.table, 1) if upper else self.table
+        row, column = np.nonzero(table)
+        return np.bincount(row, minlength=table.shape[0]), column.astype(np.int32), table[row, column]
 
     def count_nonzero(self, upper):
-        """Number of entries that are not 0; with `upper` of those above the diagonal only."""
-        return int(np.count_nonzero(np.triu(self.entries, 1) if upper else self.entries))
+        """How many entries() there are."""
+        return int(np.count_nonzero(np.triu(self.table, 1) if upper else self.table))
 
     def abs_sum(self, dtype):
         """Sum of the entries' absolute values, computed in `dtype`."""
-        return np.abs(self.entries.astype(dtype)).sum()
+        return np.abs(self.table.astype(dtype)).sum()
 
     def pack(self):
-        return struct.pack("<III", *self.shape, 0) + self.entries.astype("<i4").tobytes()
+        return struct.pack("<III", *self.shape, 0) + self.table.astype("<i4").tobytes()
 
 
 @dataclass
@@ -47,17 +54,21 @@ class Toeplitz:
         d = np.arange(first, last, dtype=np.int64)
         return np.maximum(np.minimum(rows, columns - d) - np.maximum(0, -d), 0)
 
-    def dense(self):
-        """The block as a rows x columns array."""
+    def entries(self, upper):
+        """(number in each row, columns, values) of the entries that are not 0; with `upper` of those above the diagonal only."""
         rows, columns = self.shape
         diagonals = np.full(rows + columns - 1, self.fill, np.int32)
         at = self.first + rows - 1
         diagonals[at:at + self.values.size] = self.values
-        windows = np.lib.stride_tricks.sliding_window_view(diagonals, columns)
-        return windows[::-1]
+        if upper:
+            diagonals[:rows] = 0
+        used, row = np.flatnonzero(diagonals), np.arange(rows)
+        low, high = (np.searchsorted(used, start - row) for start in (rows - 1, rows - 1 + columns))
+        diagonal = used[np.repeat(low, high - low) + places(high - low)]
+        return high - low, (diagonal - np.repeat(rows - 1 - row, high - low)).astype(np.int32), diagonals[diagonal]
 
     def count_nonzero(self, upper):
-        """Number of entries that are not 0; with `upper` of those above the diagonal only."""
+        """How many entries() there are."""
         rows, columns = self.shape
         first = max(self.first, 1) if upper else self.first
         values = self.values[first - self.first:]

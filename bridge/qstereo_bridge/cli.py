@@ -1,6 +1,7 @@
 """The command qstereo-bridge. Results go to stdout, messages and progress to stderr."""
 
 import argparse
+import contextlib
 import importlib
 import json
 import math
@@ -11,7 +12,7 @@ from dataclasses import dataclass
 
 from . import __version__
 
-OK, USAGE, BAD_INPUT, IO, SERVICE, INTERRUPTED = 0, 2, 3, 4, 5, 130
+OK, USAGE, BAD_INPUT, IO, SERVICE = 0, 2, 3, 4, 5
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ SOLVERS = {
                      {"num_reads": 20, "num_sweeps": 1000, "seed": None, "time_limit": None}),
     "tabu": Solver("solvers", "tabu search; --time-limit is for all reads together",
                    {"num_reads": 10, "seed": None, "time_limit": 10.0}),
-    "exact": Solver("solvers", "every state; at most 24 variables; writes up to 100 of the best", {}),
+    "exact": Solver("solvers", "every state; at most 24 variables; writes up to 100 of the best, feasible ones first", {}),
     "qpu": Solver("services", "D-Wave's quantum annealer, by minor embedding",
                   {"num_reads": 1000, "annealing_time": None, "chain_strength": None, "label": None}),
     "hybrid-bqm": Solver("services", "D-Wave's hybrid solver, penalties in the model",
@@ -49,7 +50,10 @@ EPILOG = "\n".join([
         for option, default in solver.options.items()) or "no options") for name, solver in SOLVERS.items()),
     """
 exit status: 0 done, 2 usage, 3 bad input, 4 cannot read or write or over the memory limit, 5 the solver or its service
-failed or refused, 130 interrupted. A failed command leaves no output file, and an existing one as it was.
+failed or refused, 130 interrupted (128 + the signal). A failed command leaves no output file, and an existing one as it
+was; that the output can be written is seen to before anything is sent.
+
+exact proves the minimum of the QUBO. Where that is infeasible, the penalty is too small, and nothing is proven of labellings.
 
 examples:
   qstereo-bridge solve p.qcf -o s.qsf
@@ -122,13 +126,16 @@ def _options(arguments):
             raise Failure(USAGE, f"{options.solver} takes no --{option.replace('_', '-')}, only {takers} do")
     if "label" in solver.options and options.label is None and options.problem != "-":
         options.label = os.path.splitext(os.path.basename(options.problem))[0]
+    if options.label is not None:
+        # Bytes of the command line that are no UTF-8: neither the service nor the .qsf could hold them.
+        options.label = options.label.encode("utf-8", "replace").decode()
     if options.output is None and not options.dry_run:
         raise Failure(USAGE, "name the samples file with -o S.qsf (or ask for --dry-run)")
     if not options.dry_run and os.path.realpath(options.output) == os.path.realpath(options.problem) != os.path.realpath("-"):
         raise Failure(USAGE, f"{options.output} is the problem itself; give -o another name")
     if options.output == "-" and options.json:
         raise Failure(USAGE, "-o - and --json both want stdout; give -o a file")
-    if options.output == "-" and sys.stdout.isatty():
+    if options.output == "-" and os.isatty(1):
         raise Failure(USAGE, "-o - would write binary to a terminal; redirect stdout, or give -o a file")
     options.memory_limit <<= 20
     return options
@@ -146,40 +153,43 @@ def _progress(options):
     return show
 
 
+@contextlib.contextmanager
+def _io(name, what):
+    """What the system refuses is a Failure that names the file."""
+    try:
+        yield
+    except OSError as error:
+        raise Failure(IO, f"{name}: cannot {what}: {error.strerror or error}") from None
+
+
 def _read(options):
-    """The Problem and the file's SHA-256. Raises Failure."""
+    """The Problem and the file's SHA-256."""
     import hashlib
-    from .container import FormatError, OverLimit
     from .qcf import read_qcf
 
-    try:
-        stdin = options.problem == "-"
-        with open(sys.stdin.fileno() if stdin else options.problem, "rb", closefd=not stdin) as stream:
-            problem, data = read_qcf(stream, options.memory_limit)
-    except OverLimit as error:
-        raise Failure(IO, f"{options.problem}: {error}") from None
-    except FormatError as error:
-        raise Failure(BAD_INPUT, f"{options.problem}: {error}") from None
-    except OSError as error:
-        raise Failure(IO, f"{options.problem}: cannot read: {error.strerror or error}") from None
+    stdin = options.problem == "-"
+    with _io(options.problem, "read"), open(0 if stdin else options.problem, "rb", closefd=not stdin) as stream:
+        problem, data = read_qcf(stream, options.memory_limit)
     return problem, hashlib.sha256(data).digest()
 
 
 def _dry_run(options, problem):
     from .services import plan
 
-    found = {"schema": 1, "solver": options.solver, "dry_run": True, **plan(options.solver, problem)}
+    found = {"schema": 1, "solver": options.solver, "dry_run": True, **plan(options.solver, problem, options.memory_limit)}
     if options.json:
         return json.dumps(found)
     lines = [f"{options.solver}: {found['variables']:,} variables, {found['quadratic_terms']:,} quadratic terms"]
     if SOLVERS[options.solver].module == "solvers":
         return lines[0] + "\nruns on this machine; nothing is ever sent"
     if options.solver == "qpu":
-        lines.append(f"largest degree {found['largest_degree']}; linear terms {found['linear_min']} to {found['linear_max']}, "
-                     f"quadratic terms {found['quadratic_min']} to {found['quadratic_max']}")
+        if found["fits"] is None:
+            lines.append(f"largest degree {found['largest_degree']}; linear terms {found['linear_min']} to {found['linear_max']}, "
+                         f"quadratic terms {found['quadratic_min']} to {found['quadratic_max']}")
+        lines.append(f"upload at least {found['upload_bytes']:,} bytes, the embedding adds to them")
         lines += [f"{chip}: {qubits:,} qubits (as published)" for chip, qubits in found["qubits"].items()]
     else:
-        lines.append(f"upload about {found['upload_bytes'] / 1e6:,.1f} MB; least time limit {found['minimum_time_limit']:,.1f} s")
+        lines.append(f"upload about {found['upload_bytes']:,} bytes; least time limit {found['minimum_time_limit']:,.1f} s")
         lines += [f"{found[key]:,} {key} of the {limit:,} that the service takes (as published)"
                   for key, limit in found["limits"].items()]
     fits = {True: "it fits", False: "it does not fit", None: "whether it fits, the embedding will show"}[found["fits"]]
@@ -224,82 +234,82 @@ def _summary(options, problem, answer, energies, seconds):
 
     good = energies[feasible(problem, answer.bits)]
     least, bound = min(energies.tolist(), default=None), answer.lower_bound
+    # A minimum of H that is no labelling proves nothing of the labellings.
+    proven = bound is not None and bool((good == bound).any())
     real = {key: _real(value, problem.scale) for key, value in {
         "energy": least, "lower_bound": bound, "gap": None if bound is None else least - bound,
         "best_energy": min(good.tolist(), default=None)}.items()}
     if options.json:
-        return json.dumps({"schema": 1, "solver": options.solver, **real, "proven_optimal": least is not None and least == bound,
+        return json.dumps({"schema": 1, "solver": options.solver, **real, "proven_optimal": proven,
                            "iterations": answer.iterations, "seconds": round(seconds, 3), "samples": energies.size,
                            "feasible": good.size})
-    proven = " (proven optimal)" if bound is not None else ""
+    bounded = ("" if bound is None else " (proven optimal)" if proven else
+               " (the minimum of the QUBO is infeasible: the penalty is too small)")
     best = f"{good.size} feasible, best energy of these {real['best_energy']}" if good.size else "none feasible"
-    return (f"{options.solver}: {energies.size} samples, best energy {real['energy']}{proven}; {best}; {seconds:.1f} s\n"
+    return (f"{options.solver}: {energies.size} samples, best energy {real['energy']}{bounded}; {best}; {seconds:.1f} s\n"
             f"{options.output}: written")
 
 
-def _solve(options):
-    """Read, solve, check, write. Returns what to print. Raises Failure."""
-    from .container import OverLimit
-    from .output import check_writable, write
-    from .solvers import SolverError
+def _show(options, text):
+    stream = sys.stderr if options.output == "-" and not options.dry_run else sys.stdout
+    if options.json or options.dry_run or not options.quiet:
+        with _io("stderr" if stream is sys.stderr else "stdout", "write"):
+            print(text, file=stream, flush=True)
 
-    if not options.dry_run:
-        try:
-            check_writable(options.output)
-        except OSError as error:
-            raise Failure(IO, f"{options.output}: {error}") from None
-    problem, digest = _read(options)
-    if options.dry_run:
-        return _dry_run(options, problem)
+
+def _solve(options):
+    """Solve, check, write, print. A regular file gets its name last, when all else has gone well."""
     from .models import energies as recompute
+    from .output import Output
     from .qsf import Samples, pack_qsf
 
-    began, progress = time.monotonic(), _progress(options)
+    with _io(options.output, "write"):
+        output = Output(options.output)
+    with output:
+        problem, digest = _read(options)
+        began, progress = time.monotonic(), _progress(options)
+        try:
+            answer = SOLVERS[options.solver].run(options.solver, problem, options, progress)
+            energies = recompute(problem, answer.bits)
+            _check_energies(answer, energies, problem)
+        finally:
+            progress(None)
+        data = pack_qsf(Samples(digest, options.solver, _records(answer, energies), answer.bits, answer.info))
+        with _io(options.output, "write"):
+            output.write(data)
+        _show(options, _summary(options, problem, answer, energies, time.monotonic() - began))
+        with _io(options.output, "write"):
+            output.keep()
+
+
+def _run(options):
+    """The command, whatever goes wrong in it a Failure."""
+    from .container import FormatError, OverLimit
+    from .solvers import SolverError
+
     try:
-        answer = SOLVERS[options.solver].run(options.solver, problem, options, progress)
-        energies = recompute(problem, answer.bits)
-        _check_energies(answer, energies, problem)
-    except OverLimit as error:
-        raise Failure(IO, f"{options.problem}: {error}") from None
+        if options.dry_run:
+            _show(options, _dry_run(options, _read(options)[0]))
+        else:
+            _solve(options)
     except MemoryError:
         raise Failure(IO, f"{options.problem}: this machine has not enough memory for it") from None
-    except SolverError as error:
-        raise Failure(SERVICE, f"{options.problem}: {error}") from None
-    finally:
-        progress(None)
-    data = pack_qsf(Samples(digest, options.solver, _records(answer, energies), answer.bits, answer.info))
-    try:
-        write(options.output, data)
-    except OSError as error:
-        raise Failure(IO, f"{options.output}: cannot write: {error.strerror or error}") from None
-    return _summary(options, problem, answer, energies, time.monotonic() - began)
+    except (FormatError, SolverError) as error:
+        status = IO if isinstance(error, OverLimit) else BAD_INPUT if isinstance(error, FormatError) else SERVICE
+        raise Failure(status, f"{options.problem}: {error}") from None
 
 
 def main(arguments=None):
     """The command; returns the exit status."""
     name = "qstereo-bridge"
+    # A file's name may be no UTF-8; a closed stdout is None.
+    if sys.stdout is not None:
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         options = _options(arguments)
         name += f" {options.command}"
-        text = _solve(options)
-        if options.json or options.dry_run or not options.quiet:
-            print(text, file=sys.stderr if options.output == "-" and not options.dry_run else sys.stdout, flush=True)
+        _run(options)
     except Failure as failure:
         print(f"{name}: {failure}", file=sys.stderr)
         return failure.status
-    except OSError as error:
-        print(f"{name}: stdout: cannot write: {error.strerror}", file=sys.stderr)
-        return IO
-    except KeyboardInterrupt:
-        print(f"{name}: interrupted, nothing was written", file=sys.stderr)
-        return INTERRUPTED
     return OK
-
-
-def run():
-    """The console script."""
-    status = main()
-    if status == INTERRUPTED:
-        # A sampler may still be at work in its thread, where nothing but the end of the process stops it.
-        os._exit(status)
-    sys.exit(status)

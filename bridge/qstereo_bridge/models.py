@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .blocks import Toeplitz, places
 from .container import check_memory
 from .qcf import DEFAULT_LIMIT
 
@@ -27,47 +28,31 @@ class Terms:
         self.starts = problem.starts()
         sizes = np.diff(self.starts)
         g, h, block, weight = problem.coupled_pairs()
+        blocks = list(problem.blocks)
         pattern = 2 * block + (g == h)
         if penalties:
             _, b = problem.penalty_pairs()
             own = np.flatnonzero((b != 0) & (sizes > 1))
-            self.sizes, of_size = np.unique(sizes[own], return_inverse=True)
+            own_sizes, of_size = np.unique(sizes[own], return_inverse=True)
             g, h, weight = np.append(g, own), np.append(h, own), np.append(weight, b[own])
-            pattern = np.append(pattern, 2 * len(problem.blocks) + of_size)
+            pattern = np.append(pattern, 2 * (len(blocks) + of_size) + 1)
+            blocks += [Toeplitz((size, size), 1, 0, np.empty(0, np.int32)) for size in own_sizes.tolist()]
         # Stable sorting merges runs that are sorted already, which is how couplings usually stand in a file.
         order = np.argsort(g * sizes.size + h, kind="stable")
         order = order[weight[order] != 0]
         self.g, self.h, self.weight = g[order], h[order], weight[order]
-        self.used, self.pattern = np.unique(pattern[order], return_inverse=True)
-        self.blocks = problem.blocks
+        used, self.pattern = np.unique(pattern[order], return_inverse=True)
+        self.patterns = [(blocks[key // 2], bool(key % 2)) for key in used.tolist()]
         self.repeated = bool(((self.g[1:] == self.g[:-1]) & (self.h[1:] == self.h[:-1])).any())
-        sizes_of_patterns = np.array([self._pattern_size(k) for k in self.used], np.int64)
+        sizes_of_patterns = np.array([block.count_nonzero(upper) for block, upper in self.patterns], np.int64)
         self.terms_of_coupling = sizes_of_patterns[self.pattern]
         self.count = int(self.terms_of_coupling.sum())
-
-    def _pattern_size(self, key):
-        block, upper = divmod(int(key), 2)
-        if block < len(self.blocks):
-            return self.blocks[block].count_nonzero(upper)
-        size = int(self.sizes[key - 2 * len(self.blocks)])
-        return size * (size - 1) // 2
-
-    def _pattern_entries(self, key):
-        """(entries of each row, columns, values) of one pattern."""
-        block, upper = divmod(int(key), 2)
-        if key >= 2 * len(self.blocks):
-            size = int(self.sizes[key - 2 * len(self.blocks)])
-            row, column = np.triu_indices(size, 1)
-            return np.bincount(row, minlength=size), column.astype(np.int32), np.ones(row.size, np.int32)
-        dense = np.triu(self.blocks[block].dense(), 1) if upper else self.blocks[block].dense()
-        row, column = np.nonzero(dense)
-        return np.bincount(row, minlength=dense.shape[0]), column.astype(np.int32), dense[row, column]
 
     def chunks(self):
         """Yields (rows, columns, values), integer arrays of about CHUNK terms, in the order of (row, column)."""
         if self.count == 0:
             return
-        entries = [self._pattern_entries(key) for key in self.used]
+        entries = [block.entries(upper) for block, upper in self.patterns]
         self.lengths, self.columns, self.values = (np.concatenate(parts) for parts in zip(*entries))
         self.first_entry = np.cumsum(self.lengths) - self.lengths
         rows_of_patterns = np.array([entry[0].size for entry in entries])
@@ -130,16 +115,11 @@ class Terms:
         # A segment is one row of one pattern.
         segments = self.partners[group]
         row, group = np.repeat(row, segments), np.repeat(group, segments)
-        coupling = self.first_coupling[group] + _places(segments)
+        coupling = self.first_coupling[group] + places(segments)
         entry_row = self.first_row[coupling] + row - self.starts[group]
         length = self.lengths[entry_row]
         return (np.repeat(row, length), np.repeat(coupling, length),
-                np.repeat(self.first_entry[entry_row], length) + _places(length))
-
-
-def _places(lengths):
-    """0, 1, .. length - 1 for each of `lengths`, one after another."""
-    return np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
+                np.repeat(self.first_entry[entry_row], length) + places(length))
 
 
 def expand(problem, penalties=True, limit=DEFAULT_LIMIT):
@@ -188,22 +168,30 @@ def constant(problem, penalties=True):
 
 def energies(problem, bits, penalties=True):
     """Exact H of each sample: i64 array. `bits` is a u8 array (samples, n) of 0 and 1."""
-    bits = np.ascontiguousarray(bits.T, np.uint8)
-    total = np.full(bits.shape[1], constant(problem, penalties), np.int64)
-    block = max(1, (1 << 26) // bits.shape[0])
+    total, (a, b) = np.full(bits.shape[0], problem.offset, np.int64), problem.penalty_pairs()
+    block = max(1, (1 << 26) // bits.shape[1])
     for at in range(0, total.size, block):
-        total[at:at + block] += linear_terms(problem, penalties) @ bits[:, at:at + block].astype(np.int64)
+        part = bits[at:at + block]
+        total[at:at + block] += part.astype(np.int64) @ problem.linear
+        if penalties:
+            ones = _ones(problem, part)
+            total[at:at + block] += (1 - ones) @ a + (ones * (ones - 1) // 2) @ b
+    bits = np.ascontiguousarray(bits.T, np.uint8)
     block = max(1, (1 << 24) // CHUNK)
-    for row, column, value in Terms(problem, penalties).chunks():
+    for row, column, value in Terms(problem, penalties=False).chunks():
         for at in range(0, total.size, block):
             total[at:at + block] += value @ (bits[row, at:at + block] & bits[column, at:at + block]).astype(np.int64)
     return total
 
 
+def _ones(problem, bits):
+    """i64 array (samples, groups): how many variables of each group are 1."""
+    return np.add.reduceat(bits, problem.starts()[:-1], axis=1, dtype=np.int64)
+
+
 def feasible(problem, bits):
     """bool array: which samples have exactly one variable at 1 in every one-hot group."""
-    sums = np.add.reduceat(bits, problem.starts()[:-1], axis=1, dtype=np.int64)
-    return ((sums == 1) | ~problem.one_hot()).all(axis=1)
+    return ((_ones(problem, bits) == 1) | ~problem.one_hot()).all(axis=1)
 
 
 def to_bqm(problem, limit=DEFAULT_LIMIT):

@@ -1,42 +1,68 @@
 """Writing a file whole or not at all."""
 
+import contextlib
+import itertools
 import os
-import sys
+import stat
 
 
-def check_writable(path):
-    """Raise OSError now where write() would fail after the solver's work: no such folder, no permission."""
-    folder = os.path.dirname(os.path.realpath(path))
-    if path == "-" or _is_device(path):
-        return
-    if os.path.isdir(path):
-        raise IsADirectoryError("it is a folder; name a file")
-    if not os.path.isdir(folder):
-        raise FileNotFoundError(f"there is no folder {folder}; make it first")
-    if not os.access(folder, os.W_OK) or (os.path.exists(path) and not os.access(path, os.W_OK)):
-        raise PermissionError(f"no permission to write into {folder}")
+class Output:
+    """The file `path` ("-": stdout), made ready before the solver's work so that nothing forbids writing after it.
 
+    A regular file is written under a short name in the same folder and gets its own with keep(), or is removed at the end
+    of the `with`. One at a time. All methods raise OSError.
+    """
 
-def write(path, data):
-    """Write `data` to `path` ("-": stdout). A regular file appears under its name only when it is whole. Raises OSError."""
-    if path == "-":
-        sys.stdout.buffer.write(data)
-        sys.stdout.buffer.flush()
-    elif _is_device(path):
-        with open(path, "wb") as stream:
+    temporary = None
+    kept = False
+
+    def __init__(self, path):
+        self.path, self.straight = path, path == "-"
+        if self.straight:
+            return
+        # stat and not os.path.exists, which passes over names that are too long.
+        with contextlib.suppress(FileNotFoundError):
+            mode = os.stat(path or ".").st_mode
+            if stat.S_ISDIR(mode):
+                raise IsADirectoryError("it is a folder; name a file")
+            self.straight = not stat.S_ISREG(mode)
+            if not os.access(path, os.W_OK):
+                raise PermissionError("no permission")
+        if not self.straight:
+            # A link is followed, so that the file it leads to is replaced and not the link.
+            self.path = os.path.realpath(path)
+            self._reserve(os.path.dirname(self.path))
+
+    def _reserve(self, folder):
+        if not os.path.isdir(folder):
+            raise FileNotFoundError(f"there is no folder {folder}; make it first")
+        for attempt in itertools.count():
+            Output.temporary = os.path.join(folder, f".qstereo-{os.getpid()}-{attempt}.tmp")
+            # One of this name may have been left by a process that was killed.
+            with contextlib.suppress(FileExistsError):
+                open(Output.temporary, "xb").close()
+                return
+
+    def write(self, data):
+        path = self.path if self.straight else Output.temporary
+        with open(1 if path == "-" else path, "wb", closefd=path != "-") as stream:
             stream.write(data)
-    else:
-        path = os.path.realpath(path)
-        temporary = f"{path}.{os.getpid()}.tmp"
-        try:
-            with open(temporary, "xb") as stream:
-                stream.write(data)
-            os.replace(temporary, path)
-        except BaseException:
-            if os.path.exists(temporary):
-                os.remove(temporary)
-            raise
 
+    def keep(self):
+        if not self.straight:
+            os.replace(Output.temporary, self.path)
+        Output.temporary, Output.kept = None, True
 
-def _is_device(path):
-    return os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path)
+    @staticmethod
+    def abandon():
+        """Remove the temporary, if there is one."""
+        if Output.temporary:
+            with contextlib.suppress(OSError):
+                os.remove(Output.temporary)
+            Output.temporary = None
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self.abandon()

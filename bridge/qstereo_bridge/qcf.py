@@ -188,6 +188,7 @@ def _read_couplings(chunks, blocks, groups, couplings):
         run = part.unpack("<IIIiIIIII")
         block, form, width, weight, g, h, count, repeat, stride = run
         part.need(block < blocks, f"block {block} of {blocks}")
+        part.need(not runs or block >= runs[-1][0], f"block {block} after block {runs[-1][0] if runs else 0}")
         part.need(form in (LATTICE, LIST) and width in (0, 1, 2, 4), f"unknown form {form} or width {width}")
         part.need((weight == 0) == (width != 0), f"weight {weight} of a run with weights of {width} bytes each")
         part.need(count and repeat, "an empty run")
@@ -261,8 +262,9 @@ def parse_qcf(data, limit=DEFAULT_LIMIT):
     check_memory(header.size + 16 * n + 64 * groups + 96 * couplings, limit,
                  f"{n:,} variables, {groups:,} groups and {couplings:,} couplings")
     chunks, sides = read_chunks(data, header, REQUIRED)
-    if any(name == "labl" and (len(labl) < LABL_SIZE or not any(labl[LABL_SCALE:LABL_SCALE + 4])) for name, labl in sides):
-        raise Corrupt("chunk labl: it is too short or its scale is 0")
+    labls = [side for name, side in sides if name == "labl"]
+    if len(labls) > 1 or any(len(labl) < LABL_SIZE or not any(labl[LABL_SCALE:LABL_SCALE + 4]) for labl in labls):
+        raise Corrupt("chunk labl: it is there twice, it is too short, or its scale is 0")
     offset = _Payload(chunks, "OFFS")
     group_runs, blocks = _read_groups(chunks, n, groups), _read_blocks(chunks)
     runs, pairs, weights = _read_couplings(chunks, len(blocks), groups, couplings)

@@ -95,12 +95,13 @@ def read_qsf(stream, limit=DEFAULT_LIMIT):
 
 def pack_qsf(samples):
     """The bytes of `samples` as a .qsf. Nothing is checked but that `info` is JSON (ValueError)."""
-    info = json.dumps(samples.info, ensure_ascii=False, allow_nan=False)
+    # A service's JSON may hold halves of surrogate pairs, which UTF-8 cannot.
+    info = json.dumps(samples.info, ensure_ascii=False, allow_nan=False).encode("utf-8", "replace")
     count, n = samples.bits.shape
     return pack(MAGIC, FIELDS.pack(n, count, bytes(28)), [
         ("PROB", samples.digest),
         ("SOLV", samples.solver.encode("utf-8")),
-        ("INFO", info.encode("utf-8")),
+        ("INFO", info),
         ("RECS", samples.records.astype(RECORD).tobytes()),
         ("BITS", np.packbits(samples.bits, axis=1, bitorder="little").tobytes()),
         *samples.sides,

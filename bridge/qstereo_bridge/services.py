@@ -10,6 +10,7 @@ import re
 import numpy as np
 
 from . import models
+from .qcf import DEFAULT_LIMIT
 from .solvers import SolverError, from_sampleset
 
 CONFIGURE = ("set up your account with `dwave config create`, or put your token into the environment variable "
@@ -69,14 +70,8 @@ def _explain(error):
 def _service(name):
     """Ocean's sampler for `name`; whatever goes wrong in its use becomes one SolverError without a token in it."""
     try:
-        with contextlib.ExitStack() as stack:
-            sampler = stack.enter_context(connect(name))
-            try:
-                yield sampler
-            except KeyboardInterrupt:
-                # Closing the client would wait for the answer that the user no longer waits for.
-                stack.pop_all()
-                raise
+        with connect(name) as sampler:
+            yield sampler
     except SolverError:
         raise
     except Exception as error:
@@ -151,14 +146,17 @@ def hybrid_cqm(problem, options, progress):
     return from_sampleset(sampleset, problem.linear.size, objective=True, info=plain(info))
 
 
-def plan(name, problem):
-    """What `name` would be sent: a dict for --dry-run. `fits` is None where only the service can tell."""
+def plan(name, problem, limit=DEFAULT_LIMIT):
+    """What `name` would be sent: a dict for --dry-run. `fits` is None where only the service can tell. Raises OverLimit."""
     terms, n = models.Terms(problem, penalties=name != "hybrid-cqm"), problem.linear.size
     found = {"variables": n, "quadratic_terms": terms.count}
     if name == "qpu":
         chips = PUBLISHED_LIMITS[name]
-        found.update(_ranges(problem, terms), qubits=chips, minimum_time_limit=None,
-                     fits=None if n <= max(chips.values()) else False)
+        found.update(qubits=chips, minimum_time_limit=None, fits=None if n <= max(chips.values()) else False)
+        if found["fits"] is None:
+            found.update(_ranges(*models.expand(problem, limit=limit)))
+        # The solver's format qp: base64 of one double for each qubit and each coupler, before embedding.
+        found.update(upload_bytes=sum(4 * -(-8 * count // 3) for count in (n, found["quadratic_terms"])))
     elif name == "hybrid-bqm":
         # dimod's binary layout: linear terms of 12 bytes, each quadratic term twice at 12 bytes.
         found.update(upload_bytes=200 + 12 * n + 24 * terms.count, biases=n + terms.count,
@@ -175,13 +173,10 @@ def plan(name, problem):
     return found
 
 
-def _ranges(problem, terms):
-    """The largest degree and the ranges of the coefficients."""
-    degree, low, high = np.zeros(problem.linear.size, np.int64), [], []
-    for row, column, value in terms.chunks():
-        degree += np.bincount(row, minlength=degree.size) + np.bincount(column, minlength=degree.size)
-        low.append(int(value.min()))
-        high.append(int(value.max()))
-    linear = models.linear_terms(problem)
-    return {"largest_degree": int(degree.max()), "linear_min": int(linear.min()), "linear_max": int(linear.max()),
-            "quadratic_min": min(low, default=None), "quadratic_max": max(high, default=None)}
+def _ranges(linear, quadratic, offset):
+    """The number of quadratic terms, the largest degree and the ranges of the coefficients of an expanded problem."""
+    rows, columns, values = quadratic
+    degree = np.bincount(rows, minlength=linear.size) + np.bincount(columns, minlength=linear.size)
+    return {"quadratic_terms": rows.size, "largest_degree": int(degree.max()),
+            "linear_min": int(linear.min()), "linear_max": int(linear.max()),
+            "quadratic_min": int(values.min()) if rows.size else None, "quadratic_max": int(values.max()) if rows.size else None}

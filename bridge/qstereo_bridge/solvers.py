@@ -144,6 +144,12 @@ def exact(problem, options, progress):
             np.add(flip[:1 << j], couplings[j, k], out=flip[1 << j:2 << j])
         np.add(energies[:1 << k], flip[:1 << k], out=energies[1 << k:2 << k])
     best = np.flatnonzero(energies == energies.min())
+    # Feasible minimisers first: where there is one, the minimum is that of the labellings.
+    sound, starts = np.ones(best.size, bool), problem.starts().tolist()
+    for group in np.flatnonzero(problem.one_hot()).tolist():
+        inside = best & (1 << starts[group + 1]) - (1 << starts[group])
+        sound &= (inside != 0) & (inside & inside - 1 == 0)
+    best = np.append(best[sound], best[~sound])
     bits = (best[:EXACT_SAMPLES, None] >> np.arange(n) & 1).astype(np.uint8)
     info = {"states": 1 << n, "minimisers": best.size}
     return Answer(bits, energies[best[:EXACT_SAMPLES]], lower_bound=int(energies.min()), info=info)

@@ -1,10 +1,13 @@
 #include "blocks.h"
 
-#include <stdbool.h>
-
 #include "bytes.h"
 
 enum { KIND_AT = 8, TABLE_AT = 12, FILL_AT = 12, FIRST_AT = 16, COUNT_AT = 20, VALUES_AT = 24, TABLE = 0, TOEPLITZ = 1 };
+
+bool qs_block_is_table(const uint8_t *p)
+{
+    return qs_load_u32(p + KIND_AT) == TABLE;
+}
 
 uint32_t qs_block_rows(const uint8_t *p)
 {
@@ -31,7 +34,7 @@ uint64_t qs_block_size(const uint8_t *p, uint64_t left)
         return 0;
     }
     uint64_t size = 0;
-    if (qs_load_u32(p + KIND_AT) == TABLE) {
+    if (qs_block_is_table(p)) {
         uint64_t cells = (uint64_t)qs_block_rows(p) * qs_block_columns(p);
         size = cells <= left / 4 ? TABLE_AT + 4 * cells : 0;
     } else if (qs_load_u32(p + KIND_AT) == TOEPLITZ && left >= VALUES_AT && toeplitz_fits(p)) {
@@ -42,7 +45,7 @@ uint64_t qs_block_size(const uint8_t *p, uint64_t left)
 
 int32_t qs_block_entry(const uint8_t *p, uint32_t row, uint32_t column)
 {
-    if (qs_load_u32(p + KIND_AT) == TABLE) {
+    if (qs_block_is_table(p)) {
         return qs_load_i32(p + TABLE_AT + 4 * ((uint64_t)row * qs_block_columns(p) + column));
     }
     int64_t at = (int64_t)column - row - qs_load_i32(p + FIRST_AT);
@@ -82,7 +85,7 @@ static qs_block_facts summary(const uint8_t *p, bool upper)
 {
     qs_block_facts facts = {0};
     uint32_t rows = qs_block_rows(p), columns = qs_block_columns(p);
-    if (qs_load_u32(p + KIND_AT) == TABLE) {
+    if (qs_block_is_table(p)) {
         for (uint32_t r = 0; r < rows; r++) {
             for (uint32_t c = upper ? r + 1 : 0; c < columns; c++) {
                 count_entries(&facts, 1, qs_block_entry(p, r, c));

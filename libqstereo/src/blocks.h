@@ -2,11 +2,13 @@
 #ifndef QS_BLOCKS_H
 #define QS_BLOCKS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 /* Bytes of the block at `p` of which `left` bytes are there; 0 = it is malformed or does not fit. */
 uint64_t qs_block_size(const uint8_t *p, uint64_t left);
 
+bool qs_block_is_table(const uint8_t *p);
 uint32_t qs_block_rows(const uint8_t *p);
 uint32_t qs_block_columns(const uint8_t *p);
 int32_t qs_block_entry(const uint8_t *p, uint32_t row, uint32_t column);

@@ -3,6 +3,7 @@
 #ifndef QS_BYTES_H
 #define QS_BYTES_H
 
+#include <stddef.h>
 #include <stdint.h>
 
 static inline uint32_t qs_load_u16(const uint8_t *p)
@@ -69,6 +70,12 @@ static inline void qs_store_u64(uint8_t *p, uint64_t value)
 {
     qs_store_u32(p, (uint32_t)value);
     qs_store_u32(p + 4, (uint32_t)(value >> 32));
+}
+
+/* A size computed in 64 bits; SIZE_MAX, which no workspace reaches, where it does not fit. */
+static inline size_t qs_size(uint64_t size)
+{
+    return size < SIZE_MAX ? (size_t)size : SIZE_MAX;
 }
 
 /* The least of 1, 2, 4, 8 bytes that hold an unsigned integer. */

@@ -106,9 +106,9 @@ bool qs_reject(qs_reader *reader, qs_status status, uint64_t offset, const char 
     return false;
 }
 
-qs_reader qs_reader_of(const void *bytes, size_t size)
+qs_reader qs_reader_of(const void *bytes, size_t size, const char *types)
 {
-    return (qs_reader){.bytes = bytes, .size = size, .crc_of = qs_crc32c_fastest()};
+    return (qs_reader){.bytes = bytes, .size = size, .crc_of = qs_crc32c_fastest(), .types = types};
 }
 
 bool qs_read_header(qs_reader *reader, const char *magic)
@@ -165,30 +165,40 @@ static bool next_chunk(qs_reader *reader, qs_chunk *chunk)
     return true;
 }
 
+static bool is_letters(const uint8_t *type)
+{
+    bool letters = true;
+    for (int i = 0; i < 4; i++) {
+        letters &= (type[i] | 0x20) >= 'a' && (type[i] | 0x20) <= 'z';
+    }
+    return letters;
+}
+
+/* Refuses a chunk that must not stand where it does: a listed one, or one of a later version. */
+static bool misplaced(qs_reader *reader, const qs_chunk *chunk)
+{
+    uint64_t at = chunk->offset - 16;
+    for (const char *type = reader->types; *type != '\0'; type += 4) {
+        if (memcmp(chunk->type, type, 4) == 0) {
+            return qs_reject(reader, QS_E_CORRUPT, at, "order of the chunks");
+        }
+    }
+    if (!is_letters(chunk->type)) {
+        return qs_reject(reader, QS_E_CORRUPT, at, "type of a chunk");
+    }
+    bool later = chunk->type[0] < 'a';
+    return qs_reject(reader, later ? QS_E_UNSUPPORTED : QS_E_CORRUPT, at, later ? "a chunk of a later version" : "order of the chunks");
+}
+
 bool qs_read_chunk(qs_reader *reader, const char *type, qs_chunk *chunk)
 {
-    uint64_t at = reader->at;
-    if (!next_chunk(reader, chunk)) {
-        return false;
-    }
-    return memcmp(chunk->type, type, 4) == 0 || qs_reject(reader, QS_E_CORRUPT, at, "order of the chunks");
+    return next_chunk(reader, chunk) && (memcmp(chunk->type, type, 4) == 0 || misplaced(reader, chunk));
 }
 
 bool qs_read_side_chunk(qs_reader *reader, qs_chunk *chunk)
 {
-    uint64_t at = reader->at;
     if (reader->chunks == 0) {
-        return at == reader->size ? false : qs_reject(reader, QS_E_CORRUPT, at, "bytes after the last chunk");
+        return reader->at == reader->size ? false : qs_reject(reader, QS_E_CORRUPT, reader->at, "bytes after the last chunk");
     }
-    if (!next_chunk(reader, chunk)) {
-        return false;
-    }
-    bool letters = true;
-    for (int i = 0; i < 4; i++) {
-        letters &= (chunk->type[i] | 0x20) >= 'a' && (chunk->type[i] | 0x20) <= 'z';
-    }
-    if (!letters) {
-        return qs_reject(reader, QS_E_CORRUPT, at, "type of a chunk");
-    }
-    return chunk->type[0] >= 'a' || qs_reject(reader, QS_E_UNSUPPORTED, at, "a chunk of a later version");
+    return next_chunk(reader, chunk) && ((is_letters(chunk->type) && chunk->type[0] >= 'a') || misplaced(reader, chunk));
 }

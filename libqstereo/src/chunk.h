@@ -49,7 +49,8 @@ typedef struct qs_reader {
     const uint8_t *bytes;
     uint64_t size, at;
     qs_crc *crc_of;
-    uint32_t chunks; /* still to come */
+    const char *types; /* of the chunks that must be there, one after another */
+    uint32_t chunks;   /* still to come */
     qs_status status;
     qs_fault fault;
 } qs_reader;
@@ -60,7 +61,7 @@ typedef struct qs_chunk {
     uint64_t offset; /* of the payload in the file */
 } qs_chunk;
 
-qs_reader qs_reader_of(const void *bytes, size_t size);
+qs_reader qs_reader_of(const void *bytes, size_t size, const char *types);
 
 /* Checks the header. */
 bool qs_read_header(qs_reader *reader, const char *magic);

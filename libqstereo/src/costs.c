@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "bytes.h"
+
 /* Sites of a strip from an array: enough to make calls rare, few enough to stay in the first cache. */
 enum { STRIP_COSTS = 2048 };
 
@@ -25,7 +27,7 @@ static unsigned cost_bytes(const qs_problem *problem)
 
 size_t qs_costs_workspace(const qs_problem *problem)
 {
-    return least_size(problem) + (size_t)cost_bytes(problem) * strip_sites(problem) * problem->labels;
+    return qs_size(least_size(problem) + (uint64_t)cost_bytes(problem) * strip_sites(problem) * problem->labels);
 }
 
 qs_strip qs_strip_first(const qs_problem *problem, void *workspace)

@@ -55,9 +55,9 @@ static void grow(uint64_t *magnitude, uint64_t x, uint64_t y)
 
 /* ---- Workspace: what the table and a list of edges need, then the costs. ---- */
 
-static size_t sums_size(const qs_problem *problem)
+static uint64_t sums_size(const qs_problem *problem)
 {
-    return problem->grid.width > 0 ? 0 : 2 * sizeof(int64_t) * problem->sites;
+    return problem->grid.width > 0 ? 0 : 2 * sizeof(int64_t) * (uint64_t)problem->sites;
 }
 
 static size_t maxima_size(const qs_problem *problem)
@@ -67,7 +67,7 @@ static size_t maxima_size(const qs_problem *problem)
 
 size_t qs_encode_workspace(const qs_problem *problem)
 {
-    return sums_size(problem) + 2 * maxima_size(problem) + qs_costs_workspace(problem);
+    return qs_size(sums_size(problem) + 2 * maxima_size(problem) + qs_costs_workspace(problem));
 }
 
 static void lay_out(plan *p, void *workspace)
@@ -504,10 +504,10 @@ static qs_status choose(plan *p, const qs_encode_options *options)
         p->encoding = potts ? QS_ONE_HOT_SPARSE : QS_ONE_HOT;
     }
     p->penalty = options->penalty;
-    p->gap = options->gap == 0 ? 1 : options->gap;
+    p->gap = options->gap == 0 || options->penalty != QS_PENALTY_LOCAL ? 1 : options->gap;
     p->alpha = (uint64_t)options->alpha;
     bool given = p->penalty == QS_PENALTY_GIVEN;
-    if (p->encoding > QS_ONE_HOT_SPARSE || p->penalty > QS_PENALTY_GIVEN || p->gap > INT32_MAX || (given && options->alpha <= 0)) {
+    if (p->encoding > QS_ONE_HOT_SPARSE || p->penalty > QS_PENALTY_GIVEN || options->gap > INT32_MAX || (given && options->alpha <= 0)) {
         return QS_E_ARGUMENT;
     }
     if (given && options->alpha > QS_ENERGY_MAX) {

@@ -2,11 +2,12 @@
 
 #include <string.h>
 
+#include "blocks.h"
 #include "bytes.h"
 
-/* Parts of the workspace, none needing more than 8 bytes' alignment. */
+/* Parts of the workspace, all of 32-bit integers. */
 typedef struct layout {
-    size_t unary, right, down, link_start, links, table, end;
+    uint64_t unary, right, down, link_start, cursor, links, table, end;
 } layout;
 
 static bool is_grid(const qs_qubo *qubo)
@@ -22,21 +23,22 @@ static uint32_t sites_of(const qs_qubo *qubo)
 
 static layout lay_out(const qs_qubo *qubo)
 {
-    size_t sites = sites_of(qubo), labels = qubo->has_labels ? qubo->labels.labels : 0;
+    uint64_t sites = sites_of(qubo), labels = qubo->has_labels ? qubo->labels.labels : 0;
     bool grid = is_grid(qubo), table = qubo->has_labels && qubo->labels.pairwise.smoothness == QS_TABLE;
     layout l = {0};
     l.right = l.unary + 4 * sites * labels;
     l.down = l.right + (grid ? 4 * sites : 0);
     l.link_start = l.down + (grid ? 4 * sites : 0);
-    l.links = l.link_start + (grid ? 0 : 4 * (sites + 1));
-    l.table = l.links + (grid ? 0 : 2 * sizeof(qs_link) * (size_t)qubo->couplings);
+    l.cursor = l.link_start + (grid ? 0 : 4 * (sites + 1));
+    l.links = l.cursor + (grid ? 0 : 4 * sites);
+    l.table = l.links + (grid ? 0 : 2 * sizeof(qs_link) * qubo->couplings);
     l.end = l.table + (table ? 4 * labels * labels : 0);
     return l;
 }
 
 size_t qs_model_workspace(const qs_qubo *qubo)
 {
-    return lay_out(qubo).end;
+    return qs_size(lay_out(qubo).end);
 }
 
 static bool is_masked(const qs_labels *labels, uint32_t cell)
@@ -82,20 +84,20 @@ static uint32_t next_cell(const qs_labels *labels, uint32_t cell)
     return cell;
 }
 
-/* Whether a coupling is what the encoding makes of an edge; its block is checked once, by the first. */
+/* Whether a coupling is what the encodings make of a grid's edge. */
 static bool is_edge(const qs_neighbour *near)
 {
     return near->block == 0 && near->weight >= 0;
 }
 
-/* Weights of a grid's edges. In raster order the right neighbour of a group comes first among the later ones, if there is one. */
+/* Weights of a grid's edges. A group's later neighbours can only be the group of the next cell and that of the cell below. */
 static bool copy_grid(const qs_index *index, const qs_model *model, int32_t *right, int32_t *down, int64_t *weights)
 {
     const qs_qubo *qubo = index->qubo;
     const qs_labels *labels = &qubo->labels;
     memset(right, 0, sizeof *right * model->sites);
     memset(down, 0, sizeof *down * model->sites);
-    uint32_t group_below = 0, cell_below = 0; /* the first cell at or below the row under the present cell */
+    uint32_t group_below = 0, cell_below = 0; /* group_below = the number of sites before cell_below */
     for (uint32_t group = 0, cell = 0; group < qubo->groups; group++, cell++) {
         cell = next_cell(labels, cell);
         while (cell_below < cell + model->width && cell_below < model->sites) {
@@ -106,12 +108,12 @@ static bool copy_grid(const qs_index *index, const qs_model *model, int32_t *rig
             if (near->group <= group) {
                 continue;
             }
-            bool to_right = near->group == group + 1 && (cell + 1) % model->width != 0 && cell + 1 < model->sites && !is_masked(labels, cell + 1);
-            bool to_below = cell + model->width < model->sites && near->group == group_below && !is_masked(labels, cell + model->width);
-            if (!is_edge(near) || (!to_right && !to_below)) {
+            bool to_right = near->group == group + 1 && (cell + 1) % model->width != 0 && !is_masked(labels, cell + 1);
+            bool to_below = near->group == group_below && cell + model->width < model->sites && !is_masked(labels, cell + model->width);
+            int32_t *weight = to_right ? &right[cell] : &down[cell];
+            if (!is_edge(near) || (!to_right && !to_below) || near->weight > INT32_MAX - *weight) {
                 return false;
             }
-            int32_t *weight = to_below && !(to_right && right[cell] == 0 && near->group != group_below) ? &down[cell] : &right[cell];
             *weight += near->weight;
             *weights += near->weight;
         }
@@ -119,68 +121,92 @@ static bool copy_grid(const qs_index *index, const qs_model *model, int32_t *rig
     return true;
 }
 
-static bool copy_links(const qs_index *index, qs_model *model, uint32_t *start, qs_link *links, int64_t *weights)
+/* The neighbours of a site, sorted; files mostly have them in order. */
+static bool copy_site_links(const qs_index *index, uint32_t site, qs_link *links)
 {
-    const qs_qubo *qubo = index->qubo;
-    uint32_t edge = 0, at = 0;
-    for (uint32_t p = 0; p < model->sites; p++) {
-        start[p] = at;
-        for (uint32_t n = index->near_start[p]; n < index->near_start[p + 1]; n++) {
-            const qs_neighbour *near = &index->near[n];
-            if (near->group == p || (near->block & ~QS_TRANSPOSED) != 0 || near->weight < 0) {
-                return false;
-            }
-            qs_link link = {near->group, 0, near->weight};
-            uint32_t to = at++;
-            for (; to > start[p] && links[to - 1].site > link.site; to--) {
-                links[to] = links[to - 1];
-            }
-            links[to] = link;
+    uint32_t count = 0;
+    for (uint32_t n = index->near_start[site]; n < index->near_start[site + 1]; n++, count++) {
+        const qs_neighbour *near = &index->near[n];
+        if (near->group == site || (near->block & ~QS_TRANSPOSED) != 0 || near->weight < 0) {
+            return false;
         }
-    }
-    start[model->sites] = at;
-    /* An edge gets its number at its first site; the second finds it there, in order, by a cursor of its own kept in `edge`. */
-    for (uint32_t p = 0; p < model->sites; p++) {
-        for (uint32_t n = start[p]; n < start[p + 1]; n++) {
-            if (links[n].site > p) {
-                links[n].edge = edge++;
-                *weights += links[n].weight;
-            }
+        uint32_t to = count;
+        for (; to > 0 && links[to - 1].site > near->group; to--) {
+            links[to] = links[to - 1];
         }
+        links[to] = (qs_link){near->group, 0, near->weight};
     }
-    for (uint32_t p = 0; p < model->sites; p++) {
-        for (uint32_t n = start[p], low = 0; n < start[p + 1] && links[n].site < p; n++) {
-            uint32_t q = links[n].site;
-            low = n > start[p] && links[n - 1].site == q ? low + 1 : start[q];
-            while (links[low].site != p) {
-                low++;
-            }
-            links[n].edge = links[low].edge;
-        }
-    }
-    model->edges = edge;
-    return edge == qubo->couplings;
+    return true;
 }
 
-/* The block must be the pairwise cost that the labels' chunk names. */
-static bool block_agrees(const qs_index *index, const qs_model *model, int32_t *table)
+/* An edge is numbered at its first site. Its second site, coming later, finds the number by a cursor that each first site keeps. */
+static bool copy_links(const qs_index *index, qs_model *model, uint32_t *start, uint32_t *cursor, qs_link *links, int64_t *weights)
 {
-    const qs_qubo *qubo = index->qubo;
-    bool sparse = qubo->labels.encoding == QS_ONE_HOT_SPARSE;
-    if (qubo->couplings > 0 && qubo->block_count != 1) {
-        return false;
-    }
-    for (uint32_t a = 0; qubo->block_count > 0 && a < model->labels; a++) {
-        for (uint32_t b = 0; b < model->labels; b++) {
-            int32_t entry = qs_index_block(index, 0, a, b);
-            if (model->pairwise.smoothness == QS_TABLE) {
-                table[(size_t)a * model->labels + b] = entry;
-            } else if (entry != (sparse ? -(int64_t)(a == b) : qs_model_pairwise(model, a, b))) {
-                return false;
-            }
+    for (uint32_t p = 0; p < model->sites; p++) {
+        start[p] = index->near_start[p];
+        start[p + 1] = index->near_start[p + 1];
+        if (!copy_site_links(index, p, links + start[p])) {
+            return false;
+        }
+        uint32_t n = start[p];
+        for (; n < start[p + 1] && links[n].site < p; n++) {
+            links[n].edge = links[cursor[links[n].site]++].edge;
+        }
+        cursor[p] = n;
+        for (; n < start[p + 1]; n++) {
+            links[n].edge = model->edges++;
+            *weights += links[n].weight;
         }
     }
-    return !sparse || model->pairwise.smoothness == QS_POTTS;
+    return true;
+}
+
+/* The block must be the pairwise cost that the labels' chunk names. Of a Toeplitz block the first row and column say all. */
+static bool block_agrees(const qs_index *index, const qs_model *model)
+{
+    const qs_qubo *qubo = index->qubo;
+    bool sparse = qubo->labels.encoding == QS_ONE_HOT_SPARSE, table = model->pairwise.smoothness == QS_TABLE;
+    if (qubo->couplings == 0) {
+        return true;
+    }
+    const uint8_t *block = qubo->blocks + index->block_at[0];
+    if (qubo->block_count != 1 || qs_block_is_table(block) != table || (sparse && model->pairwise.smoothness != QS_POTTS)) {
+        return false;
+    }
+    for (uint32_t d = 0; !table && d < model->labels; d++) {
+        int64_t cost = sparse ? -(int64_t)(d == 0) : qs_model_pairwise(model, 0, d);
+        if (qs_index_block(index, 0, 0, d) != cost || qs_index_block(index, 0, d, 0) != cost) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool copy_table(const qs_index *index, const qs_model *model, int32_t *table)
+{
+    for (uint32_t a = 0; index->qubo->couplings > 0 && a < model->labels; a++) {
+        for (uint32_t b = 0; b < model->labels; b++) {
+            int32_t entry = qs_index_block(index, 0, a, b);
+            if (entry < 0) {
+                return false;
+            }
+            table[(size_t)a * model->labels + b] = entry;
+        }
+    }
+    return true;
+}
+
+static int64_t largest_pairwise(const qs_model *model)
+{
+    size_t labels = model->labels;
+    if (model->pairwise.smoothness != QS_TABLE) {
+        return qs_model_pairwise(model, 0, model->labels - 1); /* all others rise with the distance */
+    }
+    int64_t largest = 0;
+    for (size_t i = 0; i < labels * labels; i++) {
+        largest = model->pairwise.table[i] > largest ? model->pairwise.table[i] : largest;
+    }
+    return largest;
 }
 
 qs_status qs_model_build(const qs_index *index, void *workspace, size_t workspace_size, qs_model *model)
@@ -200,33 +226,27 @@ qs_status qs_model_build(const qs_index *index, void *workspace, size_t workspac
     qs_model built = {.sites = sites_of(qubo), .labels = qubo->labels.labels, .constant = qubo->offset, .pairwise = qubo->labels.pairwise,
                       .width = qubo->labels.width, .height = qubo->labels.height, .mask = qubo->labels.mask};
     int32_t *unary = (int32_t *)(void *)(base + l.unary), *table = (int32_t *)(void *)(base + l.table);
-    built.pairwise.table = table;
-    if (!block_agrees(index, &built, table)) {
+    int32_t *right = (int32_t *)(void *)(base + l.right), *down = (int32_t *)(void *)(base + l.down);
+    uint32_t *start = (uint32_t *)(void *)(base + l.link_start), *cursor = (uint32_t *)(void *)(base + l.cursor);
+    qs_link *links = (qs_link *)(void *)(base + l.links);
+    int64_t weights = 0;
+    if (built.pairwise.smoothness == QS_TABLE) {
+        memset(table, 0, 4 * (size_t)built.labels * built.labels);
+        built.pairwise.table = table;
+    }
+    bool grid = built.width > 0;
+    if (!block_agrees(index, &built) || (built.pairwise.table && !copy_table(index, &built, table)) ||
+        !(grid ? copy_grid(index, &built, right, down, &weights) : copy_links(index, &built, start, cursor, links, &weights))) {
         return QS_E_CORRUPT;
     }
-    for (uint32_t a = 0; a < built.labels; a++) {
-        for (uint32_t b = 0; b < built.labels; b++) {
-            int64_t cost = qs_model_pairwise(&built, a, b);
-            built.pairwise_max = cost > built.pairwise_max ? cost : built.pairwise_max;
-        }
-    }
-    int64_t weights = 0;
-    bool good;
-    if (built.width > 0) {
-        int32_t *right = (int32_t *)(void *)(base + l.right), *down = (int32_t *)(void *)(base + l.down);
-        good = copy_grid(index, &built, right, down, &weights);
+    if (grid) {
         built.right = right;
         built.down = down;
     } else {
-        uint32_t *start = (uint32_t *)(void *)(base + l.link_start);
-        qs_link *links = (qs_link *)(void *)(base + l.links);
-        good = copy_links(index, &built, start, links, &weights);
         built.link_start = start;
         built.links = links;
     }
-    if (!good) {
-        return QS_E_CORRUPT;
-    }
+    built.pairwise_max = largest_pairwise(&built);
     built.unary = unary;
     if (!copy_costs(index, &built, unary)) {
         return QS_E_OVERFLOW;

@@ -50,9 +50,26 @@ static bool is_width(uint32_t bytes)
     return bytes == 1 || bytes == 2 || bytes == 4 || bytes == 8;
 }
 
+/* Parts of the workspace, the most aligned first. In 64 bits: what a header claims may not fit a size_t. */
+typedef struct layout {
+    uint64_t block_at, start, near_start, penalty_run, near, end;
+} layout;
+
+static layout lay_out(const qs_qubo *q)
+{
+    uint64_t groups = q->groups;
+    layout l = {0};
+    l.start = l.block_at + q->block_count * (uint64_t)sizeof(size_t);
+    l.near_start = l.start + (groups + 1) * sizeof(uint32_t);
+    l.penalty_run = l.near_start + (groups + 1) * sizeof(uint32_t);
+    l.near = l.penalty_run + groups * sizeof(uint32_t);
+    l.end = l.near + 2 * q->couplings * sizeof(qs_neighbour);
+    return l;
+}
+
 static bool within_memory(opening *o)
 {
-    return qs_index_workspace(&o->qubo) <= o->memory_limit ||
+    return lay_out(&o->qubo).end <= (o->memory_limit < SIZE_MAX ? o->memory_limit : SIZE_MAX - 1) ||
            qs_reject(&o->reader, QS_E_LIMIT, QS_HEADER_FIELDS, "memory for its groups and couplings");
 }
 
@@ -120,7 +137,7 @@ static bool read_blocks(opening *o)
     return at == chunk.length ? within_memory(o) : corrupt(o, chunk.offset + at, "length of BLKS");
 }
 
-/* The block of the run under way. Runs in sequence mostly share theirs, so its facts are kept from one to the next. */
+/* The block of the run under way. Indices never fall, so that all blocks are gone through once. */
 typedef struct block_cursor {
     const uint8_t *at;
     uint32_t block;
@@ -132,9 +149,8 @@ static void seek_block(const qs_qubo *q, block_cursor *cursor, uint32_t block)
     if (cursor->at && cursor->block == block) {
         return;
     }
-    if (!cursor->at || cursor->block > block) {
+    if (!cursor->at) {
         cursor->at = q->blocks + 4;
-        cursor->block = 0;
     }
     for (; cursor->block < block; cursor->block++) {
         cursor->at += qs_block_size(cursor->at, UINT64_MAX);
@@ -246,6 +262,9 @@ static bool read_couplings(opening *o)
             return corrupt(o, chunk.offset + at, "length of CPLS");
         }
         coupling_run run = load_run(chunk.payload + at);
+        if (run.block < cursor.block) {
+            return corrupt(o, chunk.offset + at, "order of the blocks");
+        }
         if (!is_run(q, &run, q->couplings - couplings) || run.size > chunk.length - at || !are_pairs(q, &run)) {
             return corrupt(o, chunk.offset + at, "a run of couplings");
         }
@@ -458,7 +477,7 @@ qs_status qs_qubo_open(const void *bytes, size_t size, uint64_t memory_limit, qs
     if ((!bytes && size > 0) || !qubo) {
         return QS_E_ARGUMENT;
     }
-    opening o = {.reader = qs_reader_of(bytes, size), .qubo = {.bytes = bytes, .size = size}, .memory_limit = memory_limit};
+    opening o = {.reader = qs_reader_of(bytes, size, "GRPSBLKSCPLSLINRPNLTOFFS"), .qubo = {.bytes = bytes, .size = size}, .memory_limit = memory_limit};
     bool good = qs_read_header(&o.reader, QS_MAGIC_QCF) && read_fields(&o) && read_groups(&o) &&
                 read_blocks(&o) && read_couplings(&o) && read_linear(&o) && read_penalties(&o) && read_offset(&o) &&
                 read_side_chunks(&o);
@@ -551,26 +570,9 @@ void qs_qubo_summarise(const qs_qubo *qubo, qs_qubo_summary *summary)
 
 /* ---- Index. ---- */
 
-/* Parts of the workspace, the most aligned first. */
-typedef struct layout {
-    size_t block_at, start, near_start, penalty_run, near, end;
-} layout;
-
-static layout lay_out(const qs_qubo *q)
-{
-    size_t groups = q->groups;
-    layout l = {0};
-    l.start = l.block_at + q->block_count * sizeof(size_t);
-    l.near_start = l.start + (groups + 1) * sizeof(uint32_t);
-    l.penalty_run = l.near_start + (groups + 1) * sizeof(uint32_t);
-    l.near = l.penalty_run + groups * sizeof(uint32_t);
-    l.end = l.near + 2 * (size_t)q->couplings * sizeof(qs_neighbour);
-    return l;
-}
-
 size_t qs_index_workspace(const qs_qubo *qubo)
 {
-    return lay_out(qubo).end;
+    return qs_size(lay_out(qubo).end);
 }
 
 static void index_blocks(const qs_qubo *q, size_t *block_at_)

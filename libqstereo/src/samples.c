@@ -13,25 +13,54 @@ static size_t sample_bytes(uint32_t variables)
     return ((size_t)variables + 7) / 8;
 }
 
-static bool plain_text(const uint8_t *text, size_t size)
+/* Bytes of the UTF-8 character at `text`, of which `left` are there; 0 = it is malformed (RFC 3629). */
+static size_t character(const uint8_t *text, size_t left)
 {
-    for (size_t i = 0; i < size; i++) {
-        if (text[i] < 0x20 || text[i] == 0x7f) {
+    size_t size = text[0] < 0x80 ? 1 : text[0] < 0xc2 ? 0 : text[0] < 0xe0 ? 2 : text[0] < 0xf0 ? 3 : text[0] < 0xf5 ? 4 : 0;
+    if (size > left) {
+        return 0;
+    }
+    for (size_t i = 1; i < size; i++) {
+        if ((text[i] & 0xc0) != 0x80) {
+            return 0;
+        }
+    }
+    bool too_long = (text[0] == 0xe0 && text[1] < 0xa0) || (text[0] == 0xf0 && text[1] < 0x90);
+    bool surrogate = text[0] == 0xed && text[1] >= 0xa0, too_large = text[0] == 0xf4 && text[1] >= 0x90;
+    return size > 1 && (too_long || surrogate || too_large) ? 0 : size;
+}
+
+static bool is_text(const uint8_t *text, size_t size)
+{
+    for (size_t at = 0, step; at < size; at += step) {
+        step = character(text + at, size - at);
+        if (step == 0) {
             return false;
         }
     }
     return true;
 }
 
+/* The control characters of ASCII, and those of Latin-1 (U+0080 to U+009F). */
+static bool has_controls(const uint8_t *text, size_t size)
+{
+    for (size_t i = 0; i < size; i++) {
+        if (text[i] < 0x20 || text[i] == 0x7f || (text[i] == 0xc2 && text[i + 1] < 0xa0)) {
+            return true;
+        }
+    }
+    return false;
+}
+
 static bool is_solver(const uint8_t *name, size_t size)
 {
-    return size >= 1 && size <= 255 && plain_text(name, size);
+    return size >= 1 && size <= 255 && is_text(name, size) && !has_controls(name, size);
 }
 
 /* Whether it may be a JSON object; its inside is the solver's own matter. */
 static bool is_object(const uint8_t *text, size_t size)
 {
-    return size >= 2 && text[0] == '{' && text[size - 1] == '}';
+    return size >= 2 && text[0] == '{' && text[size - 1] == '}' && is_text(text, size);
 }
 
 static bool is_record(qs_record record)
@@ -210,7 +239,7 @@ qs_status qs_samples_open(const void *bytes, size_t size, qs_samples_view *sampl
     if ((!bytes && size > 0) || !samples) {
         return QS_E_ARGUMENT;
     }
-    qs_reader reader = qs_reader_of(bytes, size);
+    qs_reader reader = qs_reader_of(bytes, size, "PROBSOLVINFORECSBITS");
     qs_samples_view view = {0};
     if (qs_read_header(&reader, QS_MAGIC_QSF) && read_fields(&reader, &view) && read_texts(&reader, &view) &&
         read_samples(&reader, &view)) {

@@ -9,8 +9,8 @@ Every surface is a plane, d = a x + b y + c in pixels of the left picture, cut o
 seen at (x, y) on the left is seen at (x - d, y) on the right; where several surfaces meet a pixel, the
 nearest (largest d) hides the others. So the disparities are exact and occlusion is real.
 
-The pixels depend on no library version: numpy's RandomState is frozen, and nothing but + - * / and floor
-touches a colour, so no sine or power of another library can round another way.
+The pixels are meant to outlive library versions: numpy's RandomState is frozen, and no sine, root or power,
+which differ from one mathematics library to the next, touches a colour.
 """
 import argparse
 import pathlib
@@ -51,6 +51,7 @@ def mix(t, *colours):
 
 
 def times(colour, factor):
+    """A colour made darker or brighter."""
     return tuple(channel * factor for channel in colour)
 
 
@@ -107,10 +108,6 @@ def leaf(u, v):
 
 # Masks: which points of a plane are there
 
-def everywhere(x, y):
-    return x == x
-
-
 def polygon(*points):
     """Even-odd rule."""
     def inside(x, y):
@@ -135,9 +132,10 @@ def upright(x0, x1, a, c, top, texture):
 
 # The scene: plane (a, b, c), mask, texture, and which two axes of space (X, Y, Z) the texture runs along
 FLOOR, LID = 0.150, 0.245     # disparity per row below the horizon, of two level planes
+EVERYWHERE = ellipse(0, 0, 1e6, 1e6)
 SCENE = [
-    ((0.010, 0, 2.3), everywhere, plaster, (0, 1)),
-    ((0, FLOOR, -FLOOR * HORIZON), everywhere, planks, (0, 2)),
+    ((0.010, 0, 2.3), EVERYWHERE, plaster, (0, 1)),
+    ((0, FLOOR, -FLOOR * HORIZON), EVERYWHERE, planks, (0, 2)),
     ((0.010, 0, 2.6), polygon((108, 12), (172, 9), (172, 56), (108, 54)), wood_frame, (0, 1)),
     ((0.010, 0, 2.6), polygon((112, 16), (168, 13.4), (168, 52), (112, 50.2)), picture, (0, 1)),
     upright(38, 62, 0.090, 2.92, 5.4, gift),
@@ -183,12 +181,13 @@ def render(right):
     """One view's colours, 4 x 4 samples a pixel; each sample sees its own part of a lamp of some size."""
     rows, columns = np.mgrid[0:HEIGHT, 0:WIDTH].astype(float)
     total = np.zeros((HEIGHT, WIDTH, 3))
+    shade = np.array([0.94 + 1.6 * plane[0] for plane, _, _, _ in SCENE])   # what faces left faces the lamp
     for k in range(16):
         y = rows + (k // 4 - 1.5) / 4
         number, x, d = visible(columns + (k % 4 - 1.5) / 4, y, right)
         part = 7 * k % 16
         lamp = (LIGHT[0] + 6 * (part // 4 - 1.5), LIGHT[1] + 6 * (part % 4 - 1.5), LIGHT[2])
-        light = np.where(lit(number, x, y, d, lamp), 1.0, 0.58)
+        light = np.where(lit(number, x, y, d, lamp), 1.0, 0.58) * shade[number]
         space = (x - CENTRE) / d, (y - HORIZON) / d, 100 / d
         for n, (_, _, texture, (i, j)) in enumerate(SCENE):
             here = number == n
@@ -219,16 +218,14 @@ def main():
     how.add_argument("--check", action="store_true", help="compare with the files, write nothing")
     how.add_argument("--pnm", metavar="DIR", type=pathlib.Path, help="write PPM and PGM files into DIR")
     options = parser.parse_args()
-    differ = []
+    folder, differ = options.pnm or HERE, []
+    folder.mkdir(parents=True, exist_ok=True)
     for name, pixels in pictures().items():
-        if options.check:
-            path = HERE / f"{name}.png"
-            if not path.exists() or not np.array_equal(np.asarray(Image.open(path)), pixels):
-                differ.append(path.name)
-        elif options.pnm:
-            Image.fromarray(pixels).save(options.pnm / (name + (".ppm" if pixels.ndim == 3 else ".pgm")))
-        else:
-            Image.fromarray(pixels).save(HERE / f"{name}.png", optimize=True)
+        path = folder / (name + (".png" if not options.pnm else ".ppm" if pixels.ndim == 3 else ".pgm"))
+        if not options.check:
+            Image.fromarray(pixels).save(path, optimize=True)
+        elif not path.exists() or not np.array_equal(np.asarray(Image.open(path)), pixels):
+            differ.append(path.name)
     if differ:
         sys.exit("generate.py: not what this program renders: " + ", ".join(differ))
 

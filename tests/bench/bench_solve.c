@@ -18,7 +18,10 @@ static const struct {
     {"bp", qs_bp, qs_bp_workspace}, {"trws", qs_trws, qs_trws_workspace},
 #endif
 #ifdef HAVE_OTHERS
-    {"icm", qs_icm, qs_icm_workspace}, {"anneal", qs_anneal, qs_anneal_workspace}, {"best", qs_best, qs_best_workspace},
+    {"icm", qs_icm, qs_icm_workspace}, {"anneal", qs_anneal, qs_anneal_workspace},
+#endif
+#if defined HAVE_MOVES && defined HAVE_MESSAGES && defined HAVE_OTHERS
+    {"best", qs_best, qs_best_workspace},
 #endif
 };
 

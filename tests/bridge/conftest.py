@@ -10,6 +10,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from problems import grid  # noqa: E402
 
+COMMAND = [sys.executable, "-m", "qstereo_bridge"]
 TOKEN = "DEV-" + "0123456789abcdef" * 2 + "01234567"
 
 
@@ -33,8 +34,8 @@ def command(environment):
     """Runs qstereo-bridge in a process of its own."""
     def run(*arguments, **options):
         options = {"env": environment, "capture_output": True, "timeout": 60, **options}
-        return subprocess.run([sys.executable, "-c", "from qstereo_bridge.cli import run; run()",
-                               *map(str, arguments)], **options)
+        arguments = [word if isinstance(word, bytes) else str(word) for word in arguments]
+        return subprocess.run([*COMMAND, *arguments], **options)
     return run
 
 

@@ -1,5 +1,7 @@
 """Problems for tests and benchmarks: random ones with every feature of the format, and grids as `qstereo` makes them."""
 
+import itertools
+
 import numpy as np
 from qstereo_bridge import qcf
 
@@ -19,10 +21,10 @@ def make(sizes, blocks, couplings, linear, penalties, offset=0, sides=()):
     """A Problem from plain lists.
 
     sizes: variables of each group; penalties: (a, b) of each group; couplings: a list of dicts with the fields of a
-    coupling run, and `pairs` and `weights` where the run has any.
+    coupling run, and `pairs` and `weights` where the run has any; they are put in the order of their blocks.
     """
     runs, pairs, weights = [], [np.empty((0, 2), "<u4")], []
-    for coupling in couplings:
+    for coupling in sorted(couplings, key=lambda coupling: coupling.get("block", 0)):
         run = {"block": 0, "form": 0, "width": 0, "weight": 0, "g": 0, "h": 0, "count": 1, "repeat": 1, "stride": 0}
         run.update({key: value for key, value in coupling.items() if key in run})
         runs.append(tuple(run.values()))
@@ -113,6 +115,10 @@ def grid(width, height, labels, dense=False, weight=20, seed=0):
                 int(costs.min(1).sum()) + (0 if dense else weight * edges))
 
 
+def all_states(n):
+    return np.array(list(itertools.product((0, 1), repeat=n)), np.uint8)
+
+
 def energy_by_definition(problem, x):
     """H of one state, written down from docs/FORMAT.md term by term."""
     starts, sizes = problem.starts().tolist(), problem.sizes().tolist()
@@ -137,6 +143,6 @@ def energy_by_definition(problem, x):
 
 def entry(block, i, j):
     if isinstance(block, qcf.Table):
-        return int(block.entries[i, j])
+        return int(block.table[i, j])
     k = j - i - block.first
     return int(block.values[k]) if 0 <= k < block.values.size else block.fill

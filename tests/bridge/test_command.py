@@ -4,6 +4,7 @@ import hashlib
 import json
 import os
 import pty
+import resource
 import signal
 import subprocess
 import sys
@@ -11,10 +12,10 @@ import time
 
 import numpy as np
 import pytest
-from conftest import TOKEN
+from conftest import COMMAND, TOKEN
 from problems import grid, make, random_problem
 from test_solvers import BruteForceCQM
-from qstereo_bridge import __version__, cli, models, output, qcf, qsf, services, solvers
+from qstereo_bridge import __version__, cli, models, qcf, qsf, services, solvers
 
 FAST = ["--num-reads", 5, "--num-sweeps", 50, "--seed", 1]
 
@@ -26,6 +27,10 @@ def text(found):
     return found.returncode, out, err
 
 
+def files(folder):
+    return sorted(path.name for path in folder.iterdir() if path.is_file())
+
+
 def test_solve_writes_samples(problem_file, tmp_path, main):
     samples = tmp_path / "s.qsf"
     status, out, err = main("solve", problem_file, *FAST, "-o", samples)
@@ -34,7 +39,7 @@ def test_solve_writes_samples(problem_file, tmp_path, main):
     assert read.digest == hashlib.sha256(problem_file.read_bytes()).digest() and read.solver == "anneal"
     assert (read.records["energy"] == models.energies(problem, read.bits)).all()
     assert (read.records["broken"] == qsf.NO_CHAINS).all() and read.info["parameters"]["seed"] == 1
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["s.qsf", "tiny.qcf"]
+    assert files(tmp_path) == ["s.qsf", "tiny.qcf"]
 
 
 def test_json(problem_file, tmp_path, main):
@@ -55,7 +60,20 @@ def test_real_units_and_no_feasible_sample(tmp_path, main):
     status, out, _ = main("solve", tmp_path / "p.qcf", "-o", tmp_path / "s.qsf", "--solver", "exact", "--json")
     found = json.loads(out)
     assert status == 0 and found["energy"] == -4.5 and found["feasible"] == 0 and found["best_energy"] is None
-    assert "none feasible" in main("solve", tmp_path / "p.qcf", "-o", tmp_path / "s.qsf", "--solver", "exact")[1]
+    assert found["lower_bound"] == -4.5 and not found["proven_optimal"]
+    out = main("solve", tmp_path / "p.qcf", "-o", tmp_path / "s.qsf", "--solver", "exact")[1]
+    assert "the minimum of the QUBO is infeasible: the penalty is too small" in out and "none feasible" in out
+    assert "optimal" not in out
+
+
+def test_one_feasible_minimiser_among_many_proves(tmp_path, main):
+    """A penalty of 0 for two variables: 512 of the 1,536 minimisers are feasible, the first hundred by number are not."""
+    problem = make([2] + [1] * 9, [], [], [-1, -1] + [0] * 9, [(0, 1)] + [(0, 0)] * 9)
+    (tmp_path / "p.qcf").write_bytes(qcf.pack_qcf(problem))
+    solve = "solve", tmp_path / "p.qcf", "-o", tmp_path / "s.qsf", "--solver", "exact"
+    found = json.loads(main(*solve, "--json")[1])
+    assert found["proven_optimal"] and found["samples"] == found["feasible"] == 100
+    assert "(proven optimal)" in main(*solve)[1]
 
 
 def test_quiet_and_progress(problem_file, tmp_path, main, monkeypatch):
@@ -138,20 +156,57 @@ def test_unreadable_and_unwritable(problem_file, tmp_path, main):
     assert status == 4 and "/dev/full: cannot write: No space left" in err
 
 
-def test_no_permission(tmp_path, monkeypatch):
+def test_no_permission(problem_file, main, monkeypatch):
     """Root may write everywhere, so the system's answer is given here."""
+    problem_file.with_suffix(".qsf").touch()
     monkeypatch.setattr(os, "access", lambda path, mode: False)
-    with pytest.raises(PermissionError, match=str(tmp_path)):
-        output.check_writable(tmp_path / "s.qsf")
-    output.check_writable("/dev/null")
-    output.check_writable("-")
+    status, _, err = main("solve", problem_file, "-o", problem_file.with_suffix(".qsf"), *FAST)
+    assert status == 4 and "cannot write: no permission" in err
 
 
-def test_full_stdout(problem_file, tmp_path, command):
-    with open("/dev/full", "w") as full:
-        found = command("solve", problem_file, "-o", tmp_path / "s.qsf", *FAST, capture_output=False, stdout=full,
+@pytest.mark.parametrize("stdout", ["full", "pipe"])
+@pytest.mark.parametrize("options", [[], ["--json"]])
+def test_failing_stdout_leaves_the_old_file(stdout, options, problem_file, tmp_path, command):
+    (tmp_path / "s.qsf").write_bytes(b"old")
+    reading, writing = os.pipe()
+    os.close(reading)
+    with open("/dev/full", "w") if stdout == "full" else open(writing, "w") as stream:
+        found = command("solve", problem_file, "-o", tmp_path / "s.qsf", *FAST, *options, capture_output=False, stdout=stream,
                         stderr=subprocess.PIPE)
-    assert found.returncode == 4 and b"Traceback" not in found.stderr and b"No space" in found.stderr
+    assert found.returncode == 4 and b"Traceback" not in found.stderr and b"stdout: cannot write" in found.stderr
+    assert (tmp_path / "s.qsf").read_bytes() == b"old" and files(tmp_path) == ["s.qsf", "tiny.qcf"]
+
+
+def test_closed_stdin_and_stdout(problem_file, tmp_path, command):
+    close = {"preexec_fn": lambda: os.closerange(0, 2), "capture_output": False, "stderr": subprocess.PIPE}
+    for arguments, said in (["-", "-o", tmp_path / "s.qsf"], b"-: cannot read"), ([problem_file, "-o", "-"], b"-: cannot write"):
+        found = command("solve", *arguments, *FAST, **close)
+        assert found.returncode == 4 and said in found.stderr and b"Traceback" not in found.stderr
+
+
+def test_long_names(problem_file, tmp_path, main, monkeypatch):
+    """What is too long is refused before the solver's work, what just fits is written."""
+    samples = tmp_path / ("s" * 255)
+    assert main("solve", problem_file, "-o", samples, *FAST)[0] == 0 and qsf.parse_qsf(samples.read_bytes())
+    monkeypatch.setattr(solvers, "anneal", None)
+    status, _, err = main("solve", problem_file, "-o", tmp_path / ("s" * 256), *FAST)
+    assert status == 4 and "cannot write: File name too long" in err
+    assert main("solve", problem_file, "-o", "", *FAST)[0] == 4
+    assert files(tmp_path) == [samples.name, "tiny.qcf"]
+
+
+def test_temporary_is_there_while_the_solver_works(problem_file, tmp_path, main, monkeypatch):
+    """One that a killed process of the same number left behind is passed over."""
+    stale = f".qstereo-{os.getpid()}-0.tmp"
+    (tmp_path / stale).touch()
+    real, seen = solvers.anneal, []
+
+    def watching(*arguments):
+        seen.extend(files(tmp_path))
+        return real(*arguments)
+    monkeypatch.setattr(solvers, "anneal", watching)
+    assert main("solve", problem_file, "-o", tmp_path / "s.qsf", *FAST)[0] == 0
+    assert seen == [stale, f".qstereo-{os.getpid()}-1.tmp", "tiny.qcf"] and files(tmp_path) == [stale, "s.qsf", "tiny.qcf"]
 
 
 @pytest.mark.parametrize("fault", ["open", "replace"])
@@ -165,9 +220,9 @@ def test_failed_write_leaves_the_old_file(fault, problem_file, tmp_path, main, m
         monkeypatch.setattr(os, "replace", fail)
     else:
         real = open
-        monkeypatch.setattr("builtins.open", lambda *a, **b: fail() if a[1:] == ("xb",) else real(*a, **b))
+        monkeypatch.setattr("builtins.open", lambda *a, **b: fail() if a[1:] == ("wb",) else real(*a, **b))
     assert main("solve", problem_file, "-o", samples, *FAST)[0] == 4
-    assert samples.read_bytes() == b"old" and sorted(path.name for path in tmp_path.iterdir()) == ["s.qsf", "tiny.qcf"]
+    assert samples.read_bytes() == b"old" and files(tmp_path) == ["s.qsf", "tiny.qcf"]
 
 
 def test_failures_leave_the_old_file(problem_file, tmp_path, command):
@@ -180,7 +235,7 @@ def test_failures_leave_the_old_file(problem_file, tmp_path, command):
         status, out, err = text(command("solve", problem_file, "-o", samples, "--solver", solver))
         assert (status, out) == (5, "") and "dwave config create" in err and "DWAVE_API_TOKEN" in err and err.count("\n") == 1
     assert samples.read_bytes() == b"old"
-    assert sorted(path.name for path in tmp_path.iterdir() if path.is_file()) == ["s.qsf", "tiny.qcf"]
+    assert files(tmp_path) == ["s.qsf", "tiny.qcf"]
 
 
 def test_link_stays_a_link(problem_file, tmp_path, main):
@@ -224,7 +279,7 @@ def test_energies_of_a_cqm_answer_are_h(problem_file, tmp_path, main, monkeypatc
 def test_dry_run(solver, problem_file, main):
     status, out, err = main("solve", problem_file, "--solver", solver, "--dry-run")
     assert (status, err) == (0, "") and "12 variables" in out and "sent" in out
-    assert ("as published" in out) == (solver in ("qpu", "hybrid-bqm", "hybrid-cqm"))
+    assert ("upload" in out) == ("as published" in out) == (solver in ("qpu", "hybrid-bqm", "hybrid-cqm"))
     found = json.loads(main("solve", problem_file, "--solver", solver, "--dry-run", "--json")[1])
     assert found.items() >= {"schema": 1, "solver": solver, "dry_run": True, "variables": 12}.items()
 
@@ -252,8 +307,8 @@ def test_ctrl_c(arguments, tmp_path, environment):
     (tmp_path / "p.qcf").write_bytes(qcf.pack_qcf(grid(10, 10, 4)))
     (tmp_path / "s.qsf").write_bytes(b"old")
     terminal, other = pty.openpty()
-    process = subprocess.Popen([sys.executable, "-c", "from qstereo_bridge.cli import run; run()", "solve", tmp_path / "p.qcf",
-                                "-o", tmp_path / "s.qsf", *arguments], env=environment, stdout=subprocess.PIPE, stderr=other)
+    process = subprocess.Popen([*COMMAND, "solve", tmp_path / "p.qcf", "-o", tmp_path / "s.qsf", *arguments],
+                               env=environment, stdout=subprocess.PIPE, stderr=other)
     os.close(other)
     said = b""
     while b"reads" not in said:
@@ -266,25 +321,100 @@ def test_ctrl_c(arguments, tmp_path, environment):
     os.close(terminal)
     process.stdout.close()
     assert (tmp_path / "s.qsf").read_bytes() == b"old"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["p.qcf", "s.qsf"]
+    assert files(tmp_path) == ["p.qcf", "s.qsf"]
 
 
-def test_ctrl_c_does_not_wait_for_a_service(problem_file, tmp_path, main, monkeypatch):
-    class Waiting(BruteForceCQM):
-        def sample_cqm(self, *arguments, **options):
-            raise KeyboardInterrupt
+@pytest.fixture
+def interrupting(tmp_path, environment):
+    """The environment in which a process gets signal `number` as soon as it imports `module`."""
+    def make_one(module, number):
+        folder = tmp_path / "path"
+        folder.mkdir()
+        (folder / "sitecustomize.py").write_text(f"""
+import os, sys
+class Finder:
+    def find_spec(name, path=None, target=None):
+        if name == "{module}":
+            os.kill(os.getpid(), {number:d})
+sys.meta_path.insert(0, Finder)
+""")
+        return {**environment, "PYTHONPATH": str(folder)}
+    return make_one
 
-        def close(self):
-            pytest.fail("the client's close() waits for the answer")
-    monkeypatch.setattr(services, "connect", lambda name: Waiting())
-    status, out, err = main("solve", problem_file, "-o", tmp_path / "s.qsf", "--solver", "hybrid-cqm")
-    assert (status, out) == (130, "") and "interrupted" in err and not (tmp_path / "s.qsf").exists()
+
+@pytest.mark.parametrize("module", ["qstereo_bridge.cli", "argparse", "numpy", "dimod", "dwave.samplers"])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_signal_in_an_import(module, number, interrupting, problem_file, tmp_path, command):
+    found = command("solve", problem_file, "-o", tmp_path / "s.qsf", *FAST, env=interrupting(module, number))
+    assert (found.returncode, found.stdout, found.stderr) == (128 + number, b"", b"qstereo-bridge: interrupted\n")
+    assert files(tmp_path) == ["tiny.qcf"]
 
 
-def test_no_binary_to_a_terminal(problem_file, environment):
+def test_ignored_signal_stays_ignored(interrupting, problem_file, tmp_path, command):
+    """As in the background of a script."""
+    found = command("solve", problem_file, "-o", tmp_path / "s.qsf", *FAST, env=interrupting("numpy", signal.SIGINT),
+                    preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN))
+    assert found.returncode == 0 and files(tmp_path) == ["s.qsf", "tiny.qcf"]
+
+
+def test_ctrl_c_does_not_wait_for_a_service(problem_file, tmp_path, environment):
+    code = """
+import os, signal, sys, time
+from qstereo_bridge import __main__, services
+from test_solvers import BruteForceCQM
+class Waiting(BruteForceCQM):
+    def sample_cqm(self, *arguments, **options):
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(60)
+    def close(self):
+        time.sleep(60)
+services.connect = lambda name: Waiting()
+__main__.run()
+"""
+    found = subprocess.run([sys.executable, "-c", code, "solve", problem_file, "-o", tmp_path / "s.qsf", "--solver", "hybrid-cqm"],
+                           env={**environment, "PYTHONPATH": os.path.dirname(__file__)}, capture_output=True, timeout=30)
+    assert (found.returncode, found.stdout) == (130, b"") and b"interrupted" in found.stderr and files(tmp_path) == ["tiny.qcf"]
+
+
+def test_names_that_are_no_utf8(tmp_path, command, environment, main, monkeypatch):
+    problem, samples = os.fsencode(tmp_path) + b"/\xff.qcf", os.fsencode(tmp_path) + b"/\xfe.qsf"
+    with open(problem, "wb") as stream:
+        stream.write(qcf.pack_qcf(grid(2, 2, 3)))
+    environment["PYTHONIOENCODING"] = "utf-8:strict"
+    status, out, err = text(command("solve", problem, "-o", samples, *FAST))
+    assert (status, err) == (0, "") and "\\udcfe.qsf: written" in out and os.path.exists(samples)
+    monkeypatch.setattr(services, "connect", lambda name: BruteForceCQM())
+    assert main("solve", os.fsdecode(problem), "-o", tmp_path / "s.qsf", "--solver", "hybrid-cqm")[0] == 0
+    assert qsf.parse_qsf((tmp_path / "s.qsf").read_bytes()).info["parameters"]["label"] == "?"
+
+
+def limited():
+    resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
+
+
+def test_dry_run_beyond_every_chip_expands_nothing(tmp_path, command):
+    (tmp_path / "p.qcf").write_bytes(qcf.pack_qcf(make([40_000], [], [], np.zeros(40_000), [(1, 1)])))
+    status, out, err = text(command("solve", tmp_path / "p.qcf", "--solver", "qpu", "--dry-run", preexec_fn=limited))
+    assert (status, err) == (0, "") and "799,980,000 quadratic terms" in out and "it does not fit" in out
+
+
+def test_dry_run_without_memory(tmp_path, main, monkeypatch):
+    (tmp_path / "p.qcf").write_bytes(qcf.pack_qcf(grid(16, 16, 16, dense=True)))
+    dry_run = "solve", tmp_path / "p.qcf", "--solver", "qpu", "--dry-run"
+    status, out, err = main(*dry_run, "--memory-limit", 5)
+    assert (status, out) == (4, "") and "p.qcf: a model of" in err
+    assert main(*dry_run)[0] == 0
+
+    def full(*arguments):
+        raise MemoryError
+    monkeypatch.setattr(services, "plan", full)
+    status, out, err = main(*dry_run)
+    assert (status, out) == (4, "") and "not enough memory" in err
+
+
+def test_no_binary_to_a_terminal(problem_file, command):
     terminal, other = pty.openpty()
-    found = subprocess.run([sys.executable, "-c", "from qstereo_bridge.cli import run; run()", "solve", problem_file, "-o", "-"],
-                           env=environment, stdout=other, stderr=subprocess.PIPE, timeout=60)
+    found = command("solve", problem_file, "-o", "-", capture_output=False, stdout=other, stderr=subprocess.PIPE)
     os.close(terminal)
     os.close(other)
     assert found.returncode == 2 and b"terminal" in found.stderr

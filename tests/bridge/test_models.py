@@ -1,14 +1,14 @@
 """Terms, energies and models against the definition of H, state by state."""
 
-import itertools
 import math
+import tracemalloc
 
 import dimod
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from problems import energy_by_definition, grid, make, random_problem
+from problems import all_states, energy_by_definition, grid, make, random_problem
 from qstereo_bridge import models, qcf
 from qstereo_bridge.container import OverLimit
 
@@ -83,7 +83,7 @@ def test_energies_of_large_numbers_are_exact():
     problem = make([2, 1], [qcf.Table(np.array([[1], [1]], "<i4"))], [{"weight": 1, "h": 1}], [2**50, 1, -2**51],
                    [(2**49, 2**50 + 1), (0, 0)], 1)
     problem = qcf.parse_qcf(qcf.pack_qcf(problem))
-    states = np.array(list(itertools.product((0, 1), repeat=3)), np.uint8)
+    states = all_states(3)
     assert models.energies(problem, states).tolist() == [energy_by_definition(problem, x) for x in states.tolist()]
 
 
@@ -91,7 +91,7 @@ def test_energies_of_large_numbers_are_exact():
 @given(SEEDS)
 def test_cqm_is_h_on_feasible_states(seed):
     problem = random_problem(seed, variables=9)
-    states = np.array(list(itertools.product((0, 1), repeat=problem.linear.size)), np.uint8)
+    states = all_states(problem.linear.size)
     cqm, labels = models.to_cqm(problem), range(problem.linear.size)
     sound = models.feasible(problem, states)
     starts, one_hot = problem.starts(), problem.one_hot()
@@ -114,12 +114,30 @@ def test_blocks(seed, rows, columns):
     block = qcf.Toeplitz((rows, columns), int(rng.integers(-1, 2)), first, values)
     entries = np.array([[values[j - i - first] if 0 <= j - i - first < values.size else block.fill
                          for j in range(columns)] for i in range(rows)], "<i4")
-    assert (block.dense() == entries).all()
     for one in (block, qcf.Table(entries)):
+        for upper in [False, True] if rows == columns else [False]:
+            lengths, column, value = one.entries(upper)
+            dense = np.zeros((rows, columns), int)
+            dense[np.repeat(np.arange(rows), lengths), column] = value
+            assert (dense == (np.triu(entries, 1) if upper else entries)).all() and value.all()
         assert one.count_nonzero(False) == np.count_nonzero(entries)
         assert one.abs_sum(np.int64) == one.abs_sum(np.float64) == np.abs(entries).sum()
         if rows == columns:
             assert one.count_nonzero(True) == np.count_nonzero(np.triu(entries, 1))
+
+
+def test_large_groups_need_no_square():
+    """A diagonal block has as many entries as its diagonal; a penalty's energy needs the sum of its group only."""
+    n = 60_000
+    problem = make([n, n], [qcf.Toeplitz((n, n), 0, 0, np.array([-1], "<i4"))], [{"weight": 2, "h": 1}], np.zeros(2 * n),
+                   [(1, 2)] * 2)
+    tracemalloc.start()
+    _, (rows, columns, values), _ = models.expand(problem, penalties=False)
+    assert (columns - rows == n).all() and (values == -2).all() and rows.size == n
+    assert models.energies(problem, np.ones((1, 2 * n), np.uint8)).tolist() == [2 * (1 - n) + 2 * n * (n - 1) - 2 * n]
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 50 << 20
 
 
 def test_memory_limit_of_the_model():

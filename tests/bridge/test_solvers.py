@@ -1,7 +1,6 @@
 """Each solver on small problems; D-Wave's services through Ocean's own mocks."""
 
 import argparse
-import itertools
 import json
 import math
 from unittest import mock
@@ -15,8 +14,8 @@ from dwave.system import EmbeddingComposite, LeapHybridSampler
 from dwave.system.testing import MockDWaveSampler, MockLeapHybridSolver
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from problems import grid, make, random_problem
-from qstereo_bridge import models, qsf, services, solvers
+from problems import all_states, grid, make, random_problem
+from qstereo_bridge import models, qcf, qsf, services, solvers
 from qstereo_bridge.cli import _records
 from qstereo_bridge.container import OverLimit
 
@@ -25,7 +24,7 @@ DENSE = grid(2, 2, 3, dense=True)
 
 
 def least(problem):
-    states = np.array(list(itertools.product((0, 1), repeat=problem.linear.size)), np.uint8)
+    states = all_states(problem.linear.size)
     return int(models.energies(problem, states).min())
 
 
@@ -50,7 +49,7 @@ class BruteForceCQM(dimod.Scoped):
     def sample_cqm(self, cqm, time_limit, label=None):
         self.sent = cqm, time_limit, label
         n = len(cqm.variables)
-        states = np.array(list(itertools.product((0, 1), repeat=n)))
+        states = all_states(n)
         energies = cqm.objective.energies((states, range(n)))
         order = np.argsort(energies)
         sound = np.array([cqm.check_feasible(dict(enumerate(state))) for state in states[order].tolist()])
@@ -92,11 +91,12 @@ def service(monkeypatch):
 @given(st.integers(0, 2**32 - 1))
 def test_exact_finds_all_minimisers(seed):
     problem = random_problem(seed, variables=9)
-    states = np.array(list(itertools.product((0, 1), repeat=problem.linear.size)), np.uint8)[:, ::-1]
-    energies = models.energies(problem, states)
+    states = all_states(problem.linear.size)[:, ::-1]
+    energies, sound = models.energies(problem, states), models.feasible(problem, states)
     answer = solve("exact", problem)
     assert answer.lower_bound == energies.min() and (answer.energies == energies.min()).all()
-    assert (answer.bits == states[energies == energies.min()][:solvers.EXACT_SAMPLES]).all()
+    least = energies == energies.min()
+    assert (answer.bits == np.concatenate([states[least & sound], states[least & ~sound]])[:solvers.EXACT_SAMPLES]).all()
     assert answer.info["minimisers"] == (energies == energies.min()).sum()
 
 
@@ -270,6 +270,7 @@ def test_plans_agree_with_the_models(dense):
     with cqm.to_file() as file:
         assert 0.8 < plan["upload_bytes"] / file.seek(0, 2) < 1.3
     plan = services.plan("qpu", problem)
+    assert plan["upload_bytes"] == 4 * sum(math.ceil(8 * count / 3) for count in bqm.shape)
     assert plan["largest_degree"] == max(bqm.degree(v) for v in bqm.variables)
     assert (plan["linear_min"], plan["linear_max"]) == (bqm.linear.min(), bqm.linear.max())
     assert (plan["quadratic_min"], plan["quadratic_max"]) == (bqm.quadratic.min(), bqm.quadratic.max())
@@ -287,7 +288,16 @@ def test_plan_beyond_the_limits():
     problem = grid(384, 288, 16)
     assert not services.plan("hybrid-bqm", problem)["fits"] and not services.plan("hybrid-cqm", problem)["fits"]
     assert services.plan("qpu", SMALL)["fits"] is None
+    assert services.plan("qpu", grid(41, 41, 4))["fits"] is False
     assert services.plan("qpu", make([1], [], [], [3], [(0, 0)]))["quadratic_max"] is None
+
+
+def test_plan_of_repeated_pairs():
+    """What cancels is not sent."""
+    problem = make([1] * 3, [qcf.Table(np.array([[5]], "<i4"))], [{"weight": 1, "h": 1}, {"weight": 2, "h": 1},
+                                                                 {"weight": 1, "h": 2}, {"weight": -1, "h": 2}], [0] * 3, [(0, 0)] * 3)
+    plan = services.plan("qpu", problem)
+    assert (plan["quadratic_terms"], plan["quadratic_min"], plan["quadratic_max"], plan["largest_degree"]) == (1, 15, 15, 1)
 
 
 def test_qsf_holds_what_solvers_say(service):
@@ -297,3 +307,8 @@ def test_qsf_holds_what_solvers_say(service):
     read = qsf.parse_qsf(qsf.pack_qsf(qsf.Samples(bytes(32), "qpu", records, answer.bits, answer.info)))
     assert read.info == answer.info and (read.records["occurrences"] == answer.occurrences).all()
     assert np.allclose(read.records["broken"] / qsf.BROKEN_UNITS, answer.broken, atol=1e-9)
+
+
+def test_qsf_holds_halves_of_surrogate_pairs():
+    data = qsf.pack_qsf(qsf.Samples(bytes(32), "qpu", np.empty(0, qsf.RECORD), np.empty((0, 1), np.uint8), {"chip": "\ud800"}))
+    assert qsf.parse_qsf(data).info == {"chip": "?"}

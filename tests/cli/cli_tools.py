@@ -122,6 +122,45 @@ def write_qsf(path, problem, samples, energies, info=b'{"reads": 3}', occurrence
     return path
 
 
+def chunks_of(path):
+    """The payloads of a .qcf or .qsf by their types."""
+    data, found, at = Path(path).read_bytes(), {}, 64
+    while at < len(data):
+        kind, _, size = struct.unpack_from("<4sIQ", data, at)
+        found[kind.decode()] = data[at + 16:at + 16 + size]
+        at += 20 + size
+    return found
+
+
+def without_chunk(source, kind, path):
+    """Writes a .qcf or .qsf again without one of its chunks."""
+    data = Path(source).read_bytes()
+    found = chunks_of(source)
+    del found[kind]
+    body = b"".join(_chunk(name.encode(), payload) for name, payload in found.items())
+    head = data[:12] + struct.pack("<IQ", len(found), 64 + len(body)) + data[24:60]
+    path.write_bytes(reseal(head + bytes(4)) + body)
+    return path
+
+
+SOLVERS = ["icm", "anneal", "swap", "expansion", "bp", "trws", "best"]
+
+
+def best_of_all(left, right, labels, lam, smooth):
+    """The least F of all maps of the right-most columns with disparities 0 .. labels - 1, by trying each."""
+    height, width = left.shape[0], left.shape[1] - labels + 1
+    maps = np.indices([labels] * (height * width)).reshape(height, width, -1)
+    y, x = np.mgrid[:height, labels - 1:left.shape[1]]
+    data = np.abs(left[y, x][..., None] - right[y[..., None], x[..., None] - maps]).sum(axis=(0, 1))
+    steps = smooth(np.abs(np.diff(maps, axis=0))).sum(axis=(0, 1)) + smooth(np.abs(np.diff(maps, axis=1))).sum(axis=(0, 1))
+    return (data + lam * steps).min()
+
+
+def started(*arguments, **options):
+    """Starts qstereo and returns its process."""
+    return subprocess.Popen([QSTEREO, *map(str, arguments)], **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options})
+
+
 def reseal(data):
     """The bytes of a .qcf or .qsf with its header's CRC made right again."""
     return data[:60] + struct.pack("<I", _crc32c(data[:60])) + data[64:]

@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 import pytest
-from cli_tools import QSTEREO, random_pair, run, write_pgm
+from cli_tools import QSTEREO, random_pair, run, started, write_pgm
 
 ENCODE = ["--disparity", "0:3"]
 
@@ -17,10 +17,11 @@ ENCODE = ["--disparity", "0:3"]
 @pytest.fixture
 def commands(solved):
     """Each command that writes a file, with the ending of what it writes."""
-    return {"encode": ([*solved.pair.paths, *ENCODE], ".qcf"), "decode": ([solved.problem, solved.samples], ".pgm")}
+    return {"encode": ([*solved.pair.paths, *ENCODE], ".qcf"), "decode": ([solved.problem, solved.samples], ".pgm"),
+            "solve": ([solved.problem], ".qsf"), "match": ([*solved.pair.paths, *ENCODE], ".pgm")}
 
 
-@pytest.mark.parametrize("name", ["encode", "decode"])
+@pytest.mark.parametrize("name", ["encode", "decode", "solve", "match"])
 class TestOutputs:
     def test_replaces_what_was_there(self, commands, folder, name):
         arguments, ending = commands[name]
@@ -113,10 +114,6 @@ def test_full_standard_output(arguments):
     with open("/dev/full", "w") as full:
         done = run(*arguments, stdout=full, stderr=subprocess.PIPE, capture_output=False)
     assert (done.status, "standard output: cannot be written" in done.err) == (4, True)
-
-
-def started(*arguments):
-    return subprocess.Popen([QSTEREO, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
 @pytest.mark.parametrize("number, status", [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])

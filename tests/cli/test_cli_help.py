@@ -4,7 +4,7 @@ import re
 import pytest
 from cli_tools import ROOT, has_opencv, run
 
-COMMANDS = ["encode", "info", "validate", "decode", "score"]
+COMMANDS = ["encode", "info", "solve", "validate", "decode", "score", "match", "compare"]
 MAN = (ROOT / "docs" / "qstereo.1").read_text()
 
 
@@ -68,10 +68,12 @@ def test_the_man_page_names_every_key(solved, folder):
     outputs = [run("info", solved.problem, "--json"), run("info", solved.samples, "--json"),
                run("validate", solved.problem, solved.samples, "--json"),
                run("decode", solved.problem, solved.samples, "-o", folder / "m.pgm", "--json"),
-               run("score", folder / "m.pgm", folder / "m.pgm", "--json")]
+               run("score", folder / "m.pgm", folder / "m.pgm", "--json"),
+               run("solve", solved.problem, "-o", folder / "s.qsf", "--json"), run("compare", solved.problem, "--json")]
     section = MAN.split(".SH JSON")[1].split(".SH")[0]
     for done in outputs:
-        for key in json.loads(done.out):
+        facts = json.loads(done.out)
+        for key in [*facts, *facts.get("results", [{}])[0]]:
             assert re.search(rf"\b{key}\b", section.replace("\\-", "-")), key
 
 
@@ -82,8 +84,8 @@ def test_version():
 
 
 @pytest.mark.parametrize("arguments, words", [
-    (["encod"], "encod is no command: did you mean encode? The commands: encode info validate decode score"),
-    (["fly"], "fly is no command. The commands: encode info validate decode score"),
+    (["encod"], "encod is no command: did you mean encode? The commands: encode info solve validate decode score match"),
+    (["fly"], "fly is no command. The commands: encode info solve validate decode score match"),
     (["--verbose"], "--verbose is no command"),
     (["help", "fly"], "fly is no command"),
     (["info"], "the operand FILE is missing"),

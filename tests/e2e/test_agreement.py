@@ -1,8 +1,10 @@
 """C and Python, the two implementations of FORMAT.md, agree on golden and on random files to the last unit."""
 
 import re
+import struct
 import sys
 
+import google_crc32c
 import numpy as np
 import pytest
 from conftest import ROOT
@@ -10,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from library import Qubo
 from qstereo_bridge import models, qcf, qsf
+from qstereo_bridge.container import Corrupt
 
 sys.path.insert(0, str(ROOT / "tests" / "bridge"))
 
@@ -91,6 +94,59 @@ def test_random_pictures_encoded_by_c(seed, run, tmp_path):
         bits = (w.reshape(-1, 1) == np.arange(labels)).astype(np.uint8).ravel()
         assert c.energy(bits) == f
         assert models.energies(problem, bits[None]).tolist() == [f]
+
+
+def resealed(data, changes):
+    """A .qcf with the payloads of some chunks replaced and every check made anew."""
+    body, at = b"", 64
+    while at < len(data):
+        name, length = data[at:at + 4], int.from_bytes(data[at + 8:at + 16], "little")
+        payload = changes.get(name.decode(), data[at + 16:at + 16 + length])
+        chunk = name + bytes(4) + len(payload).to_bytes(8, "little") + payload
+        body += chunk + google_crc32c.value(chunk).to_bytes(4, "little")
+        at += 20 + length
+    header = data[:16] + (64 + len(body)).to_bytes(8, "little") + data[24:60]
+    return header + google_crc32c.value(header).to_bytes(4, "little") + body
+
+
+def run_of_couplings(block, g, h, weight=1):
+    return struct.pack("<IIIiIIIII", block, 0, 0, weight, g, h, 1, 1, 0)
+
+
+@pytest.mark.parametrize("changes", [
+    {"PNLT": struct.pack("<IIIHH", 2, 0, 2, 1, 5)},  # a width of 2 where 1 would do
+    {"PNLT": struct.pack("<IIIBBIBB", 1, 0, 1, 1, 5, 1, 1, 5)},  # neighbouring runs alike
+    {"CPLS": struct.pack("<I", 1) + run_of_couplings(0, 1, 1)},  # a penalised group coupled with itself
+    {"CPLS": struct.pack("<I", 1) + run_of_couplings(1, 0, 1)},  # no such block
+    {"CPLS": struct.pack("<I", 1) + run_of_couplings(0, 0, 1, 0)},  # a weight of 0 for all
+    {"BLKS": struct.pack("<I", 1) + struct.pack("<IIIiiI", 2, 3, 1, 0, 0, 1) + struct.pack("<i", -1)},  # a block that fits no groups
+    {"GRPS": struct.pack("<IIII", 1, 2, 1, 2)},  # neighbouring runs alike
+], ids=lambda changes: next(iter(changes)))
+def test_both_refuse(changes):
+    data = (ROOT / "tests" / "golden" / "good-smallest.qcf").read_bytes()
+    agree(resealed(data, {}))
+    broken = resealed(data, changes)
+    with pytest.raises(Corrupt):
+        qcf.parse_qcf(broken)
+    with pytest.raises(ValueError, match="7"):  # QS_E_CORRUPT
+        Qubo(broken)
+
+
+def test_blocks_stand_in_order():
+    data = (ROOT / "tests" / "golden" / "good-edges-table.qcf").read_bytes()
+    block = data[data.index(b"BLKS") + 20:][:48]
+    for order, good in (((0, 1), True), ((1, 0), False)):
+        runs = b"".join(struct.pack("<IIIiIIIII", block, 0, 0, 1, g, g + 1, 2 - g, 1, 0) for block, g in zip(order, (0, 1)))
+        changed = resealed(data, {"BLKS": struct.pack("<I", 2) + 2 * block, "CPLS": struct.pack("<I", 2) + runs})
+        changed = changed[:32] + (3).to_bytes(8, "little") + changed[40:]
+        changed = resealed(changed, {})
+        if good:
+            agree(changed)
+        else:
+            with pytest.raises(Corrupt):
+                qcf.parse_qcf(changed)
+            with pytest.raises(ValueError, match="7"):
+                Qubo(changed)
 
 
 def test_worked_example_of_the_specification():

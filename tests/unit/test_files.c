@@ -210,7 +210,7 @@ static void strange_chunks(void **unused)
     static const struct {
         const char *type;
         qs_status status;
-    } cases[] = {{"note", QS_OK}, {"NOTE", QS_E_UNSUPPORTED}, {"n\0te", QS_E_CORRUPT}, {"labl", QS_E_CORRUPT}};
+    } cases[] = {{"note", QS_OK}, {"NOTE", QS_E_UNSUPPORTED}, {"LINR", QS_E_CORRUPT}, {"n\0te", QS_E_CORRUPT}, {"labl", QS_E_CORRUPT}};
     tiny t;
     sample_problem(&t);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -218,8 +218,13 @@ static void strange_chunks(void **unused)
         uint8_t *chunk = q.file + q.size;
         memset(chunk, 0, 24);
         memcpy(chunk, cases[i].type, 4);
-        chunk[8] = 3; /* length */
-        q.size += 23;
+        bool labels = memcmp(cases[i].type, "labl", 4) == 0; /* a second one, as good as the first */
+        size_t length = labels ? 64 + 1 : 3;
+        if (labels) {
+            memcpy(chunk, q.file + payload(q.file, q.size, "labl") - 16, 16 + length + 4);
+        }
+        chunk[8] = (uint8_t)length;
+        q.size += 20 + length;
         qs_store_u32(q.file + 12, 8);
         qs_store_u64(q.file + 16, q.size);
         seal(q.file, q.size);
@@ -318,7 +323,7 @@ static void broken_samples(void **unused)
     const breach breaches[] = {
         {NULL, 8, 2, QS_E_UNSUPPORTED}, {NULL, 24, 0, QS_E_CORRUPT},    {NULL, 24, 17, QS_E_CORRUPT},   {NULL, 28, 2, QS_E_CORRUPT},
         {NULL, 28, 4, QS_E_CORRUPT},    {NULL, 32, 1, QS_E_CORRUPT},    {"SOLV", 0, 7, QS_E_CORRUPT},   {"INFO", 0, '[', QS_E_CORRUPT},
-        {"RECS", 8, 0, QS_E_CORRUPT},   {"RECS", 12, 1000000001, QS_E_CORRUPT}, {"BITS", 0, 0xffff, QS_E_CORRUPT},
+        {"SOLV", 0, 0x61617865u + 0x80, QS_E_CORRUPT}, {"INFO", 2, 0xff222261, QS_E_CORRUPT}, {"RECS", 8, 0, QS_E_CORRUPT},   {"RECS", 12, 1000000001, QS_E_CORRUPT}, {"BITS", 0, 0xffff, QS_E_CORRUPT},
     };
     expect_breaches(file, size, breaches, sizeof breaches / sizeof *breaches, open_samples);
 }
@@ -342,6 +347,26 @@ static void samples_refused_by_the_writer(void **unused)
     const qs_record wrong[3] = {{0, 0, 0}, {0, 1, 0}, {0, 1, 0}};
     samples.records = wrong;
     assert_int_equal(qs_samples_write(&samples, NULL, NULL), QS_E_ARGUMENT);
+}
+
+/* RFC 3629: shortest forms only, no surrogates, nothing beyond U+10FFFF, nothing cut off; no control characters in a name. */
+static void names_are_utf8(void **unused)
+{
+    (void)unused;
+    static const char *const good[] = {"a", "\xc3\xa9", "\xe2\x82\xac", "\xf0\x9f\x98\x80", "\xed\x9f\xbf", "\xf4\x8f\xbf\xbf", "\xc2\xa0"};
+    static const char *const bad[] = {"\xff", "\xc3", "\xe2\x82", "\xc0\x80", "\xe0\x80\x80", "\xf0\x80\x80\x80", "\xed\xa0\x80", "\xf4\x90\x80\x80",
+                                      "\x80", "a\x07", "\x7f", "\xc2\x85", "\xc3("};
+    qs_samples samples = some_samples();
+    for (size_t i = 0; i < sizeof good / sizeof *good; i++) {
+        samples.solver = good[i];
+        samples.solver_size = strlen(good[i]);
+        assert_int_equal(qs_samples_write(&samples, NULL, NULL), QS_OK);
+    }
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        samples.solver = bad[i];
+        samples.solver_size = strlen(bad[i]);
+        assert_int_equal(qs_samples_write(&samples, NULL, NULL), QS_E_ARGUMENT);
+    }
 }
 
 /* The check value of the CRC catalogues; the instruction beside the tables; the tables beside the definition. */
@@ -402,6 +427,7 @@ int main(void)
         cmocka_unit_test(no_samples),
         cmocka_unit_test(broken_samples),
         cmocka_unit_test(samples_refused_by_the_writer),
+        cmocka_unit_test(names_are_utf8),
         cmocka_unit_test(crc),
         cmocka_unit_test(digest),
     };

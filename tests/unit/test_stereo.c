@@ -147,6 +147,8 @@ static void grey(void **unused)
     assert_int_equal(got[3], 255);
     assert_int_equal(qs_image_grey(colour[1], 2, 1, 9, 4, got), QS_OK);
     assert_int_equal(got[1], (299 * 255 + 587 * 255 + 114 * 10 + 500) / 1000);
+    assert_int_equal(qs_image_grey((const uint8_t[]){0, 0, 250}, 1, 1, 3, 3, got), QS_OK);
+    assert_int_equal(got[0], 29); /* 28.5: halves go up */
     assert_int_equal(qs_image_grey(colour[0], 2, 2, 9, 1, got), QS_OK);
     assert_int_equal(got[2], 1);
     assert_int_equal(qs_image_grey(colour[0], 3, 2, 8, 3, got), QS_E_ARGUMENT);

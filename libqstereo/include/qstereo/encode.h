@@ -35,7 +35,7 @@ typedef struct qs_encode_options {
     qs_encoding encoding;
     qs_penalty penalty;
     int64_t alpha; /* QS_PENALTY_GIVEN only: above 0, in integer units */
-    uint32_t gap;  /* integer units, up to 2^31 - 1; 0 = 1 */
+    uint32_t gap;  /* QS_PENALTY_LOCAL only: integer units, up to 2^31 - 1; 0 = 1 */
 } qs_encode_options;
 
 /* Bytes of workspace for qs_encode: a row of costs and some more, whatever the number of rows. */
@@ -44,7 +44,7 @@ size_t qs_encode_workspace(const qs_problem *problem);
 /* Writes the problem as a .qcf (docs/FORMAT.md) in one pass, without seeking. Each site's costs are written less their
  * minimum. The costs are gone through once; once more where their largest decides the width, or the paper's alpha.
  *
- * sink  NULL = nothing is written: a sizing pass
+ * sink  NULL = nothing is written: a sizing pass, which does not see an overflow by the offset
  * size  out, may be NULL: bytes of the file
  * Returns QS_OK; QS_E_ARGUMENT; QS_E_LIMIT; QS_E_ENCODING (one-hot-sparse for a pairwise cost that is not Potts); QS_E_WORKSPACE;
  * QS_E_OVERFLOW (the terms' absolute values sum to over 2^53, or a site's costs lie further apart than 2^32 - 1); QS_E_IO. After

@@ -48,7 +48,7 @@ typedef struct qs_qubo {
  * groups that meet in a coupling): qs_index_build checks that.
  *
  * bytes         the whole file; borrowed by the view
- * memory_limit  the most that qs_index_workspace of the view may be; it is checked from the header alone
+ * memory_limit  the most that qs_index_workspace of the view may be; it is checked from the header's counts before the rest is looked at
  * fault         out on failure, may be NULL
  * Returns QS_OK, QS_E_ARGUMENT, QS_E_FORMAT, QS_E_TRUNCATED, QS_E_CORRUPT, QS_E_UNSUPPORTED, QS_E_LIMIT. */
 QS_MUST_CHECK qs_status qs_qubo_open(const void *bytes, size_t size, uint64_t memory_limit, qs_qubo *qubo, qs_fault *fault);
@@ -85,7 +85,7 @@ typedef struct qs_index {
     const uint32_t *penalty_run; /* groups: index of the run that holds the group's penalty */
 } qs_index;
 
-/* Bytes of workspace for qs_index_build. */
+/* Bytes of workspace for qs_index_build; here and in all other such functions SIZE_MAX = more than this machine can address. */
 size_t qs_index_workspace(const qs_qubo *qubo);
 
 /* Builds the index. It borrows the view and the workspace (aligned for any type).

@@ -23,7 +23,8 @@ QS_MUST_CHECK qs_status qs_sample_encode(const qs_index *index, const uint16_t *
 
 /* Makes a sample feasible, greedily (docs/MATHS.md): first each group with several variables at 1 keeps the one that costs least beside
  * its neighbours, then each empty group, in order, gets the one that costs least. H never rises with the penalties that
- * QS_PENALTY_LOCAL and QS_PENALTY_PAPER choose, and falls by at least the gap if anything is changed.
+ * QS_PENALTY_LOCAL and QS_PENALTY_PAPER choose, and falls by at least the gap (1 with the paper's) if anything is changed. Of equals
+ * the lowest label is taken.
  * Returns the number of groups changed. */
 uint32_t qs_sample_repair(const qs_index *index, uint8_t *bits);
 

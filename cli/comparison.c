@@ -1,0 +1,179 @@
+#include "comparison.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "decimal.h"
+#include "gap.h"
+#include "json.h"
+#include "messages.h"
+
+int comparison_add(comparison *to, const char *solver, size_t solver_size, result **added)
+{
+    if (to->count == RESULTS_MAX) {
+        return fail_usage("more than %d solvers and samples files", RESULTS_MAX);
+    }
+    *added = &to->results[to->count++];
+    memset(*added, 0, sizeof **added);
+    memcpy((*added)->solver, solver, solver_size);
+    (*added)->lower_bound = QS_NO_BOUND;
+    (*added)->microseconds = -1;
+    return DONE;
+}
+
+void comparison_free(comparison *freed)
+{
+    while (freed->count > 0) {
+        free(freed->results[--freed->count].map);
+    }
+}
+
+/* The best lower bound of all; QS_NO_BOUND is the least of all numbers. */
+static int64_t best_bound(const comparison *of)
+{
+    int64_t best = QS_NO_BOUND;
+    for (size_t i = 0; i < of->count; i++) {
+        best = of->results[i].lower_bound > best ? of->results[i].lower_bound : best;
+    }
+    return best;
+}
+
+/* A bound proves every labelling that reaches it, whoever found it. */
+static bool is_proven(const result *shown, int64_t bound)
+{
+    return shown->feasible > 0 && bound != QS_NO_BOUND && shown->energy == bound;
+}
+
+static void json_units_or_null(const char *key, bool there, int64_t units, uint32_t scale)
+{
+    if (there) {
+        json_units(key, units, scale);
+    } else {
+        json_null(key);
+    }
+}
+
+static void json_result(const comparison *of, const result *shown, int64_t bound)
+{
+    bool answered = shown->feasible > 0;
+    json_item();
+    json_name("solver", shown->solver);
+    json_truth("usable", shown->refusal == QS_OK);
+    json_units_or_null("energy", answered, shown->energy, of->scale);
+    if (answered && bound != QS_NO_BOUND) {
+        json_units("gap", shown->energy - bound, of->scale);
+    } else {
+        json_null("gap");
+    }
+    json_units_or_null("lower_bound", shown->lower_bound != QS_NO_BOUND, shown->lower_bound, of->scale);
+    json_count("feasible", shown->feasible);
+    json_count("samples", shown->samples);
+    json_truth("proven_optimal", is_proven(shown, bound));
+    map_errors_json(&shown->errors);
+    json_units_or_null("seconds", shown->microseconds >= 0, shown->microseconds, 1000000);
+    json_name("map", shown->has_map ? shown->map : NULL);
+    json_item_end();
+}
+
+void comparison_json(const comparison *shown)
+{
+    int64_t bound = best_bound(shown);
+    json_begin();
+    json_units_or_null("lower_bound", bound != QS_NO_BOUND, bound, shown->scale);
+    json_list("results");
+    for (size_t i = 0; i < shown->count; i++) {
+        json_result(shown, &shown->results[i], bound);
+    }
+    json_list_end();
+    json_end();
+}
+
+/* The table as text, so that each column is as wide as what stands in it. */
+enum { METHOD, ENERGY, GAP, PERCENT, FEASIBLE, RMS, BAD_HALF, BAD_ONE, SECONDS, NOTE, COLUMNS, CELL_SIZE = 256 };
+typedef char row[COLUMNS][CELL_SIZE];
+
+static void fill_errors(const map_errors *errors, row cells)
+{
+    if (errors->pixels > 0) {
+        (void)snprintf(cells[RMS], CELL_SIZE, "%.4f", errors->of[ERROR_RMS]);
+        (void)snprintf(cells[BAD_HALF], CELL_SIZE, "%.2f", errors->of[ERROR_BAD_HALF]);
+        (void)snprintf(cells[BAD_ONE], CELL_SIZE, "%.2f", errors->of[ERROR_BAD_ONE]);
+    }
+}
+
+static void fill_row(const comparison *of, const result *shown, int64_t bound, row cells)
+{
+    for (size_t i = 0; i < COLUMNS; i++) {
+        (void)snprintf(cells[i], CELL_SIZE, "%s", i == NOTE ? "" : "-");
+    }
+    (void)snprintf(cells[METHOD], CELL_SIZE, "%s", shown->solver);
+    if (shown->refusal != QS_OK) {
+        (void)snprintf(cells[NOTE], CELL_SIZE, shown->refusal == QS_E_ENCODING ? "not for this pairwise cost" : "costs too large");
+        return;
+    }
+    (void)snprintf(cells[FEASIBLE], CELL_SIZE, "%" PRIu32 "/%" PRIu32, shown->feasible, shown->samples);
+    if (shown->microseconds >= 0) {
+        (void)snprintf(cells[SECONDS], CELL_SIZE, "%.3f", (double)shown->microseconds / 1e6);
+    }
+    if (shown->feasible == 0) {
+        return;
+    }
+    decimal_write(shown->energy, of->scale, cells[ENERGY]);
+    if (bound != QS_NO_BOUND) {
+        decimal_write(shown->energy - bound, of->scale, cells[GAP]);
+        if (shown->energy != 0) {
+            (void)snprintf(cells[PERCENT], CELL_SIZE, "%.4f", gap_percent(shown->energy, bound));
+        }
+    }
+    fill_errors(&shown->errors, cells);
+    if (is_proven(shown, bound)) {
+        (void)snprintf(cells[NOTE], CELL_SIZE, "optimal");
+    }
+}
+
+static void print_row(const comparison *of, row cells, const size_t widths[COLUMNS])
+{
+    printf("%-*s", (int)widths[METHOD], cells[METHOD]);
+    for (size_t i = METHOD + 1; i < NOTE; i++) {
+        if (of->scored || i < RMS || i > BAD_ONE) {
+            printf("  %*s", (int)widths[i], cells[i]);
+        }
+    }
+    printf("%s%s\n", cells[NOTE][0] != '\0' ? "  " : "", cells[NOTE]);
+}
+
+static void widen(size_t widths[COLUMNS], row cells)
+{
+    for (size_t i = 0; i < COLUMNS; i++) {
+        size_t length = strlen(cells[i]);
+        widths[i] = length > widths[i] ? length : widths[i];
+    }
+}
+
+void comparison_print(const comparison *shown)
+{
+    static row heading = {"method",  "energy",  "gap",     "gap %", "feasible", "rms",
+                          "bad-0.5", "bad-1.0", "seconds", ""};
+    size_t widths[COLUMNS] = {0};
+    row cells;
+    char text[DECIMAL_SIZE];
+    int64_t bound = best_bound(shown);
+    widen(widths, heading);
+    for (size_t i = 0; i < shown->count; i++) {
+        fill_row(shown, &shown->results[i], bound, cells);
+        widen(widths, cells);
+    }
+    print_row(shown, heading, widths);
+    for (size_t i = 0; i < shown->count; i++) {
+        fill_row(shown, &shown->results[i], bound, cells);
+        print_row(shown, cells, widths);
+    }
+    if (bound == QS_NO_BOUND) {
+        puts("no lower bound: none of these solvers has one");
+        return;
+    }
+    decimal_write(bound, shown->scale, text);
+    printf("best lower bound %s: no energy is lower\n", text);
+}

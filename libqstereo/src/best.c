@@ -1,0 +1,124 @@
+#include "../include/qstereo/solve.h"
+
+#include <string.h>
+
+#include "told.h"
+
+enum { ITERATIONS = 2000, FIRST_MOVES = 16 };
+
+/* What TRW-S is watched by: it takes over its bounds and labellings, improves these by moves, and ends it when the best labelling is proven. */
+typedef struct supervisor {
+    const qs_model *model;
+    const qs_solve_options *options;
+    void *workspace; /* of the moves */
+    size_t workspace_size;
+    uint16_t *best;        /* the caller's labelling */
+    const uint16_t *found; /* TRW-S's best */
+    uint16_t *moved;
+    int64_t found_energy, moved_energy; /* of the labelling last seen, and of the one last improved by moves */
+    uint64_t next_moves;                /* the iteration that they are due at */
+    qs_solution solution;
+    bool stopped; /* by the caller's watch */
+} supervisor;
+
+static void keep(supervisor *s, const uint16_t *labelling, int64_t energy)
+{
+    if (energy < s->solution.energy) {
+        memcpy(s->best, labelling, sizeof *labelling * s->model->sites);
+        s->solution.energy = energy;
+    }
+}
+
+/* Passes on what a move's own watch is told: time goes by in moves, too. */
+static bool watch_moves(void *context, const qs_progress *progress)
+{
+    supervisor *s = context;
+    (void)progress;
+    s->stopped = s->stopped || !qs_told(s->options, &s->solution);
+    return !s->stopped;
+}
+
+/* Expansion where the pairwise cost is a metric, else the descent that takes any. */
+static qs_status improve(supervisor *s, uint16_t *labelling)
+{
+    qs_solve_options options = {.watch = watch_moves, .context = s};
+    qs_solution moved;
+    qs_status status = qs_expansion(s->model, &options, s->workspace, s->workspace_size, labelling, &moved);
+    if (status == QS_E_ENCODING || status == QS_E_OVERFLOW) {
+        status = qs_icm(s->model, &options, NULL, 0, labelling, &moved);
+    }
+    if (status == QS_OK) {
+        keep(s, labelling, moved.energy);
+    }
+    return status;
+}
+
+static bool watch_messages(void *context, const qs_progress *progress)
+{
+    supervisor *s = context;
+    s->solution.lower_bound = progress->lower_bound > s->solution.lower_bound ? progress->lower_bound : s->solution.lower_bound;
+    s->solution.iterations = progress->iteration;
+    s->found_energy = progress->energy;
+    keep(s, s->found, progress->energy);
+    bool proven = s->solution.energy == s->solution.lower_bound;
+    /* Rarer and rarer: TRW-S moves on slowly, and a cut costs as much as many of its iterations. */
+    if (!proven && progress->iteration >= s->next_moves && s->found_energy != s->moved_energy) {
+        s->next_moves = 2 * progress->iteration;
+        s->moved_energy = s->found_energy;
+        memcpy(s->moved, s->found, sizeof *s->moved * s->model->sites);
+        proven = improve(s, s->moved) != QS_OK || s->solution.energy == s->solution.lower_bound;
+    }
+    s->stopped = s->stopped || !qs_told(s->options, &s->solution);
+    return !proven && !s->stopped;
+}
+
+/* Two labellings, then the workspaces of moves and messages, each part on a multiple of 16. */
+static size_t rounded(size_t size)
+{
+    return (size + 15) / 16 * 16;
+}
+
+size_t qs_best_workspace(const qs_model *model)
+{
+    return 2 * rounded(sizeof(uint16_t) * model->sites) + rounded(qs_expansion_workspace(model)) + qs_trws_workspace(model);
+}
+
+qs_status qs_best(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size, uint16_t *labelling,
+                  qs_solution *solution)
+{
+    if (!model || !workspace || !labelling || !solution) {
+        return QS_E_ARGUMENT;
+    }
+    if (workspace_size < qs_best_workspace(model)) {
+        return QS_E_WORKSPACE;
+    }
+    char *at = workspace;
+    size_t labels_size = rounded(sizeof(uint16_t) * model->sites);
+    supervisor s = {.model = model, .options = options, .best = labelling, .next_moves = FIRST_MOVES};
+    uint16_t *found = (uint16_t *)(void *)at;
+    s.found = found;
+    s.moved = (uint16_t *)(void *)(at + labels_size);
+    s.workspace = at + 2 * labels_size;
+    s.workspace_size = rounded(qs_expansion_workspace(model));
+    char *messages = (char *)s.workspace + s.workspace_size;
+    qs_model_winner(model, labelling);
+    s.solution = (qs_solution){.energy = qs_model_energy(model, labelling), .lower_bound = QS_NO_BOUND};
+    memcpy(s.moved, labelling, sizeof *labelling * model->sites);
+    qs_status status = improve(&s, s.moved);
+    if (status != QS_OK || s.stopped) {
+        *solution = s.solution;
+        return status;
+    }
+    memcpy(found, labelling, sizeof *labelling * model->sites);
+    qs_solve_options own = {.watch = watch_messages, .context = &s};
+    own.iterations = options && options->iterations > 0 ? options->iterations : ITERATIONS;
+    qs_solution ended;
+    status = qs_trws(model, &own, messages, workspace_size - (size_t)(messages - at), found, &ended);
+    if (status != QS_OK) {
+        return status;
+    }
+    keep(&s, found, ended.energy);
+    s.solution.converged = s.solution.energy == s.solution.lower_bound;
+    *solution = s.solution;
+    return QS_OK;
+}

@@ -1,0 +1,23 @@
+/* One site beside its neighbours: what each of its labels costs there. */
+#ifndef QS_LOCAL_H
+#define QS_LOCAL_H
+
+#include "../include/qstereo/model.h"
+
+/* A neighbour of a site; `first` = the site is the lower-numbered of the two. */
+typedef struct qs_beside {
+    uint32_t site;
+    int32_t weight;
+    bool first;
+} qs_beside;
+
+/* Neighbour `at` (0, 1, ...) of a site; false after the last. Neighbours of weight 0 may be among them. */
+bool qs_local_neighbour(const qs_model *model, uint32_t site, uint32_t at, qs_beside *beside);
+
+/* Cost of a label at a site: its unary cost and those of the edges to the neighbours as they are labelled. */
+int64_t qs_local_cost(const qs_model *model, const uint16_t *labelling, uint32_t site, uint16_t label);
+
+/* The cheapest label of a site beside its neighbours; of equals the lowest. */
+uint16_t qs_local_best(const qs_model *model, const uint16_t *labelling, uint32_t site);
+
+#endif

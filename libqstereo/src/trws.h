@@ -1,0 +1,40 @@
+/* The passes of TRW-S over the messages, and what they prove.
+ *
+ * Of the two messages of an edge only the newer one is kept, as Kolmogorov (2006, section 3.5) allows: going forward a site has new messages from its
+ * earlier neighbours and old ones from its later ones, which it replaces.
+ *
+ * The bound costs nothing and is exact. Let That be a site's unary costs and all messages to it. A pass splits That into whole numbers X for the row's
+ * chain and Y for the column's (n parts for the n chains through a site of a general graph), X + Y = That. The row's chain is then charged X less the two
+ * messages along the row, the column's Y less the two along the column: in all the unary costs, whatever the messages are. The least cost of
+ * the row is found by dynamic programming; its next step, X less the message that came back, is minimised over the edge and normalised - which is the message
+ * that the pass sends anyway. So the sum of what the messages' normalisation subtracts, and of the least at the end of each chain, is the sum of the
+ * least costs of all chains: a bound of 2^shift times the least energy, in integers (docs: MATHS 5.3). */
+#ifndef QS_TRWS_H
+#define QS_TRWS_H
+
+#include "messages.h"
+
+/* The state between passes. */
+typedef struct qs_trws_state {
+    const qs_model *model;
+    qs_scale scale;
+    bool wide;         /* AVX2 */
+    int32_t *messages; /* of a grid: of each site that to or from its right neighbour, then that of its lower one; else of each edge */
+    int32_t *scratch;
+} qs_trws_state;
+
+/* Numbers of messages, less of padding before them, and of scratch. */
+size_t qs_trws_messages(const qs_model *model);
+size_t qs_trws_padding(const qs_model *model);
+size_t qs_trws_scratch(const qs_model *model);
+
+/* A pass in the order of the sites, or against it. Returns the bound on the least energy, less the model's constant, times 2^shift. */
+int64_t qs_trws_grid_pass(const qs_trws_state *state, bool forward);
+int64_t qs_trws_wide_pass(const qs_trws_state *state, bool forward); /* of a grid with Potts costs and at least 8 labels, by AVX2 */
+int64_t qs_trws_graph_pass(const qs_trws_state *state, bool forward);
+
+/* A labelling, in the order of the sites after a pass against it, or against it after a pass in it: see decode.h. */
+void qs_trws_grid_labels(const qs_trws_state *state, bool forward, uint16_t *labelling);
+void qs_trws_graph_labels(const qs_trws_state *state, bool forward, uint16_t *labelling);
+
+#endif

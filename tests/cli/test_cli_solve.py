@@ -1,0 +1,243 @@
+"""solve: the library's solvers on a .qcf, held against numpy and brute force."""
+import json
+import os
+import pty
+import signal
+import time
+
+import numpy as np
+import pytest
+from cli_tools import ROOT, SOLVERS, best_of_all, chunks_of, energy, random_pair, read_pnm, run, started, without_chunk, write_pgm
+
+GOLDEN = ROOT / "tests" / "golden"
+KEYS = {"schema", "solver", "energy", "lower_bound", "gap", "proven_optimal", "iterations", "seconds", "converged"}
+SMOOTH = {"potts": lambda t: (t != 0) * 1, "linear": lambda t: np.minimum(np.abs(t), 2), "quadratic": lambda t: np.minimum(t * t, 3)}
+
+
+def solve(problem, output, *options):
+    done = run("solve", problem, "-o", output, "--json", *options)
+    assert done.status == 0, done.err
+    return json.loads(done.out)
+
+
+@pytest.fixture
+def large(tmp_path):
+    """A problem that no solver is done with in a few seconds."""
+    random = np.random.default_rng(1)
+    paths = [write_pgm(tmp_path / f"{side}.pgm", random.integers(0, 256, (300, 400))) for side in ("l", "r")]
+    assert run("encode", *paths, "-o", tmp_path / "large.qcf", "--disparity", "0:15").status == 0
+    return tmp_path / "large.qcf"
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_the_answer_and_what_is_said_of_it(folder, solved, solver):
+    """F by numpy, H by validate, and the same facts on standard output and in the file."""
+    facts = solve(solved.problem, folder / "s.qsf", "--solver", solver)
+    assert set(facts) == KEYS
+    assert (facts["schema"], facts["solver"]) == (1, solver)
+    assert run("decode", solved.problem, folder / "s.qsf", "-o", folder / "m.pgm", "--scale", "2").status == 0
+    disparities = read_pnm((folder / "m.pgm").read_bytes())[0][:, 4:] // 2
+    assert facts["energy"] == energy(solved.pair.left, solved.pair.right, disparities, 2.5)
+    checked = json.loads(run("validate", solved.problem, folder / "s.qsf", "--json").out)
+    assert (checked["samples"], checked["feasible"], checked["energies_agree"]) == (1, 1, True)
+    said = json.loads(run("info", folder / "s.qsf", "--json").out)
+    assert (said["solver"], said["best_energy"]) == (solver, 2 * facts["energy"])
+    assert said["info"] == {"parameters": {"iterations": None, "time_limit": None, "seed": 0},
+                            "lower_bound": None if facts["lower_bound"] is None else 2 * facts["lower_bound"],
+                            "proven_optimal": facts["proven_optimal"], "iterations": facts["iterations"], "seconds": facts["seconds"]}
+    assert sorted(path.name for path in folder.iterdir()) == ["m.pgm", "s.qsf"]
+
+
+@pytest.mark.parametrize("smoothness", SMOOTH)
+@pytest.mark.parametrize("seed", range(4))
+def test_bounds_and_energies_hold_the_optimum_between_them(tmp_path, seed, smoothness):
+    left, right, left_path, right_path = random_pair(tmp_path, 5, 3, seed)
+    lam = [0, 7.5, 20, 60][seed]
+    options = ["--smoothness", smoothness, *(["--truncation", {"linear": 2, "quadratic": 3}[smoothness]] if smoothness != "potts" else [])]
+    assert run("encode", left_path, right_path, "-o", tmp_path / "p.qcf", "--disparity", "0:2", "--lambda", lam, *options).status == 0
+    optimum = best_of_all(left, right, 3, lam, SMOOTH[smoothness])
+    for solver in SOLVERS:
+        done = run("solve", tmp_path / "p.qcf", "-o", tmp_path / "s.qsf", "--json", "--solver", solver)
+        if smoothness == "quadratic" and solver == "expansion":
+            assert done.status == 3
+            continue
+        facts = json.loads(done.out)
+        assert facts["energy"] >= optimum
+        if facts["lower_bound"] is None:
+            assert (facts["gap"], facts["proven_optimal"]) == (None, False)
+        else:
+            assert facts["lower_bound"] <= optimum
+            assert facts["gap"] == facts["energy"] - facts["lower_bound"]
+            assert facts["proven_optimal"] == (facts["gap"] == 0)
+        assert (facts["lower_bound"] is not None) == (solver in ("trws", "best"))
+
+
+@pytest.mark.parametrize("name", ["good-smallest", "good-grid-sparse", "good-grid-paper", "good-masked-weighted", "good-linear",
+                                  "good-edges-table"])
+@pytest.mark.parametrize("solver", ["icm", "anneal", "bp", "trws", "best"])
+def test_masks_weights_edge_lists_and_tables(folder, name, solver):
+    problem = GOLDEN / f"{name}.qcf"
+    solve(problem, folder / "s.qsf", "--solver", solver)
+    checked = json.loads(run("validate", problem, folder / "s.qsf", "--json").out)
+    assert (checked["feasible"], checked["energies_agree"]) == (1, True)
+    known = json.loads(run("validate", problem, GOLDEN / f"{name}.qsf", "--json").out)
+    assert solver in ("bp", "trws") or checked["best_energy"] <= known["best_energy"]
+
+
+def test_the_default_is_best(folder, solved):
+    assert solve(solved.problem, folder / "s.qsf")["solver"] == "best"
+    assert chunks_of(folder / "s.qsf")["SOLV"] == b"best"
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_the_same_seed_gives_the_same_answer(folder, solved, solver):
+    facts = [solve(solved.problem, folder / f"{i}.qsf", "--solver", solver, "--seed", "7") for i in range(2)]
+    for of in facts:
+        del of["seconds"]
+    assert facts[0] == facts[1]
+    assert chunks_of(folder / "0.qsf")["BITS"] == chunks_of(folder / "1.qsf")["BITS"]
+    assert json.loads(chunks_of(folder / "0.qsf")["INFO"])["parameters"]["seed"] == 7
+
+
+def test_seeds_matter(folder, large):
+    for seed in ("1", str(2**64 - 1)):
+        solve(large, folder / f"{seed}.qsf", "--solver", "anneal", "--iterations", "3", "--seed", seed)
+    first, second = (chunks_of(path)["BITS"] for path in folder.iterdir())
+    assert first != second
+
+
+def test_iterations(folder, solved):
+    facts = solve(solved.problem, folder / "s.qsf", "--solver", "anneal", "--iterations", "3")
+    assert facts["iterations"] == 3
+    assert json.loads(chunks_of(folder / "s.qsf")["INFO"])["parameters"]["iterations"] == 3
+
+
+@pytest.mark.parametrize("solver", ["anneal", "trws", "best"])
+def test_the_time_limit(folder, large, solver):
+    begin = time.monotonic()
+    facts = solve(large, folder / "s.qsf", "--solver", solver, "--time-limit", "0.5", "--iterations", str(10**12))
+    assert time.monotonic() - begin < 10
+    assert facts["seconds"] >= 0.5 and not facts["converged"]
+    assert json.loads(chunks_of(folder / "s.qsf")["INFO"])["parameters"] == {"iterations": 10**12, "time_limit": 0.5, "seed": 0}
+    assert json.loads(run("validate", large, folder / "s.qsf", "--json").out)["energies_agree"]
+
+
+@pytest.mark.parametrize("number, status", [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_while_solving(folder, large, number, status):
+    (folder / "s.qsf").write_text("as it was")
+    process = started("solve", large, "-o", folder / "s.qsf", "--solver", "anneal", "--iterations", 10**9)
+    deadline = time.monotonic() + 20
+    while len(list(folder.iterdir())) < 2 and time.monotonic() < deadline:
+        time.sleep(0.01)
+    time.sleep(0.3)
+    process.send_signal(number)
+    out, err = process.communicate(timeout=20)
+    assert (process.returncode, out, err) == (status, b"", b"")
+    assert [path.name for path in folder.iterdir()] == ["s.qsf"] and (folder / "s.qsf").read_text() == "as it was"
+
+
+def on_terminal(*arguments, interrupt_after=None):
+    """Runs qstereo with standard error on a terminal; returns its status and what stood there."""
+    master, terminal = pty.openpty()
+    process = started(*arguments, stderr=terminal)
+    os.close(terminal)
+    if interrupt_after is not None:
+        time.sleep(interrupt_after)
+        process.send_signal(signal.SIGINT)
+    process.communicate(timeout=60)
+    shown = b""
+    try:
+        while data := os.read(master, 65536):
+            shown += data
+    except OSError:  # Linux ends a terminal that nobody has open with EIO
+        pass
+    os.close(master)
+    return process.returncode, shown.decode()
+
+
+def test_progress_on_a_terminal(folder, large):
+    status, shown = on_terminal("solve", large, "-o", folder / "s.qsf", "--solver", "trws", "--iterations", 10**9, "--time-limit", "2")
+    assert status == 0
+    lines = shown.split("\r\033[K")
+    assert lines[0] == lines[-1] == ""
+    assert 1 <= len(lines) - 2 <= 11
+    for line in lines[1:-1]:
+        assert line.startswith("trws: ") and " s, iteration " in line and ", energy " in line and ", bound " in line and len(line) < 80
+
+
+def test_no_progress_of_what_is_done_at_once(folder, solved):
+    assert on_terminal("solve", solved.problem, "-o", folder / "s.qsf", "--solver", "icm") == (0, "")
+
+
+def test_a_signal_clears_the_line(folder, large):
+    status, shown = on_terminal("solve", large, "-o", folder / "s.qsf", "--solver", "anneal", "--iterations", 10**9, interrupt_after=2)
+    assert status == 130
+    assert "anneal: " in shown and shown.endswith("\r\033[K")
+    assert not list(folder.iterdir())
+
+
+def test_human_lines(folder, solved):
+    done = run("solve", solved.problem, "-o", folder / "s.qsf", "--solver", "icm")
+    facts = solve(solved.problem, folder / "s.qsf", "--solver", "icm")
+    first, second = done.out.decode().splitlines()
+    assert first == f"{folder / 's.qsf'}: energy {facts['energy']:g} by icm; icm has no lower bound"
+    assert second.startswith(f"{facts['iterations']} iterations, 0.0")
+    done = run("solve", solved.problem, "-o", folder / "s.qsf", "--solver", "trws")
+    facts = solve(solved.problem, folder / "s.qsf", "--solver", "trws")
+    assert ("proven optimal" in done.out.decode()) == facts["proven_optimal"]
+    assert (f"lower bound {facts['lower_bound']:g}, gap {facts['gap']:g} (" in done.out.decode()) == (not facts["proven_optimal"])
+
+
+def test_standard_streams(folder, solved):
+    done = run("solve", "-", "-o", "-", "--solver", "icm", input=solved.problem.read_bytes())
+    assert done.status == 0, done.err
+    (folder / "s.qsf").write_bytes(done.out)
+    assert run("validate", solved.problem, folder / "s.qsf").status == 0
+
+
+def test_memory_limit(folder, large):
+    for limit, status in (("10", 4), ("200", 0)):
+        done = run("solve", large, "-o", folder / "s.qsf", "--solver", "icm", "--memory-limit", limit)
+        assert (done.status, "raise --memory-limit" in done.err) == (status, status == 4)
+        assert len(list(folder.iterdir())) == (status == 0)
+
+
+@pytest.mark.parametrize("options, words", [
+    (["--solver", "expantion"], "--solver expantion is not known: did you mean expansion? The known ones: "
+                                "icm anneal swap expansion bp trws best"),
+    (["--solver", "qpu"], "--solver qpu is not known. The known ones: icm anneal"),
+    (["--time-limit", "0"], "--time-limit 0: not a number of seconds above 0"), (["--time-limit", "-1"], "above 0"),
+    (["--time-limit", "inf"], "above 0"), (["--time-limit", "1s"], "above 0"),
+    (["--iterations", "0"], "--iterations 0: not a whole number from 1 to 18446744073709551615"),
+    (["--iterations", "1.5"], "whole number"), (["--seed", "18446744073709551616"], "--seed 18446744073709551616: not a whole number"),
+    (["--seed", "-1"], "whole number"), (["-o", "-", "--json"], "cannot both go"), (["--memory-limit", "0"], "whole number from 1")])
+def test_usage_errors(folder, solved, options, words):
+    done = run("solve", solved.problem, *([] if "-o" in options else ["-o", folder / "s.qsf"]), *options)
+    assert (done.status, done.out) == (2, b"")
+    assert words in done.err
+    assert not list(folder.iterdir())
+
+
+def test_a_pairwise_cost_that_expansion_does_not_take(folder):
+    done = run("solve", GOLDEN / "good-quadratic.qcf", "-o", folder / "s.qsf", "--solver", "expansion")
+    assert (done.status, done.out) == (3, b"")
+    assert "expansion cannot be used with this pairwise cost (quadratic); use trws, bp or best" in done.err
+    assert not list(folder.iterdir())
+
+
+def test_a_problem_without_meaning(tmp_path, folder, solved):
+    problem = without_chunk(solved.problem, "labl", tmp_path / "bare.qcf")
+    assert run("info", problem).status == 0
+    done = run("solve", problem, "-o", folder / "s.qsf")
+    assert (done.status, done.out) == (3, b"")
+    assert "does not say which labels its variables stand for" in done.err
+    assert not list(folder.iterdir())
+
+
+def test_bad_files(tmp_path, folder, solved):
+    (tmp_path / "cut.qcf").write_bytes(solved.problem.read_bytes()[:-1])
+    for problem, status, words in ((tmp_path / "none.qcf", 4, "cannot be opened"), (solved.samples, 3, "is not a .qcf file"),
+                                   (tmp_path / "cut.qcf", 3, "at byte")):
+        done = run("solve", problem, "-o", folder / "s.qsf")
+        assert (done.status, words in done.err) == (status, True)
+    assert not list(folder.iterdir())

@@ -1,0 +1,289 @@
+/* The model, and the solvers as their callers see them, beside every labelling of tiny problems. */
+#include "tiny.h"
+
+#include <string.h>
+
+enum { ROUNDS = 400, BITS = 24, MEMORY = 1 << 16 };
+
+static tiny t;
+static tiny_qubo q;
+static uint64_t model_memory[MEMORY / 8], memory[MEMORY / 8];
+static qs_model model;
+
+static void make_model(uint64_t *state, bool potts, qs_encoding encoding)
+{
+    tiny_make(&t, state, BITS, potts);
+    tiny_encode(&t.problem, (qs_encode_options){.encoding = encoding}, &q);
+    assert_true(qs_model_workspace(&q.qubo) <= sizeof model_memory);
+    assert_int_equal(qs_model_build(&q.index, model_memory, qs_model_workspace(&q.qubo), &model), QS_OK);
+}
+
+/* Random labels of the model's sites; the problem's energy of them is the model's. */
+static void model_has_the_problems_energy(void **unused)
+{
+    (void)unused;
+    uint64_t state = 21;
+    for (int round = 0; round < 4 * ROUNDS; round++) {
+        make_model(&state, round % 2 == 0, round % 4 == 0 ? QS_ONE_HOT : QS_ENCODING_DEFAULT);
+        for (int i = 0; i < 5; i++) {
+            uint16_t labelling[TINY_SITES], sites[TINY_SITES];
+            for (uint32_t p = 0; p < model.sites; p++) {
+                labelling[p] = (uint16_t)tiny_random(&state, model.labels);
+            }
+            qs_model_sites(&model, labelling, sites);
+            int64_t energy;
+            assert_int_equal(qs_problem_energy(&t.problem, sites, NULL, 0, &energy), QS_OK);
+            assert_int_equal(qs_model_energy(&model, labelling), energy);
+        }
+    }
+}
+
+static void links_are_sorted_and_numbered(void **unused)
+{
+    (void)unused;
+    uint64_t state = 22;
+    for (int round = 0; round < ROUNDS; round++) {
+        make_model(&state, true, QS_ENCODING_DEFAULT);
+        if (model.width > 0) {
+            continue;
+        }
+        uint32_t ends[TINY_EDGES][2] = {{0}}, seen[TINY_EDGES] = {0};
+        for (uint32_t p = 0; p < model.sites; p++) {
+            for (uint32_t n = model.link_start[p]; n < model.link_start[p + 1]; n++) {
+                const qs_link *link = &model.links[n];
+                assert_true(n == model.link_start[p] || model.links[n - 1].site <= link->site);
+                assert_true(link->edge < model.edges);
+                uint32_t pair[2] = {p < link->site ? p : link->site, p < link->site ? link->site : p};
+                assert_true(seen[link->edge] == 0 || memcmp(ends[link->edge], pair, sizeof pair) == 0);
+                memcpy(ends[link->edge], pair, sizeof pair);
+                seen[link->edge]++;
+            }
+        }
+        for (uint32_t e = 0; e < model.edges; e++) {
+            assert_int_equal(seen[e], 2);
+        }
+    }
+}
+
+static void winner_takes_all(void **unused)
+{
+    (void)unused;
+    uint64_t state = 23;
+    for (int round = 0; round < ROUNDS; round++) {
+        make_model(&state, true, QS_ENCODING_DEFAULT);
+        uint16_t labelling[TINY_SITES];
+        qs_model_winner(&model, labelling);
+        for (uint32_t p = 0; p < model.sites; p++) {
+            for (uint32_t d = 0; d < model.labels; d++) {
+                int32_t other = model.unary[p * model.labels + d], own = model.unary[p * model.labels + labelling[p]];
+                assert_true(d < labelling[p] ? other > own : other >= own);
+            }
+            assert_int_equal(model.unary[p * model.labels + labelling[p]], 0);
+        }
+    }
+}
+
+/* Files whose couplings are not what their encoding says. */
+static void strange_models(void **unused)
+{
+    (void)unused;
+    uint64_t state = 24;
+    for (int round = 0; round < ROUNDS; round++) {
+        make_model(&state, true, QS_ONE_HOT_SPARSE);
+        qs_model unchanged = model;
+        if (q.qubo.couplings == 0) {
+            continue;
+        }
+        q.qubo.labels.encoding = QS_ONE_HOT;
+        assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_E_CORRUPT);
+        q.qubo.labels.encoding = QS_ONE_HOT_SPARSE;
+        q.qubo.labels.pairwise.smoothness = QS_TRUNCATED_LINEAR;
+        assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_E_CORRUPT);
+        q.qubo.labels.pairwise.smoothness = QS_TABLE;
+        assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_E_CORRUPT);
+        q.qubo.has_labels = false;
+        assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_E_UNSUPPORTED);
+        q.qubo.has_labels = true;
+        q.qubo.labels.pairwise.smoothness = QS_POTTS;
+        assert_int_equal(qs_model_build(&q.index, model_memory, qs_model_workspace(&q.qubo) - 1, &model), QS_E_WORKSPACE);
+        assert_memory_equal(&model, &unchanged, sizeof model);
+        if (model.width > 1 && model.height > 1 && model.width != model.height && !model.mask) {
+            q.qubo.labels.width = model.height; /* another shape of the same number of cells */
+            q.qubo.labels.height = model.width;
+            assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_E_CORRUPT);
+        }
+    }
+}
+
+static const struct {
+    const char *name;
+    qs_solver *solve;
+    size_t (*workspace)(const qs_model *);
+    bool descends, bounds; /* never ends above its start; has lower bounds */
+} solvers[] = {
+    {"icm", qs_icm, qs_icm_workspace, true, false},
+    {"anneal", qs_anneal, qs_anneal_workspace, true, false},
+    {"expansion", qs_expansion, qs_expansion_workspace, true, false},
+    {"swap", qs_swap, qs_swap_workspace, true, false},
+    {"bp", qs_bp, qs_bp_workspace, false, false},
+    {"trws", qs_trws, qs_trws_workspace, false, true},
+    {"best", qs_best, qs_best_workspace, true, true},
+};
+enum { SOLVERS = sizeof solvers / sizeof *solvers };
+
+/* What a watch is told, and how often it lets the solver go on. */
+typedef struct witness {
+    const uint16_t *labelling;
+    int64_t optimum;
+    uint64_t calls, patience;
+} witness;
+
+static bool watch(void *context, const qs_progress *progress)
+{
+    witness *w = context;
+    assert_int_equal(qs_model_energy(&model, w->labelling), progress->energy);
+    assert_true(progress->energy >= w->optimum);
+    assert_true(progress->lower_bound <= w->optimum);
+    return ++w->calls < w->patience;
+}
+
+static void every_solver_keeps_its_word(void **unused)
+{
+    (void)unused;
+    uint64_t state = 25;
+    uint32_t proven[SOLVERS] = {0}, optimal[SOLVERS] = {0};
+    for (int round = 0; round < ROUNDS; round++) {
+        make_model(&state, round % 2 == 0, QS_ENCODING_DEFAULT);
+        int64_t optimum = tiny_minimum(&t.problem);
+        for (size_t i = 0; i < SOLVERS; i++) {
+            uint16_t labelling[TINY_SITES], again[TINY_SITES];
+            qs_solution solution, second;
+            witness w = {labelling, optimum, 0, UINT64_MAX};
+            qs_solve_options options = {.iterations = 60, .seed = 7, .watch = watch, .context = &w};
+            size_t size = solvers[i].workspace(&model);
+            assert_true(size <= sizeof memory);
+            qs_model_winner(&model, labelling);
+            int64_t start = qs_model_energy(&model, labelling);
+            qs_status status = solvers[i].solve(&model, &options, memory, size, labelling, &solution);
+            if (status == QS_E_ENCODING) {
+                assert_true(model.pairwise.smoothness == QS_TABLE || model.pairwise.smoothness == QS_TRUNCATED_QUADRATIC);
+                continue;
+            }
+            assert_int_equal(status, QS_OK);
+            assert_true(w.calls >= solution.iterations); /* none for one label, which has no moves */
+            assert_int_equal(solution.energy, qs_model_energy(&model, labelling));
+            assert_true(solution.energy >= optimum && (solution.energy <= start || !solvers[i].descends));
+            assert_true(solvers[i].bounds ? solution.lower_bound <= optimum : solution.lower_bound == QS_NO_BOUND);
+            proven[i] += solution.lower_bound == solution.energy;
+            optimal[i] += solution.energy == optimum;
+            w.labelling = again;
+            qs_model_winner(&model, again);
+            memset(memory, 0x5a, sizeof memory); /* what the workspace held must not matter */
+            assert_int_equal(solvers[i].solve(&model, &options, memory, size, again, &second), QS_OK);
+            assert_memory_equal(again, labelling, sizeof *again * model.sites);
+            assert_memory_equal(&second.energy, &solution.energy, sizeof second.energy);
+            assert_int_equal(second.iterations, solution.iterations);
+        }
+    }
+    /* Tiny problems are easy: the strong solvers must mostly find the optimum, the bounds mostly prove it. */
+    for (size_t i = 2; i < SOLVERS; i++) {
+        print_message("%-9s optimal in %u, proven in %u of %d\n", solvers[i].name, optimal[i], proven[i], ROUNDS);
+    }
+    assert_true(optimal[6] > ROUNDS * 19 / 20 && proven[6] > ROUNDS * 17 / 20);
+    assert_true(proven[5] > ROUNDS * 17 / 20);
+}
+
+static void watches_stop(void **unused)
+{
+    (void)unused;
+    uint64_t state = 26;
+    for (int round = 0; round < ROUNDS / 4; round++) {
+        make_model(&state, true, QS_ENCODING_DEFAULT);
+        int64_t optimum = tiny_minimum(&t.problem);
+        for (size_t i = 0; i < SOLVERS; i++) {
+            uint16_t labelling[TINY_SITES];
+            qs_solution solution;
+            witness w = {labelling, optimum, 0, 1 + tiny_random(&state, 3)};
+            qs_solve_options options = {.watch = watch, .context = &w};
+            qs_model_winner(&model, labelling);
+            assert_int_equal(solvers[i].solve(&model, &options, memory, sizeof memory, labelling, &solution), QS_OK);
+            assert_true(w.calls <= w.patience);
+            assert_int_equal(solution.energy, qs_model_energy(&model, labelling));
+        }
+    }
+}
+
+static void small_workspaces_are_refused(void **unused)
+{
+    (void)unused;
+    uint64_t state = 27;
+    make_model(&state, true, QS_ENCODING_DEFAULT);
+    for (size_t i = 0; i < SOLVERS; i++) {
+        uint16_t labelling[TINY_SITES] = {0};
+        qs_solution solution;
+        size_t size = solvers[i].workspace(&model);
+        if (size > 0) {
+            assert_int_equal(solvers[i].solve(&model, NULL, memory, size - 1, labelling, &solution), QS_E_WORKSPACE);
+        }
+        assert_int_equal(solvers[i].solve(NULL, NULL, memory, size, labelling, &solution), QS_E_ARGUMENT);
+    }
+}
+
+/* No site of icm's answer can be improved by itself; equal labels go to the lowest. */
+static void icm_ends_in_a_local_minimum(void **unused)
+{
+    (void)unused;
+    uint64_t state = 28;
+    for (int round = 0; round < ROUNDS; round++) {
+        make_model(&state, round % 2 == 0, QS_ENCODING_DEFAULT);
+        uint16_t labelling[TINY_SITES];
+        qs_solution solution;
+        qs_model_winner(&model, labelling);
+        assert_int_equal(qs_icm(&model, NULL, NULL, 0, labelling, &solution), QS_OK);
+        assert_true(solution.converged);
+        for (uint32_t p = 0; p < model.sites; p++) {
+            uint16_t kept = labelling[p];
+            for (uint16_t d = 0; d < model.labels; d++) {
+                labelling[p] = d;
+                int64_t energy = qs_model_energy(&model, labelling);
+                assert_true(d < kept ? energy > solution.energy : energy >= solution.energy);
+            }
+            labelling[p] = kept;
+        }
+    }
+}
+
+/* With many sweeps annealing finds the optimum of most tiny problems; other seeds go other ways. */
+static void annealing_anneals(void **unused)
+{
+    (void)unused;
+    uint64_t state = 29;
+    uint32_t optimal = 0, differing = 0;
+    for (int round = 0; round < 100; round++) {
+        make_model(&state, true, QS_ENCODING_DEFAULT);
+        uint16_t labelling[TINY_SITES], other[TINY_SITES];
+        qs_solution solution, second;
+        qs_solve_options options = {.iterations = 300, .seed = 1};
+        qs_model_winner(&model, labelling);
+        assert_int_equal(qs_anneal(&model, &options, memory, sizeof memory, labelling, &solution), QS_OK);
+        optimal += solution.energy == tiny_minimum(&t.problem);
+        options = (qs_solve_options){.iterations = 1, .seed = 2};
+        qs_model_winner(&model, other);
+        assert_int_equal(qs_anneal(&model, &options, memory, sizeof memory, other, &second), QS_OK);
+        differing += memcmp(other, labelling, sizeof *other * model.sites) != 0;
+    }
+    assert_true(optimal >= 90);
+    assert_true(differing > 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(model_has_the_problems_energy), cmocka_unit_test(links_are_sorted_and_numbered),
+        cmocka_unit_test(winner_takes_all),              cmocka_unit_test(strange_models),
+        cmocka_unit_test(every_solver_keeps_its_word),   cmocka_unit_test(watches_stop),
+        cmocka_unit_test(small_workspaces_are_refused),  cmocka_unit_test(icm_ends_in_a_local_minimum),
+        cmocka_unit_test(annealing_anneals),
+    };
+    return cmocka_run_group_tests_name("solve", tests, NULL, NULL);
+}
