@@ -11,7 +11,8 @@ def _stop(number, frame):
     """End at once: an exception could be lost in an import, and a sampler's thread or a service would hold it up."""
     try:
         Output.abandon()
-        os.write(2, (b"\r\033[K" if os.isatty(2) else b"") + b"qstereo-bridge: interrupted\n")
+        if not Output.kept:
+            os.write(2, (b"\r\033[K" if os.isatty(2) else b"") + b"qstereo-bridge: interrupted\n")
     finally:
         os._exit(0 if Output.kept else 128 + number)
 

@@ -4,6 +4,7 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <string.h>
 
 #if defined(__GNUC__)
 #define QS_KERNEL static inline __attribute__((always_inline))
@@ -20,6 +21,8 @@
 /* Eight numbers at once; `loose` = as they lie in memory. */
 enum { QS_LANES = 8 };
 typedef int32_t qs_lanes __attribute__((vector_size(32)));
+typedef int32_t qs_four __attribute__((vector_size(16), aligned(4), may_alias));
+typedef long long qs_two __attribute__((vector_size(16)));
 typedef int32_t qs_loose __attribute__((vector_size(32), aligned(4), may_alias));
 
 #if defined(__clang__)
@@ -28,14 +31,15 @@ typedef int32_t qs_loose __attribute__((vector_size(32), aligned(4), may_alias))
 #define QS_PICK(a, b, ...) __builtin_shuffle(a, b, (qs_lanes){__VA_ARGS__})
 #endif
 
-QS_WIDE qs_lanes qs_lanes_load(const int32_t *from)
+/* Four numbers, twice. */
+QS_WIDE qs_lanes qs_lanes_twice(const int32_t *from)
 {
-    return *(const qs_loose *)from;
-}
-
-QS_WIDE void qs_lanes_store(int32_t *to, qs_lanes value)
-{
-    *(qs_loose *)to = value;
+#if defined(__clang__)
+    qs_four four = *(const qs_four *)from;
+    return __builtin_shufflevector(four, four, 0, 1, 2, 3, 0, 1, 2, 3);
+#else
+    return (qs_lanes)__builtin_ia32_vbroadcastsi256((qs_two)*(const qs_four *)from);
+#endif
 }
 
 QS_WIDE qs_lanes qs_lanes_all(int32_t value)
@@ -62,15 +66,46 @@ QS_WIDE void qs_lanes_least(qs_lanes *a, qs_lanes *b)
     *b = QS_PICK(both, both, 4, 5, 6, 7, 4, 5, 6, 7);
 }
 
-/* Costs of any number of labels, at least 8, in runs of lanes: where a run begins. The last one ends at the last label and so may do some labels again. */
+/* Costs of any number of labels, at least 8, in runs of lanes. A last run of four labels has each twice; any other that is not whole ends at the last
+ * label and has some of the run before again: in memory that is slow to read soon after it was written. */
 QS_WIDE uint32_t qs_lanes_runs(uint32_t labels)
 {
     return (labels + QS_LANES - 1) / QS_LANES;
 }
 
+QS_WIDE bool qs_lanes_is_half(uint32_t run, uint32_t labels)
+{
+    return run * QS_LANES + QS_LANES / 2 == labels;
+}
+
 QS_WIDE uint32_t qs_lanes_begin(uint32_t run, uint32_t labels)
 {
-    return (run + 1) * QS_LANES <= labels ? run * QS_LANES : labels - QS_LANES;
+    return (run + 1) * QS_LANES <= labels || qs_lanes_is_half(run, labels) ? run * QS_LANES : labels - QS_LANES;
+}
+
+QS_WIDE qs_lanes qs_lanes_load(const int32_t *costs, uint32_t run, uint32_t labels)
+{
+    const int32_t *from = costs + qs_lanes_begin(run, labels);
+    return qs_lanes_is_half(run, labels) ? qs_lanes_twice(from) : (qs_lanes)*(const qs_loose *)from;
+}
+
+QS_WIDE void qs_lanes_store(int32_t *costs, uint32_t run, uint32_t labels, qs_lanes value)
+{
+    int32_t *to = costs + qs_lanes_begin(run, labels);
+    if (qs_lanes_is_half(run, labels)) {
+        memcpy(to, &value, sizeof value / 2);
+    } else {
+        *(qs_loose *)to = value;
+    }
+}
+
+/* Has memory fetched that is needed in a while: the processor's own foresight ends at each page. */
+QS_WIDE void qs_lanes_fetch(const int32_t *from, uint32_t count)
+{
+    enum { LINE = 16 };
+    for (uint32_t i = 0; i < count; i += LINE) {
+        __builtin_prefetch(from + i);
+    }
 }
 
 /* The first of the labels with the least cost; `least` = the least of each lane. */
@@ -80,7 +115,8 @@ QS_WIDE uint16_t qs_lanes_first(const qs_loose *costs, uint32_t labels, qs_lanes
     qs_lanes none = qs_lanes_all(INT32_MAX), order = {0, 1, 2, 3, 4, 5, 6, 7}, first = none;
     qs_lanes_least(&least, &none);
     for (uint32_t run = 0; run < qs_lanes_runs(labels); run++) {
-        qs_lanes label = order + qs_lanes_all((int32_t)qs_lanes_begin(run, labels));
+        int32_t wrap = qs_lanes_is_half(run, labels) ? QS_LANES / 2 - 1 : QS_LANES - 1;
+        qs_lanes label = (order & wrap) + (int32_t)qs_lanes_begin(run, labels);
         first = qs_lanes_min(first, label | ((qs_lanes)(costs[run] != least) & OTHERS)); /* those that cost more come after all labels */
     }
     qs_lanes_least(&first, &none);

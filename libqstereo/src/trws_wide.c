@@ -10,10 +10,9 @@ QS_WIDE int64_t site(const qs_trws_state *state, uint32_t at, uint32_t labels, b
     qs_lanes most = qs_lanes_all(state->scale.most), share = qs_lanes_all(v.row_share), row_least = most, column_least = most;
     uint32_t runs = qs_lanes_runs(labels);
     for (uint32_t run = 0; run < runs; run++) {
-        uint32_t d = qs_lanes_begin(run, labels);
-        qs_lanes row_back = qs_lanes_load(v.row_out + d), column_back = qs_lanes_load(v.column_out + d);
-        qs_lanes total = qs_lanes_min(qs_lanes_load(v.unary + d), most) << (int)state->scale.shift;
-        total = total + row_back + column_back + qs_lanes_load(v.column_in + d) + qs_lanes_load(v.row_in + d);
+        qs_lanes row_back = qs_lanes_load(v.row_out, run, labels), column_back = qs_lanes_load(v.column_out, run, labels);
+        qs_lanes total = qs_lanes_min(qs_lanes_load(v.unary, run, labels), most) << (int)state->scale.shift;
+        total = total + row_back + column_back + qs_lanes_load(v.column_in, run, labels) + qs_lanes_load(v.row_in, run, labels);
         qs_lanes part = total >> (int)v.halves & share;
         qs_lanes row_cost = part - row_back, column_cost = total - part - column_back;
         row_least = run > 0 ? qs_lanes_min(row_least, row_cost) : row_cost;
@@ -24,9 +23,8 @@ QS_WIDE int64_t site(const qs_trws_state *state, uint32_t at, uint32_t labels, b
     qs_lanes_least(&row_least, &column_least);
     qs_lanes row_weight = qs_lanes_all(v.row_weight), column_weight = qs_lanes_all(v.column_weight);
     for (uint32_t run = 0; run < runs; run++) {
-        uint32_t d = qs_lanes_begin(run, labels);
-        qs_lanes_store(v.row_out + d, qs_lanes_min(row[run] - row_least, row_weight));
-        qs_lanes_store(v.column_out + d, qs_lanes_min(column[run] - column_least, column_weight));
+        qs_lanes_store(v.row_out, run, labels, qs_lanes_min(row[run] - row_least, row_weight));
+        qs_lanes_store(v.column_out, run, labels, qs_lanes_min(column[run] - column_least, column_weight));
     }
     return (int64_t)row_least[0] + column_least[0];
 }
