@@ -36,20 +36,19 @@ static int info_samples(const char *path, file_bytes file, bool json)
     return DONE;
 }
 
-static int info_problem(const char *path, file_bytes file, const budget *limit, bool json)
+static int info_problem(const char *path, file_bytes file, budget *limit, bool json)
 {
     problem_file problem;
     int status = problem_take(path, file, limit, &problem);
     if (status != DONE) {
         return status;
     }
-    if (json) {
-        describe_problem_json(&problem);
-    } else {
-        describe_problem(&problem);
+    status = problem_index(&problem, limit); /* which checks that the blocks fit their groups */
+    if (status == DONE) {
+        (json ? describe_problem_json : describe_problem)(&problem);
     }
-    file_free(&problem.file);
-    return DONE;
+    problem_close(&problem);
+    return status;
 }
 
 int cmd_info(int argc, char **argv)

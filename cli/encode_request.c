@@ -21,7 +21,8 @@ static const option options[] = {
                   "one-hot or one-hot-sparse (default one-hot-sparse for potts, else one-hot)"},
     [PENALTY] = {"penalty", 0, false, "NAME", "local",
                  "local (least proven, by site), paper (one alpha for all) or an alpha of your own"},
-    [GAP] = {"gap", 0, false, "G", "1", "integer units from the optimum to any infeasible state with --penalty local"},
+    [GAP] = {"gap", 0, false, "G", NULL,
+             "integer units from the optimum to any infeasible state with --penalty local (default 1)"},
     [JSON] = {"json", 0, false, NULL, NULL, "print what info --json prints of the file"},
 };
 
@@ -85,6 +86,18 @@ static int read_penalty(const char *text, encode_request *asked)
     return status;
 }
 
+static int read_gap(const char *text, qs_encode_options *options)
+{
+    options->gap = 1;
+    if (text == NULL) {
+        return DONE;
+    }
+    if (options->penalty != QS_PENALTY_LOCAL) {
+        return fail_usage("--gap goes with --penalty local: no other keeps a gap");
+    }
+    return number_read("--gap", text, 1, INT32_MAX, &options->gap);
+}
+
 static int read_values(const arguments *given, encode_request *asked)
 {
     const char *const *values = given->values;
@@ -100,7 +113,7 @@ static int read_values(const arguments *given, encode_request *asked)
         status = read_penalty(values[PENALTY], asked);
     }
     if (status == DONE) {
-        status = number_read("--gap", values[GAP], 1, INT32_MAX, &asked->options.gap);
+        status = read_gap(values[GAP], &asked->options);
     }
     if (status == DONE && asked->json && output_is_standard(asked->output)) {
         return fail_usage("--json and the file cannot both go to standard output");

@@ -11,6 +11,14 @@
 
 #include "messages.h"
 #include "numbers.h"
+#include "options.h"
+
+/* The regular files that were read: no command reads more than its command line has words for. */
+static struct {
+    dev_t device;
+    ino_t inode;
+} files_read[OPERANDS_MAX + GIVEN_MAX];
+static size_t files_read_count;
 
 int budget_read(const char *text, budget *limit)
 {
@@ -82,6 +90,26 @@ static int read_all(int descriptor, const char *name, size_t expected, const bud
     return DONE;
 }
 
+static void remember_read(const struct stat *about)
+{
+    if (files_read_count < sizeof files_read / sizeof files_read[0]) {
+        files_read[files_read_count].device = about->st_dev;
+        files_read[files_read_count++].inode = about->st_ino;
+    }
+}
+
+bool file_was_read(const char *path)
+{
+    struct stat about;
+    bool found = false;
+    if (stat(path, &about) == 0) {
+        for (size_t i = 0; i < files_read_count && !found; i++) {
+            found = files_read[i].device == about.st_dev && files_read[i].inode == about.st_ino;
+        }
+    }
+    return found;
+}
+
 static int read_descriptor(int descriptor, const char *name, budget *limit, file_bytes *file)
 {
     struct stat about;
@@ -91,6 +119,7 @@ static int read_descriptor(int descriptor, const char *name, budget *limit, file
             return budget_fail(limit, name);
         }
         expected = (size_t)about.st_size;
+        remember_read(&about);
     }
     int status = read_all(descriptor, name, expected, limit, file);
     if (status == DONE) {

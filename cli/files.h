@@ -29,6 +29,9 @@ int budget_allocate(budget *limit, const char *place, size_t size, void **memory
 /* Reads a file, "-" = standard input, that takes its size from the budget. Returns DONE or NO_RESOURCE. */
 int file_read(const char *path, budget *limit, file_bytes *file);
 
+/* Whether a path leads to a regular file that file_read has read. */
+bool file_was_read(const char *path);
+
 void file_free(file_bytes *file);
 
 /* A file that is being made in memory; zero = empty. */

@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "files.h"
 #include "messages.h"
 #include "progress.h"
 
@@ -18,7 +19,7 @@
 static char *temporaries[OUTPUTS_MAX];
 static const char *made_folder;
 
-static const int fatal_signals[] = {SIGINT, SIGTERM, SIGHUP};
+static const int fatal_signals[] = {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE};
 enum { FATAL_SIGNALS = sizeof fatal_signals / sizeof fatal_signals[0] };
 
 static void remove_and_exit(int signal_number)
@@ -158,7 +159,7 @@ static int free_slot(void)
     return slot;
 }
 
-/* A link is followed, so that the file it leads to is replaced and not the link. */
+/* A link is followed, so that the file it leads to is replaced and not the link; one that leads nowhere is replaced itself. */
 static char *resolved(const char *path, bool exists)
 {
     char *target = exists ? realpath(path, NULL) : malloc(strlen(path) + 1);
@@ -196,6 +197,9 @@ static int open_target(output *out, const char *path)
 int output_open(output *out, const char *path)
 {
     *out = (output){NULL, output_name(path), NULL, free_slot(), 0};
+    if (!output_is_standard(path) && file_was_read(path)) {
+        return fail(BAD_USAGE, out->name, "is an input of this very command: name another file to write");
+    }
     int descriptor = open_target(out, path);
     if (descriptor < 0) {
         int status = fail_system(out->name, "cannot be written");

@@ -19,7 +19,7 @@ typedef struct output {
 /* The most that may be open at a time. */
 enum { OUTPUTS_MAX = 64 };
 
-/* Removes temporaries when SIGINT, SIGTERM or SIGHUP ends the command. Once, before any output is opened. */
+/* Removes temporaries when SIGINT, SIGTERM, SIGHUP, SIGQUIT or SIGPIPE ends the command. Once, before any output is opened. */
 void output_watch_signals(void);
 
 /* Whether a path is where standard output goes, so that nothing else may be printed. */
@@ -28,8 +28,8 @@ bool output_is_standard(const char *path);
 /* Whether a path is written straight: standard output, a device, a FIFO. */
 bool output_is_straight(const char *path);
 
-/* Opens an output; its path is borrowed. Refuses to write to a terminal. Returns DONE, BAD_USAGE or NO_RESOURCE; only
- * after DONE it must be committed or abandoned. */
+/* Opens an output; its path is borrowed. Refuses to write to a terminal, and over a file that was read. Returns DONE,
+ * BAD_USAGE or NO_RESOURCE; only after DONE it must be committed or abandoned. */
 int output_open(output *out, const char *path);
 
 /* Writes bytes; false = the system refused, which output_commit reports. */

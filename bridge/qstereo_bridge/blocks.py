@@ -35,6 +35,10 @@ class Table:
         """Sum of the entries' absolute values, computed in `dtype`."""
         return np.abs(self.table.astype(dtype)).sum()
 
+    def abs_max(self):
+        """The largest of the entries' absolute values."""
+        return int(np.abs(self.table.astype(np.int64)).max())
+
     def pack(self):
         return struct.pack("<III", *self.shape, 0) + self.table.astype("<i4").tobytes()
 
@@ -81,6 +85,10 @@ class Toeplitz:
         lengths = self._lengths(self.first, self.first + self.values.size)
         others = self.shape[0] * self.shape[1] - int(lengths.sum())
         return (lengths.astype(dtype) * np.abs(self.values.astype(dtype))).sum() + dtype(abs(self.fill)) * dtype(others)
+
+    def abs_max(self):
+        """The largest of the entries' absolute values."""
+        return max(abs(self.fill), int(np.abs(self.values.astype(np.int64)).max(initial=0)))
 
     def pack(self):
         return struct.pack("<IIIiiI", *self.shape, 1, self.fill, self.first, self.values.size) \

@@ -89,6 +89,21 @@ def _seed(options):
     return secrets.randbelow(2**31) if options.seed is None else options.seed
 
 
+def _beta_range(problem):
+    """Inverse temperatures from where the couplings between groups begin to matter to where they are frozen; None without any.
+
+    The sampler's own range begins at the largest sum of coefficients at a variable, penalties included, and ends at the least
+    coefficient: on a labelling problem most of its sweeps are spent where nothing is decided any more, or nothing yet.
+    """
+    g, h, block, weight = problem.coupled_pairs()
+    strengths = np.abs(weight) * np.array([block.abs_max() for block in problem.blocks], np.int64)[block]
+    strengths = strengths[(g != h) & (strengths > 0)]
+    if strengths.size == 0:
+        return None
+    typical = float(np.median(strengths))
+    return [1 / typical, 20 / typical]
+
+
 def anneal(problem, options, progress):
     """Simulated annealing, each of its samples finished by steepest descent. A time limit stops it between two reads."""
     from dwave.samplers import SimulatedAnnealingSampler, SteepestDescentSampler
@@ -102,7 +117,7 @@ def anneal(problem, options, progress):
 
     annealed = interruptible(
         lambda: SimulatedAnnealingSampler().sample(bqm, num_reads=options.num_reads, num_sweeps=options.num_sweeps,
-                                                   seed=seed, interrupt_function=after_read),
+                                                   seed=seed, beta_range=_beta_range(problem), interrupt_function=after_read),
         lambda: progress(f"{reads[0]} of {options.num_reads} reads"))
     descended = interruptible(lambda: SteepestDescentSampler().sample(bqm, initial_states=annealed, seed=seed),
                               lambda: progress("steepest descent"))

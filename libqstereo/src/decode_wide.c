@@ -10,9 +10,11 @@ QS_WIDE uint16_t label_of(const qs_decoder *decoder, uint32_t site, uint32_t lab
 {
     const int32_t *unary = decoder->model->unary + (size_t)labels * site;
     const int32_t *row = decoder->row + site * decoder->stride, *column = decoder->column + site * decoder->stride;
-    qs_lanes_fetch(unary + AHEAD * labels, labels);
-    qs_lanes_fetch(row + AHEAD * decoder->stride, labels);
-    qs_lanes_fetch(column + AHEAD * decoder->stride, labels);
+    if (site + AHEAD < decoder->model->sites) {
+        qs_lanes_fetch(unary + AHEAD * labels, labels);
+        qs_lanes_fetch(row + AHEAD * decoder->stride, labels);
+        qs_lanes_fetch(column + AHEAD * decoder->stride, labels);
+    }
     qs_lanes most = qs_lanes_all(decoder->scale.most), least = qs_lanes_all(INT32_MAX);
     for (uint32_t run = 0; run < qs_lanes_runs(labels); run++) {
         qs_lanes cost = qs_lanes_min(qs_lanes_load(unary, run, labels), most) << (int)decoder->scale.shift;

@@ -3,10 +3,23 @@
 
 #if QS_HAVE_AVX2
 
+enum { AHEAD = 8 };
+
+/* Fetches what a site will need some sites ahead of it. */
+QS_WIDE void fetch(const qs_trws_state *state, uint32_t at, uint32_t labels, bool forward)
+{
+    uint32_t ahead = forward ? at + AHEAD : at - AHEAD;
+    if (ahead < state->model->sites) {
+        qs_lanes_fetch(state->messages + 2 * (size_t)labels * ahead, 2 * labels);
+        qs_lanes_fetch(state->model->unary + (size_t)labels * ahead, labels);
+    }
+}
+
 /* Of messages that are replaced all labels are read before any is written, so a run of lanes may do some labels again. */
 QS_WIDE int64_t site(const qs_trws_state *state, uint32_t at, uint32_t labels, bool forward, qs_loose *row, qs_loose *column)
 {
     qs_visit v = qs_visit_of(state, at, labels, forward);
+    fetch(state, at, labels, forward);
     qs_lanes most = qs_lanes_all(state->scale.most), share = qs_lanes_all(v.row_share), row_least = most, column_least = most;
     uint32_t runs = qs_lanes_runs(labels);
     for (uint32_t run = 0; run < runs; run++) {

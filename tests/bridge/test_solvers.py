@@ -131,6 +131,17 @@ def test_anneal_is_repeatable_and_ends_in_local_minima():
     assert set(solve("anneal", SMALL).info["timing"]["anneal"]) >= {"sampling_ns"}
 
 
+def test_anneal_heats_by_the_couplings_not_the_penalties():
+    weight = int(abs(SMALL.coupling_runs["weight"][0]))
+    assert solve("anneal", SMALL).info["parameters"]["beta_range"] == [1 / weight, 20 / weight]
+    table = make([2, 2, 2], [qcf.Table(np.array([[0, -7], [2, 0]], "<i4"))], [{"weight": 3, "g": 0, "h": 1},
+                 {"form": 1, "width": 1, "count": 1, "pairs": [(1, 2)], "weights": [0]}], [0] * 6, [(100, 1000)] * 3)
+    assert solve("anneal", table).info["parameters"]["beta_range"] == [1 / 21, 20 / 21]
+    # Without couplings the sampler's own range serves.
+    alone = make([2], [], [], [3, 4], [(5, 9)])
+    assert solve("anneal", alone).info["parameters"]["beta_range"][0] != 1
+
+
 def test_anneal_stops_at_its_time_limit():
     answer = solve("anneal", num_reads=10**6, time_limit=0.2)
     assert 1 <= answer.bits.shape[0] < 10**6

@@ -132,15 +132,20 @@ def chunks_of(path):
     return found
 
 
-def without_chunk(source, kind, path):
-    """Writes a .qcf or .qsf again without one of its chunks."""
+def with_chunk(source, kind, payload, path):
+    """Writes a .qcf or .qsf again with another payload in one of its chunks; None leaves the chunk out."""
     data = Path(source).read_bytes()
-    found = chunks_of(source)
-    del found[kind]
+    found = {**chunks_of(source), kind: payload}
+    found = {name: held for name, held in found.items() if held is not None}
     body = b"".join(_chunk(name.encode(), payload) for name, payload in found.items())
     head = data[:12] + struct.pack("<IQ", len(found), 64 + len(body)) + data[24:60]
     path.write_bytes(reseal(head + bytes(4)) + body)
     return path
+
+
+def without_chunk(source, kind, path):
+    """Writes a .qcf or .qsf again without one of its chunks."""
+    return with_chunk(source, kind, None, path)
 
 
 SOLVERS = ["icm", "anneal", "swap", "expansion", "bp", "trws", "best"]

@@ -126,6 +126,8 @@ USAGE = {
     "penalty of another unit": (["--penalty", "0.5", "--lambda", "0.2"], "multiple above 0 of 1/5"),
     "penalty large": (["--penalty", "1e16"], "too large"),
     "gap": (["--gap", "0"], "--gap 0: not a whole number from 1"),
+    "gap of paper": (["--gap", "6", "--penalty", "paper"], "--gap goes with --penalty local"),
+    "gap of an alpha": (["--penalty", "3000", "--gap", "1"], "--gap goes with --penalty local"),
     "truncation of potts": (["--truncation", "3"], "linear and quadratic"),
     "truncation": (["--truncation", "0", "--smoothness", "linear"], "whole number from 1"),
     "sparse linear": (["--encoding", "one-hot-sparse", "--smoothness", "linear"], "use --encoding one-hot"),

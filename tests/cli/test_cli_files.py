@@ -46,6 +46,35 @@ class TestOutputs:
         assert run(name, *arguments, "-o", link).status == 0
         assert link.is_symlink() and (folder / "real").read_bytes() != b"as it was"
 
+    def test_replaces_links_that_lead_nowhere(self, commands, folder, name):
+        arguments, ending = commands[name]
+        link = folder / f"link{ending}"
+        link.symlink_to("none")
+        assert run(name, *arguments, "-o", link).status == 0
+        assert link.is_file() and list(folder.iterdir()) == [link] and not link.is_symlink()
+
+    @pytest.mark.parametrize("operand", [0, -1])
+    @pytest.mark.parametrize("link", [os.symlink, os.link])
+    def test_refuses_its_own_inputs(self, commands, folder, name, operand, link):
+        arguments, ending = commands[name]
+        operands = [path for path in arguments if os.path.isabs(path)]
+        before = operands[operand].read_bytes()
+        output = folder / f"out{ending}"
+        link(operands[operand], output)
+        done = run(name, *arguments, "-o", output)
+        assert (done.status, done.out) == (2, b"")
+        assert done.err == f"qstereo {name}: {output}: is an input of this very command: name another file to write\n"
+        assert operands[operand].read_bytes() == before and list(folder.iterdir()) == [output]
+
+    def test_a_reader_that_is_gone(self, commands, folder, name):
+        arguments, ending = commands[name]
+        reader, writer = os.pipe()
+        os.close(reader)
+        done = run(name, *arguments, "-o", folder / f"out{ending}", stdout=writer, stderr=subprocess.PIPE, capture_output=False)
+        os.close(writer)
+        assert done.status == 141
+        assert not list(folder.iterdir())
+
     def test_missing_folder(self, commands, folder, name):
         arguments, ending = commands[name]
         output = folder / "none" / f"out{ending}"
@@ -116,7 +145,8 @@ def test_full_standard_output(arguments):
     assert (done.status, "standard output: cannot be written" in done.err) == (4, True)
 
 
-@pytest.mark.parametrize("number, status", [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+@pytest.mark.parametrize("number, status", [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129),
+                                            (signal.SIGQUIT, 131), (signal.SIGPIPE, 141)])
 def test_a_signal_while_reading(folder, pair, number, status):
     fifo = folder.parent / "slow.pgm"
     os.mkfifo(fifo)
@@ -129,7 +159,8 @@ def test_a_signal_while_reading(folder, pair, number, status):
     assert not list(folder.iterdir())
 
 
-@pytest.mark.parametrize("number, status", [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize("number, status", [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129),
+                                            (signal.SIGQUIT, 131), (signal.SIGPIPE, 141)])
 def test_a_signal_while_writing(folder, number, status):
     """The temporary is there, and gone after the signal; what was there before stays."""
     random = np.random.default_rng(1)
@@ -155,6 +186,22 @@ def test_an_ignored_signal_stays_ignored(folder, pair):
         writer.write(pair.paths[0].read_bytes())
     assert process.wait(20) == 0
     process.stdout.close()
+
+
+def test_refuses_inputs_that_are_no_operands(tmp_path, solved):
+    """Standard input, the truth, and a map in colours that would lie on a picture."""
+    problem = solved.problem.read_bytes()
+    with open(solved.problem, "rb") as file:
+        done = run("solve", "-", "-o", solved.problem, stdin=file)
+    assert (done.status, "is an input" in done.err) == (2, True)
+    assert solved.problem.read_bytes() == problem
+    truth = write_pgm(tmp_path / "truth.pgm", np.full((5, 12), 8))
+    picture = solved.pair.paths[0].rename(tmp_path / "map.color.ppm")
+    for arguments, kept in ((["-o", truth, "--truth", truth], truth), (["-o", tmp_path / "map.pgm", "--color"], picture)):
+        before = kept.read_bytes()
+        done = run("match", picture, solved.pair.paths[1], *ENCODE, *arguments)
+        assert (done.status, f"{kept}: is an input" in done.err) == (2, True), done.err
+        assert kept.read_bytes() == before and not (tmp_path / "map.pgm").exists()
 
 
 def test_names_that_look_like_options(tmp_path):

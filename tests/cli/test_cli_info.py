@@ -7,7 +7,7 @@ from hashlib import sha256
 
 import numpy as np
 import pytest
-from cli_tools import QSTEREO, random_pair, reseal, run, write_pgm, write_qsf
+from cli_tools import QSTEREO, random_pair, reseal, run, with_chunk, write_pgm, write_qsf
 
 
 def test_problem_of_two_sites(tmp_path):
@@ -111,6 +111,30 @@ def test_newer_version(tmp_path, smallest, kind):
 def test_something_after_the_end(tmp_path, smallest):
     (tmp_path / "longer").write_bytes(smallest["qcf"] + b"\0")
     assert run("info", tmp_path / "longer").status == 3
+
+
+def block_of(rows, columns):
+    """The payload of a BLKS chunk of one block: a run of -1 on its diagonal."""
+    return struct.pack("<IIIIiiIi", 1, rows, columns, 1, 0, 0, 1, -1)
+
+
+@pytest.mark.parametrize("rows, columns, status", [(2, 2, 0), (2, 3, 3), (3, 2, 3), (3, 3, 3)])
+def test_a_block_that_fits_no_groups(tmp_path, rows, columns, status):
+    _, _, left, right = random_pair(tmp_path, 3, 1)
+    assert run("encode", left, right, "-o", tmp_path / "p.qcf", "--disparity", "0:1").status == 0
+    done = run("info", with_chunk(tmp_path / "p.qcf", "BLKS", block_of(rows, columns), tmp_path / "q.qcf"))
+    assert (done.status, done.out == b"") == (status, status != 0), done.err
+    assert done.err.count("damaged") == (status != 0)
+
+
+def test_the_index_is_under_the_memory_limit(tmp_path):
+    """A file of less than a MiB, of which the index needs more."""
+    plain = write_pgm(tmp_path / "plain.pgm", np.zeros((200, 201), int))
+    assert run("encode", plain, plain, "-o", tmp_path / "p.qcf", "--disparity", "0:1").status == 0
+    assert (tmp_path / "p.qcf").stat().st_size < 1 << 20
+    done = run("info", tmp_path / "p.qcf", "--memory-limit", "1")
+    assert (done.status, "memory limit of 1 MiB" in done.err, done.out) == (4, True, b"")
+    assert run("info", tmp_path / "p.qcf").status == 0
 
 
 def test_other_files(tmp_path, pair, solved):
