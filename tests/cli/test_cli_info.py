@@ -127,16 +127,6 @@ def test_a_block_that_fits_no_groups(tmp_path, rows, columns, status):
     assert done.err.count("damaged") == (status != 0)
 
 
-def test_the_index_is_under_the_memory_limit(tmp_path):
-    """A file of less than a MiB, of which the index needs more."""
-    plain = write_pgm(tmp_path / "plain.pgm", np.zeros((200, 201), int))
-    assert run("encode", plain, plain, "-o", tmp_path / "p.qcf", "--disparity", "0:1").status == 0
-    assert (tmp_path / "p.qcf").stat().st_size < 1 << 20
-    done = run("info", tmp_path / "p.qcf", "--memory-limit", "1")
-    assert (done.status, "memory limit of 1 MiB" in done.err, done.out) == (4, True, b"")
-    assert run("info", tmp_path / "p.qcf").status == 0
-
-
 def test_other_files(tmp_path, pair, solved):
     done = run("info", pair.paths[0])
     assert (done.status, done.err) == (3, f"qstereo info: {pair.paths[0]}: is not a .qcf or .qsf file\n")
