@@ -86,16 +86,16 @@ static int read_penalty(const char *text, encode_request *asked)
     return status;
 }
 
-static int read_gap(const char *text, qs_encode_options *options)
+static int read_gap(const char *text, encode_request *asked)
 {
-    options->gap = 1;
+    asked->options.gap = 1;
     if (text == NULL) {
         return DONE;
     }
-    if (options->penalty != QS_PENALTY_LOCAL) {
+    if (asked->options.penalty != QS_PENALTY_LOCAL) {
         return fail_usage("--gap goes with --penalty local: no other keeps a gap");
     }
-    return number_read("--gap", text, 1, INT32_MAX, &options->gap);
+    return number_read("--gap", text, 1, INT32_MAX, &asked->options.gap);
 }
 
 static int read_values(const arguments *given, encode_request *asked)
@@ -113,7 +113,7 @@ static int read_values(const arguments *given, encode_request *asked)
         status = read_penalty(values[PENALTY], asked);
     }
     if (status == DONE) {
-        status = read_gap(values[GAP], &asked->options);
+        status = read_gap(values[GAP], asked);
     }
     if (status == DONE && asked->json && output_is_standard(asked->output)) {
         return fail_usage("--json and the file cannot both go to standard output");
