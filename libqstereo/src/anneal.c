@@ -91,7 +91,7 @@ size_t qs_anneal_workspace(const qs_model *model)
 qs_status qs_anneal(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size, uint16_t *labelling,
                     qs_solution *solution)
 {
-    if (!model || !workspace || !labelling || !solution) {
+    if (!model || !workspace || !labelling || !solution || !qs_labels_in_range(model, labelling)) {
         return QS_E_ARGUMENT;
     }
     if (workspace_size < qs_anneal_workspace(model)) {
@@ -112,9 +112,14 @@ qs_status qs_anneal(const qs_model *model, const qs_solve_options *options, void
         go = qs_told(options, &s);
     }
     qs_solution descent;
-    qs_status status = qs_icm(model, NULL, NULL, 0, labelling, &descent);
+    qs_solve_options cooling = {.iterations = go ? 0 : 1}; /* told to stop: one sweep, which nobody waits long for */
+    if (go && options) {
+        cooling.watch = options->watch;
+        cooling.context = options->context;
+    }
+    qs_status status = qs_icm(model, &cooling, NULL, 0, labelling, &descent);
     s.energy = descent.energy;
-    s.converged = go;
+    s.converged = go && descent.converged;
     if (s.energy > start_energy) {
         memcpy(labelling, start, sizeof *start * model->sites);
         s.energy = start_energy;

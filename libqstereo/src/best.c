@@ -2,9 +2,10 @@
 
 #include <string.h>
 
+#include "bytes.h"
 #include "told.h"
 
-enum { ITERATIONS = 2000, FIRST_MOVES = 16 };
+enum { ITERATIONS = 2000, FIRST_MOVES = 8 };
 
 /* What TRW-S is watched by: it takes over its bounds and labellings, improves these by moves, and ends it when the best labelling is proven. */
 typedef struct supervisor {
@@ -17,6 +18,7 @@ typedef struct supervisor {
     uint16_t *moved;
     int64_t found_energy, moved_energy; /* of the labelling last seen, and of the one last improved by moves */
     uint64_t next_moves;                /* the iteration that they are due at */
+    bool no_metric;                     /* expansion has refused the pairwise cost */
     qs_solution solution;
     bool stopped; /* by the caller's watch */
 } supervisor;
@@ -43,8 +45,12 @@ static qs_status improve(supervisor *s, uint16_t *labelling)
 {
     qs_solve_options options = {.watch = watch_moves, .context = s};
     qs_solution moved;
-    qs_status status = qs_expansion(s->model, &options, s->workspace, s->workspace_size, labelling, &moved);
+    qs_status status = QS_E_ENCODING;
+    if (!s->no_metric) {
+        status = qs_expansion(s->model, &options, s->workspace, s->workspace_size, labelling, &moved);
+    }
     if (status == QS_E_ENCODING || status == QS_E_OVERFLOW) {
+        s->no_metric = true;
         status = qs_icm(s->model, &options, NULL, 0, labelling, &moved);
     }
     if (status == QS_OK) {
@@ -72,15 +78,30 @@ static bool watch_messages(void *context, const qs_progress *progress)
     return !proven && !s->stopped;
 }
 
-/* Two labellings, then the workspaces of moves and messages, each part on a multiple of 16. */
-static size_t rounded(size_t size)
+/* Parts of the workspace, each on a multiple of 16: two labellings, then the workspaces of moves and of messages. */
+typedef struct layout {
+    uint64_t moved, moves, messages, end;
+} layout;
+
+static uint64_t rounded(uint64_t size)
 {
     return (size + 15) / 16 * 16;
 }
 
+static layout lay_out(const qs_model *model)
+{
+    layout l = {0};
+    uint64_t moves = qs_expansion_workspace(model), messages = qs_trws_workspace(model);
+    l.moved = rounded(sizeof(uint16_t) * (uint64_t)model->sites);
+    l.moves = 2 * l.moved;
+    l.messages = l.moves + (moves < SIZE_MAX ? rounded(moves) : 0);
+    l.end = moves < SIZE_MAX && messages < SIZE_MAX ? l.messages + messages : SIZE_MAX;
+    return l;
+}
+
 size_t qs_best_workspace(const qs_model *model)
 {
-    return 2 * rounded(sizeof(uint16_t) * model->sites) + rounded(qs_expansion_workspace(model)) + qs_trws_workspace(model);
+    return qs_size(lay_out(model).end);
 }
 
 qs_status qs_best(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size, uint16_t *labelling,
@@ -89,36 +110,29 @@ qs_status qs_best(const qs_model *model, const qs_solve_options *options, void *
     if (!model || !workspace || !labelling || !solution) {
         return QS_E_ARGUMENT;
     }
-    if (workspace_size < qs_best_workspace(model)) {
+    layout l = lay_out(model);
+    if (workspace_size < l.end || l.end >= SIZE_MAX) {
         return QS_E_WORKSPACE;
     }
-    char *at = workspace;
-    size_t labels_size = rounded(sizeof(uint16_t) * model->sites);
-    supervisor s = {.model = model, .options = options, .best = labelling, .next_moves = FIRST_MOVES};
-    uint16_t *found = (uint16_t *)(void *)at;
-    s.found = found;
-    s.moved = (uint16_t *)(void *)(at + labels_size);
-    s.workspace = at + 2 * labels_size;
-    s.workspace_size = rounded(qs_expansion_workspace(model));
-    char *messages = (char *)s.workspace + s.workspace_size;
+    char *base = workspace;
+    uint16_t *found = workspace;
+    supervisor s = {.model = model, .options = options, .best = labelling, .found = found, .next_moves = FIRST_MOVES};
+    s.moved = (uint16_t *)(void *)(base + l.moved);
+    s.workspace = base + l.moves;
+    s.workspace_size = (size_t)(l.messages - l.moves);
     qs_model_winner(model, labelling);
     s.solution = (qs_solution){.energy = qs_model_energy(model, labelling), .lower_bound = QS_NO_BOUND};
-    memcpy(s.moved, labelling, sizeof *labelling * model->sites);
-    qs_status status = improve(&s, s.moved);
-    if (status != QS_OK || s.stopped) {
-        *solution = s.solution;
-        return status;
-    }
-    memcpy(found, labelling, sizeof *labelling * model->sites);
-    qs_solve_options own = {.watch = watch_messages, .context = &s};
-    own.iterations = options && options->iterations > 0 ? options->iterations : ITERATIONS;
+    s.moved_energy = s.solution.energy;
+    qs_solve_options own = {.iterations = options && options->iterations > 0 ? options->iterations : ITERATIONS, .watch = watch_messages, .context = &s};
     qs_solution ended;
-    status = qs_trws(model, &own, messages, workspace_size - (size_t)(messages - at), found, &ended);
-    if (status != QS_OK) {
-        return status;
+    qs_status status = qs_trws(model, &own, base + l.messages, (size_t)(l.end - l.messages), found, &ended);
+    if (status == QS_E_OVERFLOW) { /* costs too large for messages: moves alone, without a bound */
+        memcpy(s.moved, labelling, sizeof *labelling * model->sites);
+        status = improve(&s, s.moved);
     }
-    keep(&s, found, ended.energy);
-    s.solution.converged = s.solution.energy == s.solution.lower_bound;
-    *solution = s.solution;
-    return QS_OK;
+    if (status == QS_OK) {
+        s.solution.converged = s.solution.energy == s.solution.lower_bound;
+        *solution = s.solution;
+    }
+    return status;
 }

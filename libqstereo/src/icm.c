@@ -30,7 +30,7 @@ qs_status qs_icm(const qs_model *model, const qs_solve_options *options, void *w
 {
     (void)workspace;
     (void)workspace_size;
-    if (!model || !labelling || !solution) {
+    if (!model || !labelling || !solution || !qs_labels_in_range(model, labelling)) {
         return QS_E_ARGUMENT;
     }
     qs_solution s = {.energy = qs_model_energy(model, labelling), .lower_bound = QS_NO_BOUND};

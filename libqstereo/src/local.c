@@ -31,6 +31,21 @@ bool qs_local_neighbour(const qs_model *model, uint32_t site, uint32_t at, qs_be
     return true;
 }
 
+bool qs_local_many(const qs_model *model, uint32_t site)
+{
+    return model->width == 0 && model->link_start[site + 1] - model->link_start[site] > model->labels;
+}
+
+bool qs_labels_in_range(const qs_model *model, const uint16_t *labelling)
+{
+    for (uint32_t p = 0; p < model->sites; p++) {
+        if (labelling[p] >= model->labels) {
+            return false;
+        }
+    }
+    return true;
+}
+
 int64_t qs_local_cost(const qs_model *model, const uint16_t *labelling, uint32_t site, uint16_t label)
 {
     int64_t cost = model->unary[(size_t)site * model->labels + label];
@@ -74,7 +89,7 @@ static uint16_t best_of_potts(const qs_model *model, const uint16_t *labelling, 
 
 uint16_t qs_local_best(const qs_model *model, const uint16_t *labelling, uint32_t site)
 {
-    if (model->pairwise.smoothness == QS_POTTS) {
+    if (model->pairwise.smoothness == QS_POTTS && !qs_local_many(model, site)) {
         return best_of_potts(model, labelling, site);
     }
     candidate best = {0, INT64_MAX};

@@ -14,10 +14,16 @@ typedef struct qs_beside {
 /* Neighbour `at` (0, 1, ...) of a site; false after the last. Neighbours of weight 0 may be among them. */
 bool qs_local_neighbour(const qs_model *model, uint32_t site, uint32_t at, qs_beside *beside);
 
+/* Whether a site has more neighbours than there are labels, so that going through the labels is less work. Never on a grid. */
+bool qs_local_many(const qs_model *model, uint32_t site);
+
 /* Cost of a label at a site: its unary cost and those of the edges to the neighbours as they are labelled. */
 int64_t qs_local_cost(const qs_model *model, const uint16_t *labelling, uint32_t site, uint16_t label);
 
 /* The cheapest label of a site beside its neighbours; of equals the lowest. */
 uint16_t qs_local_best(const qs_model *model, const uint16_t *labelling, uint32_t site);
+
+/* Whether every label of a labelling is one of the model's. */
+bool qs_labels_in_range(const qs_model *model, const uint16_t *labelling);
 
 #endif

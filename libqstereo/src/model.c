@@ -121,20 +121,18 @@ static bool copy_grid(const qs_index *index, const qs_model *model, int32_t *rig
     return true;
 }
 
-/* The neighbours of a site, sorted; files mostly have them in order. */
-static bool copy_site_links(const qs_index *index, uint32_t site, qs_link *links)
+/* Each site, in order, is entered in the lists of its neighbours: so the lists are sorted. */
+static bool enter_sites(const qs_index *index, const qs_model *model, uint32_t *cursor, qs_link *links)
 {
-    uint32_t count = 0;
-    for (uint32_t n = index->near_start[site]; n < index->near_start[site + 1]; n++, count++) {
-        const qs_neighbour *near = &index->near[n];
-        if (near->group == site || (near->block & ~QS_TRANSPOSED) != 0 || near->weight < 0) {
-            return false;
+    memcpy(cursor, index->near_start, sizeof *cursor * model->sites);
+    for (uint32_t p = 0; p < model->sites; p++) {
+        for (uint32_t n = index->near_start[p]; n < index->near_start[p + 1]; n++) {
+            const qs_neighbour *near = &index->near[n];
+            if (near->group == p || (near->block & ~QS_TRANSPOSED) != 0 || near->weight < 0) {
+                return false;
+            }
+            links[cursor[near->group]++] = (qs_link){p, 0, near->weight};
         }
-        uint32_t to = count;
-        for (; to > 0 && links[to - 1].site > near->group; to--) {
-            links[to] = links[to - 1];
-        }
-        links[to] = (qs_link){near->group, 0, near->weight};
     }
     return true;
 }
@@ -142,12 +140,11 @@ static bool copy_site_links(const qs_index *index, uint32_t site, qs_link *links
 /* An edge is numbered at its first site. Its second site, coming later, finds the number by a cursor that each first site keeps. */
 static bool copy_links(const qs_index *index, qs_model *model, uint32_t *start, uint32_t *cursor, qs_link *links, int64_t *weights)
 {
+    memcpy(start, index->near_start, sizeof *start * (model->sites + (size_t)1));
+    if (!enter_sites(index, model, cursor, links)) {
+        return false;
+    }
     for (uint32_t p = 0; p < model->sites; p++) {
-        start[p] = index->near_start[p];
-        start[p + 1] = index->near_start[p + 1];
-        if (!copy_site_links(index, p, links + start[p])) {
-            return false;
-        }
         uint32_t n = start[p];
         for (; n < start[p + 1] && links[n].site < p; n++) {
             links[n].edge = links[cursor[links[n].site]++].edge;

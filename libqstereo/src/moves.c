@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "local.h"
 #include "min_cut.h"
 
 /* Expansion keeps a reparametrisation of the energy from move to move (Komodakis and Tziritas 2007, PD3; there for approximation, here
@@ -161,16 +162,6 @@ static bool tell(const qs_solve_options *options, int64_t energy, uint64_t itera
 {
     qs_progress progress = {energy, QS_NO_BOUND, iteration};
     return !options || !options->watch || options->watch(options->context, &progress);
-}
-
-static bool labels_in_range(const qs_model *model, const uint16_t *labelling)
-{
-    for (uint32_t p = 0; p < model->sites; p++) {
-        if (labelling[p] >= model->labels) {
-            return false;
-        }
-    }
-    return true;
 }
 
 /* V(a, a) = 0 and V(a, b) = V(b, a). */
@@ -611,7 +602,7 @@ static void expand_all(expansion *e, const qs_solve_options *options, int64_t ti
 qs_status qs_expansion(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size,
                        uint16_t *labelling, qs_solution *solution)
 {
-    if (!model || !workspace || !labelling || !solution || !labels_in_range(model, labelling)) {
+    if (!model || !workspace || !labelling || !solution || !qs_labels_in_range(model, labelling)) {
         return QS_E_ARGUMENT;
     }
     if (workspace_size < qs_expansion_workspace(model)) {
@@ -830,7 +821,7 @@ static void swap_all(swapper *s, const qs_solve_options *options, qs_solution *s
 qs_status qs_swap(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size,
                   uint16_t *labelling, qs_solution *solution)
 {
-    if (!model || !workspace || !labelling || !solution || !labels_in_range(model, labelling)) {
+    if (!model || !workspace || !labelling || !solution || !qs_labels_in_range(model, labelling)) {
         return QS_E_ARGUMENT;
     }
     if (workspace_size < qs_swap_workspace(model)) {

@@ -11,7 +11,7 @@ enum { DEFAULT_ITERATIONS = 500, FINEST = 14, DECODE_EVERY = 8 };
 /* Parts of the workspace: messages behind their padding, scratch, and a labelling. */
 static uint64_t numbers(const qs_model *model)
 {
-    return (uint64_t)qs_trws_padding(model) + qs_trws_messages(model) + qs_trws_scratch(model) + (model->sites + (uint64_t)1) / 2;
+    return qs_trws_padding(model) + qs_trws_messages(model) + qs_trws_scratch(model) + (model->sites + (uint64_t)1) / 2;
 }
 
 size_t qs_trws_workspace(const qs_model *model)
@@ -47,6 +47,12 @@ static bool is_inside(const qs_model *model, uint32_t site, const uint16_t *labe
 /* Lets a site take a neighbour's label where that is cheaper; by how much it lowers the energy. */
 static int64_t take_from_neighbours(const qs_model *model, uint32_t site, uint16_t *labelling)
 {
+    if (qs_local_many(model, site)) {
+        uint16_t own = labelling[site];
+        int64_t before = qs_local_cost(model, labelling, site, own);
+        labelling[site] = qs_local_best(model, labelling, site);
+        return before - qs_local_cost(model, labelling, site, labelling[site]);
+    }
     qs_beside beside;
     int64_t cost = INT64_MAX, gain = 0;
     for (uint32_t at = 0; qs_local_neighbour(model, site, at, &beside); at++) {

@@ -8,7 +8,7 @@
  * messages along the row, the column's Y less the two along the column: in all the unary costs, whatever the messages are. The least cost of
  * the row is found by dynamic programming; its next step, X less the message that came back, is minimised over the edge and normalised - which is the message
  * that the pass sends anyway. So the sum of what the messages' normalisation subtracts, and of the least at the end of each chain, is the sum of the
- * least costs of all chains: a bound of 2^shift times the least energy, in integers (docs: MATHS 5.3). */
+ * least costs of all chains: a bound of 2^shift times the least energy, in integers (docs/MATHS.md, section 7). */
 #ifndef QS_TRWS_H
 #define QS_TRWS_H
 
@@ -23,9 +23,9 @@ typedef struct qs_trws_state {
     int32_t *scratch;
 } qs_trws_state;
 
-/* Numbers of messages, less of padding before them, and of scratch. */
-size_t qs_trws_messages(const qs_model *model);
-size_t qs_trws_padding(const qs_model *model);
+/* In 64 bits, for they may not fit a size_t: numbers of messages, less of padding before them, and of scratch. */
+uint64_t qs_trws_messages(const qs_model *model);
+uint64_t qs_trws_padding(const qs_model *model);
 size_t qs_trws_scratch(const qs_model *model);
 
 /* A pass in the order of the sites, or against it. Returns the bound on the least energy, less the model's constant, times 2^shift. */

@@ -3,14 +3,14 @@
 #include "decode.h"
 #include "trws_visit.h"
 
-size_t qs_trws_messages(const qs_model *model)
+uint64_t qs_trws_messages(const qs_model *model)
 {
-    return (model->width > 0 ? 2 * (size_t)model->sites : model->edges) * model->labels;
+    return (model->width > 0 ? 2 * (uint64_t)model->sites : model->edges) * model->labels;
 }
 
-size_t qs_trws_padding(const qs_model *model)
+uint64_t qs_trws_padding(const qs_model *model)
 {
-    return model->width > 0 ? 2 * (size_t)model->labels * model->width : 0;
+    return model->width > 0 ? 2 * (uint64_t)model->labels * model->width : 0;
 }
 
 /* What each label costs on the two chains onward. */

@@ -13,7 +13,7 @@ extern "C" {
 
 /* How far a solver is. */
 typedef struct qs_progress {
-    int64_t energy;      /* of the best labelling so far */
+    int64_t energy;      /* of the best labelling so far; of anneal the present one */
     int64_t lower_bound; /* of all labellings; QS_NO_BOUND where the solver has none */
     uint64_t iteration;
 } qs_progress;
@@ -24,7 +24,7 @@ typedef bool qs_watch(void *context, const qs_progress *progress);
 typedef struct qs_solve_options {
     uint64_t iterations; /* at most; 0 = the solver's own default, which its comment states */
     uint64_t seed;       /* of the solvers that draw numbers */
-    qs_watch *watch;     /* NULL = nobody; called at least once an iteration */
+    qs_watch *watch;     /* NULL = nobody; called at least once an iteration (of which there may be none, as in swap with one label) */
     void *context;       /* of watch */
 } qs_solve_options;
 
@@ -32,7 +32,7 @@ typedef struct qs_solution {
     int64_t energy;      /* of the labelling */
     int64_t lower_bound; /* QS_NO_BOUND where the solver has none; proven optimal if it equals the energy */
     uint64_t iterations; /* done */
-    bool converged;      /* it stopped by itself, not at a limit or a watch's word */
+    bool converged;      /* it came to its end, not to a watch's word or, where it would have gone on, to its limit of iterations */
 } qs_solution;
 
 /* Every solver:
@@ -69,8 +69,9 @@ QS_MUST_CHECK qs_status qs_swap(const qs_model *, const qs_solve_options *, void
 size_t qs_swap_workspace(const qs_model *model);
 
 /* Max-product loopy belief propagation with sequential schedule, BP-M of the Middlebury study (Szeliski et al. 2008; Tappen and Freeman 2003):
- * an iteration is the four sweeps right, left, down, up (a general graph: one sweep in the order of the sites and one back). Default 50. The best
- * labelling of all iterations is kept. */
+ * an iteration is the four sweeps right, left, down, up (a general graph: one sweep in the order of the sites and one back). As the study's code keeps 1/5 of an old
+ * message, ours keeps 3/16. The labelling is decoded site by site, not by the beliefs alone, so that ties cost nothing. Default 50. The best labelling of
+ * all iterations is kept. */
 QS_MUST_CHECK qs_status qs_bp(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
 size_t qs_bp_workspace(const qs_model *model);
 
@@ -80,8 +81,9 @@ size_t qs_bp_workspace(const qs_model *model);
 QS_MUST_CHECK qs_status qs_trws(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
 size_t qs_trws_workspace(const qs_model *model);
 
-/* The best of these together: expansion, then TRW-S whose labellings are improved by moves, until the bound proves the answer or it is
- * stopped. An iteration is one of TRW-S; default 2000. Works for every pairwise cost. */
+/* The best of these together: TRW-S, whose labelling is improved by expansion after 8 iterations, 16, 32 and so on (by icm where the pairwise cost is no
+ * metric), until the bound proves the best labelling or it is stopped. TRW-S comes first because in any given time it gets lower than expansion from
+ * the winner's labelling. An iteration is one of TRW-S; default 2000. Works for every pairwise cost. */
 QS_MUST_CHECK qs_status qs_best(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
 size_t qs_best_workspace(const qs_model *model);
 
