@@ -4,6 +4,7 @@
 
 #include "blocks.h"
 #include "bytes.h"
+#include "pairwise.h"
 
 /* Parts of the workspace, all of 32-bit integers. */
 typedef struct layout {
@@ -254,22 +255,9 @@ qs_status qs_model_build(const qs_index *index, void *workspace, size_t workspac
     return QS_OK;
 }
 
-static int64_t truncated(int64_t cost, uint32_t truncation)
-{
-    return truncation != 0 && cost > truncation ? truncation : cost;
-}
-
 int64_t qs_model_pairwise(const qs_model *model, uint32_t a, uint32_t b)
 {
-    const qs_pairwise *pairwise = &model->pairwise;
-    int64_t apart = a < b ? b - a : a - b;
-    switch (pairwise->smoothness) {
-    case QS_POTTS: return a != b;
-    case QS_TRUNCATED_LINEAR: return truncated(apart, pairwise->truncation);
-    case QS_TRUNCATED_QUADRATIC: return truncated(apart * apart, pairwise->truncation);
-    case QS_TABLE: break;
-    }
-    return pairwise->table[(size_t)a * model->labels + b];
+    return qs_pairwise_value(&model->pairwise, model->labels, a, b);
 }
 
 static int64_t grid_energy(const qs_model *model, const uint16_t *labelling)

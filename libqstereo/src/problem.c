@@ -4,6 +4,7 @@
 
 #include "costs.h"
 #include "edges.h"
+#include "pairwise.h"
 
 static bool weights_in_range(const int32_t *weights, size_t count)
 {
@@ -104,22 +105,9 @@ uint32_t qs_problem_sites(const qs_problem *problem)
     return sites;
 }
 
-static int64_t truncated(int64_t cost, uint32_t truncation)
-{
-    return truncation != 0 && cost > truncation ? truncation : cost;
-}
-
 int64_t qs_pairwise_cost(const qs_problem *problem, uint32_t a, uint32_t b)
 {
-    const qs_pairwise *pairwise = &problem->pairwise;
-    int64_t apart = a < b ? b - a : a - b;
-    switch (pairwise->smoothness) {
-    case QS_POTTS: return a != b;
-    case QS_TRUNCATED_LINEAR: return truncated(apart, pairwise->truncation);
-    case QS_TRUNCATED_QUADRATIC: return truncated(apart * apart, pairwise->truncation);
-    case QS_TABLE: break;
-    }
-    return pairwise->table[(size_t)a * problem->labels + b];
+    return qs_pairwise_value(&problem->pairwise, problem->labels, a, b);
 }
 
 size_t qs_problem_workspace(const qs_problem *problem)
