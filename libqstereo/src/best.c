@@ -16,9 +16,9 @@ typedef struct supervisor {
     uint16_t *best;        /* the caller's labelling */
     const uint16_t *found; /* TRW-S's best */
     uint16_t *moved;
-    int64_t found_energy, moved_energy; /* of the labelling last seen, and of the one last improved by moves */
-    uint64_t next_moves;                /* the iteration that they are due at */
-    bool no_metric;                     /* expansion has refused the pairwise cost */
+    int64_t moved_energy; /* of the labelling last improved by moves */
+    uint64_t next_moves;  /* the iteration that they are due at */
+    bool no_metric;       /* expansion has refused the pairwise cost */
     qs_solution solution;
     bool stopped; /* by the caller's watch */
 } supervisor;
@@ -64,13 +64,12 @@ static bool watch_messages(void *context, const qs_progress *progress)
     supervisor *s = context;
     s->solution.lower_bound = progress->lower_bound > s->solution.lower_bound ? progress->lower_bound : s->solution.lower_bound;
     s->solution.iterations = progress->iteration;
-    s->found_energy = progress->energy;
     keep(s, s->found, progress->energy);
     bool proven = s->solution.energy == s->solution.lower_bound;
     /* Rarer and rarer: TRW-S moves on slowly, and a cut costs as much as many of its iterations. */
-    if (!proven && progress->iteration >= s->next_moves && s->found_energy != s->moved_energy) {
+    if (!proven && progress->iteration >= s->next_moves && progress->energy != s->moved_energy) {
         s->next_moves = 2 * progress->iteration;
-        s->moved_energy = s->found_energy;
+        s->moved_energy = progress->energy;
         memcpy(s->moved, s->found, sizeof *s->moved * s->model->sites);
         proven = improve(s, s->moved) != QS_OK || s->solution.energy == s->solution.lower_bound;
     }

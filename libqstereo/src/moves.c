@@ -4,6 +4,7 @@
 
 #include "local.h"
 #include "min_cut.h"
+#include "told.h"
 
 /* Expansion keeps a reparametrisation of the energy from move to move (Komodakis and Tziritas 2007, PD3; there for approximation, here
  * only for speed: each move is the exact minimum cut). An edge pq of weight w has a dual y(a) for each label a, and with
@@ -156,12 +157,6 @@ static int64_t times_in_range(const qs_model *model)
         }
     }
     return times;
-}
-
-static bool tell(const qs_solve_options *options, int64_t energy, uint64_t iteration)
-{
-    qs_progress progress = {energy, QS_NO_BOUND, iteration};
-    return !options || !options->watch || options->watch(options->context, &progress);
 }
 
 /* V(a, a) = 0 and V(a, b) = V(b, a). */
@@ -592,7 +587,8 @@ static void expand_all(expansion *e, const qs_solve_options *options, int64_t ti
             }
             failed = expand(e, (uint16_t)a) ? 0 : failed + 1;
             e->m.now++;
-            going = tell(options, e->m.energy, solution->iterations);
+            solution->energy = e->m.energy;
+            going = qs_told(options, solution);
         }
     }
     solution->converged = failed >= labels;
@@ -810,7 +806,8 @@ static void swap_all(swapper *s, const qs_solve_options *options, qs_solution *s
                 bool again = s->changed[a] > since || s->changed[b] > since;
                 failed = again && swap(s, (uint16_t)a, (uint16_t)b) ? 0 : failed + 1;
                 s->m.now++;
-                going = tell(options, s->m.energy, solution->iterations);
+                solution->energy = s->m.energy;
+                going = qs_told(options, solution);
             }
         }
     }
