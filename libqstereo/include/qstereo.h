@@ -25,6 +25,7 @@
 #include "qstereo/samples.h"
 #include "qstereo/score.h"
 #include "qstereo/solve.h"
+#include "qstereo/reduce.h"
 #include "qstereo/status.h"
 #include "qstereo/stereo.h"
 #include "qstereo/stream.h"

@@ -25,6 +25,7 @@ typedef struct qs_model {
     uint32_t sites, labels;
     int64_t constant;
     const int32_t *unary; /* sites x labels, each site's least is 0 */
+    const uint8_t *kept;  /* sites x labels, 0 = the file has no such label at this site: its cost here is above all that the site's edges can cost; NULL = all are there */
     qs_pairwise pairwise; /* the table as in qs_problem; V(a, b) with a the label of the lower-numbered site */
     int64_t pairwise_max; /* the largest V */
     /* A grid: site (x, y) is y * width + x. */
