@@ -5,8 +5,9 @@
 #include "blocks.h"
 #include "bytes.h"
 #include "chunk.h"
+#include "labels.h"
 
-enum { GROUP_RUN = 8, COUPLING_RUN = 36, LABELS_SIZE = 64 };
+enum { GROUP_RUN = 8, COUPLING_RUN = 36 };
 
 /* What is needed while a file is checked. */
 typedef struct opening {
@@ -80,7 +81,7 @@ static bool read_fields(opening *o)
     q->variables = qs_load_u32(fields);
     q->groups = qs_load_u32(fields + 4);
     q->couplings = qs_load_u64(fields + 8);
-    if (q->variables < 1 || q->variables > QS_VARIABLES_MAX || q->groups < 1 || q->groups > q->variables ||
+    if (q->variables > QS_VARIABLES_MAX || q->groups > q->variables || (q->groups == 0) != (q->variables == 0) ||
         q->couplings > QS_VARIABLES_MAX) {
         return corrupt(o, QS_HEADER_FIELDS, "counts of the header");
     }
@@ -399,79 +400,6 @@ static bool read_offset(opening *o)
     return grow(o, 1, absolute(o->qubo.offset)) || corrupt(o, chunk.offset, "coefficients beyond 2^53");
 }
 
-static bool is_mask(const qs_labels *l, const uint8_t *mask, uint32_t sites)
-{
-    uint64_t cells = (uint64_t)l->width * l->height, set = 0;
-    for (uint64_t c = 0; c < cells; c++) {
-        set += mask[c / 8] >> c % 8 & 1;
-    }
-    return set == sites && (cells % 8 == 0 || mask[cells / 8] >> cells % 8 == 0);
-}
-
-static qs_labels load_labels(const uint8_t *p)
-{
-    return (qs_labels){
-        .encoding = (qs_encoding)qs_load_u32(p),
-        .pairwise = {(qs_smoothness)qs_load_u32(p + 4), qs_load_u32(p + 8), NULL},
-        .labels = qs_load_u32(p + 12),
-        .scale = qs_load_u32(p + 16),
-        .penalty = (qs_penalty)qs_load_u32(p + 20),
-        .gap = qs_load_u32(p + 24),
-        .weight = qs_load_i32(p + 28),
-        .width = qs_load_u32(p + 32),
-        .height = qs_load_u32(p + 36),
-        .frame = {qs_load_u32(p + 40), qs_load_u32(p + 44), qs_load_u32(p + 48), qs_load_u32(p + 52), qs_load_u32(p + 56)},
-    };
-}
-
-static bool are_labels(const qs_qubo *q, const qs_labels *l)
-{
-    const qs_frame *f = &l->frame;
-    bool known = l->encoding >= QS_ONE_HOT && l->encoding <= QS_ONE_HOT_SPARSE && l->pairwise.smoothness <= QS_TABLE &&
-                 l->penalty <= QS_PENALTY_GIVEN && l->scale >= 1 && l->gap >= 1 && l->gap <= INT32_MAX && l->weight >= -1 && f->first <= INT32_MAX;
-    bool one_hot = l->labels <= QS_LABELS_MAX && q->group_run_count == 1 && qs_load_u32(q->group_runs + 4) == l->labels;
-    bool framed = (l->width == 0) == (l->height == 0) && l->width <= f->picture_width && l->height <= f->picture_height &&
-                  f->x <= f->picture_width - l->width && f->y <= f->picture_height - l->height &&
-                  (uint64_t)l->width * l->height <= QS_VARIABLES_MAX;
-    return known && one_hot && framed;
-}
-
-static bool read_labels(opening *o, const qs_chunk *chunk)
-{
-    qs_qubo *q = &o->qubo;
-    if (q->has_labels || chunk->length < LABELS_SIZE) {
-        return corrupt(o, chunk->offset, "length or number of labl");
-    }
-    qs_labels labels = load_labels(chunk->payload);
-    uint32_t masked = qs_load_u32(chunk->payload + 60);
-    if (!are_labels(q, &labels) || masked > 1) {
-        return corrupt(o, chunk->offset, "contents of labl");
-    }
-    uint64_t cells = (uint64_t)labels.width * labels.height;
-    if (chunk->length != LABELS_SIZE + (masked ? (cells + 7) / 8 : 0) || (cells > 0 && !masked && cells != q->groups)) {
-        return corrupt(o, chunk->offset, "length of labl");
-    }
-    if (masked) {
-        labels.mask = chunk->payload + LABELS_SIZE;
-        if (!is_mask(&labels, labels.mask, q->groups)) {
-            return corrupt(o, chunk->offset + LABELS_SIZE, "mask of labl");
-        }
-    }
-    q->labels = labels;
-    q->has_labels = true;
-    return true;
-}
-
-static bool read_side_chunks(opening *o)
-{
-    for (qs_chunk chunk; qs_read_side_chunk(&o->reader, &chunk);) {
-        if (memcmp(chunk.type, "labl", 4) == 0 && !read_labels(o, &chunk)) {
-            return false;
-        }
-    }
-    return o->reader.status == QS_OK;
-}
-
 qs_status qs_qubo_open(const void *bytes, size_t size, uint64_t memory_limit, qs_qubo *qubo, qs_fault *fault)
 {
     if ((!bytes && size > 0) || !qubo) {
@@ -480,7 +408,7 @@ qs_status qs_qubo_open(const void *bytes, size_t size, uint64_t memory_limit, qs
     opening o = {.reader = qs_reader_of(bytes, size, "GRPSBLKSCPLSLINRPNLTOFFS"), .qubo = {.bytes = bytes, .size = size}, .memory_limit = memory_limit};
     bool good = qs_read_header(&o.reader, QS_MAGIC_QCF) && read_fields(&o) && read_groups(&o) &&
                 read_blocks(&o) && read_couplings(&o) && read_linear(&o) && read_penalties(&o) && read_offset(&o) &&
-                read_side_chunks(&o);
+                qs_labels_read(&o.reader, &o.qubo);
     if (good) {
         *qubo = o.qubo;
     } else if (fault) {

@@ -75,7 +75,7 @@ static bool spare_bits_clear(const uint8_t *bits, uint32_t variables)
 
 static bool may_write(const qs_samples *samples)
 {
-    if (!samples || samples->variables < 1 || samples->variables > QS_VARIABLES_MAX || !samples->solver || !samples->info ||
+    if (!samples || samples->variables > QS_VARIABLES_MAX || !samples->solver || !samples->info ||
         (samples->count > 0 && (!samples->records || !samples->bits)) ||
         !is_solver((const uint8_t *)samples->solver, samples->solver_size) ||
         !is_object((const uint8_t *)samples->info, samples->info_size)) {
@@ -163,7 +163,7 @@ static bool read_fields(qs_reader *reader, qs_samples_view *view)
     const uint8_t *fields = reader->bytes + QS_HEADER_FIELDS;
     view->variables = qs_load_u32(fields);
     view->count = qs_load_u32(fields + 4);
-    if (view->variables < 1 || view->variables > QS_VARIABLES_MAX) {
+    if (view->variables > QS_VARIABLES_MAX) {
         return qs_reject(reader, QS_E_CORRUPT, QS_HEADER_FIELDS, "number of variables");
     }
     for (int i = 8; i < 36; i++) {
@@ -222,8 +222,8 @@ static bool read_samples(qs_reader *reader, qs_samples_view *view)
         return false;
     }
     view->bits = chunk.payload;
-    size_t each = sample_bytes(view->variables);
-    if (chunk.length % each != 0 || chunk.length / each != view->count) {
+    uint64_t each = sample_bytes(view->variables); /* of at most 2^28, times at most 2^32 */
+    if (chunk.length != each * view->count) {
         return qs_reject(reader, QS_E_CORRUPT, chunk.offset, "length of BITS");
     }
     for (uint32_t i = 0; i < view->count; i++) {

@@ -1,0 +1,47 @@
+/* The sites of a .qcf, one after another, with the labels and the variables of each (docs/FORMAT.md, side chunks labl and kept). */
+#ifndef QS_SITES_H
+#define QS_SITES_H
+
+#include "../include/qstereo/qubo.h"
+
+/* Variables of an open site with `count` labels left. */
+static inline uint32_t qs_site_variables(qs_encoding encoding, uint32_t count)
+{
+    bool wall = encoding == QS_DOMAIN_WALL, cut = encoding == QS_ST_CUT || encoding == QS_ST_CUT_ARCS;
+    return wall ? count - 1 : cut ? count + 1 : count;
+}
+
+/* A site. The cursor stands before the first one when only `labels` is set. */
+typedef struct qs_site {
+    const qs_labels *labels;
+    uint32_t next;      /* number of the site after this one */
+    uint32_t next_open; /* and of the open site after it */
+    uint64_t next_variable;
+    /* This site: */
+    uint32_t open;     /* its number among the open ones, if it is one */
+    uint32_t count;    /* labels left; 1 = it is fixed, unless the problem has one label and no chunk kept */
+    uint32_t fixed;    /* the label of a fixed site */
+    uint64_t variable; /* its first one */
+    bool is_open;
+    const uint8_t *set; /* of an open site; NULL = all labels */
+} qs_site;
+
+/* The next site; false after the last. */
+bool qs_site_next(qs_site *site);
+
+/* Whether a label is left. */
+static inline bool qs_site_has(const qs_site *site, uint32_t label)
+{
+    return !site->is_open ? label == site->fixed : !site->set || (site->set[label / 8] >> label % 8 & 1) != 0;
+}
+
+/* The first label left from `label` on; as many as there are labels = none. */
+static inline uint32_t qs_site_label(const qs_site *site, uint32_t label)
+{
+    while (label < site->labels->labels && !qs_site_has(site, label)) {
+        label++;
+    }
+    return label;
+}
+
+#endif
