@@ -6,19 +6,14 @@ The same problem each time, the same reads and sweeps; what differs is what the 
 """
 
 import argparse
-import json
-import subprocess
 import tempfile
 import time
 from pathlib import Path
 
-SAMPLES = Path(__file__).parents[2] / "samples" / "rendered"
+from scenes import SAMPLES, call
+
 FORMS = [("one-hot", "paper"), ("one-hot", "local"), ("one-hot-sparse", "paper"), ("one-hot-sparse", "local")]
 READS, SWEEPS = 20, 1000
-
-
-def call(*arguments):
-    return json.loads(subprocess.run([str(a) for a in (*arguments, "--json")], check=True, capture_output=True, text=True).stdout)
 
 
 def window(pair, roi, labels, qstereo, bridge):

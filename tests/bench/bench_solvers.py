@@ -7,8 +7,6 @@ solvers alone. Prints figures, asserts nothing.
 """
 
 import argparse
-import json
-import subprocess
 import tempfile
 import time
 from pathlib import Path
@@ -16,22 +14,15 @@ from statistics import median
 
 import numpy as np
 from PIL import Image
+from scenes import LAMBDA, WINDOW, call, disparities, pair, scenes_of
 
 try:
     from maxflow.fastmin import aexpansion_grid
 except ImportError:
     aexpansion_grid = None
 
-SAMPLES = Path(__file__).parents[2] / "samples" / "rendered"
-# Of each scene the disparities; the others have 0 to 19.
-DISPARITIES = {"tsukuba": (0, 15), "rendered": (2, 14)}
-OTHERS = (0, 19)
-LAMBDA, WINDOW, RUNS = 20, 100, 3
+RUNS = 3
 TRWS_ITERATIONS, BP_ITERATIONS = 50, 20
-
-
-def call(*arguments):
-    return json.loads(subprocess.run([str(a) for a in (*arguments, "--json")], check=True, capture_output=True, text=True).stdout)
 
 
 def grey(path):
@@ -61,10 +52,9 @@ def pymaxflow(unary):
 
 def whole(scene, qstereo, folder):
     """Runs all of them RUNS times in turn, so that what else the machine does meets each alike."""
-    least, most = DISPARITIES.get(scene.name, OTHERS)
     problem, samples = Path(folder, "p.qcf"), Path(folder, "s.qsf")
-    call(qstereo, "encode", scene / "left.png", scene / "right.png", "-o", problem, "--disparity", f"{least}:{most}", "--lambda", LAMBDA)
-    unary = unary_of(scene, least, most)
+    call(qstereo, "encode", *pair(scene), "-o", problem)
+    unary = unary_of(scene, *disparities(scene))
     theirs, runs = [], {"expansion": [], "trws": [], "bp": []}
     limits = {"expansion": [], "trws": ["--iterations", TRWS_ITERATIONS], "bp": ["--iterations", BP_ITERATIONS]}
     for _ in range(RUNS):
@@ -87,12 +77,8 @@ def show_whole(scene, qstereo, folder):
 
 def show_crop(scene, qstereo, folder):
     """The central window, solved by best."""
-    least, most = DISPARITIES.get(scene.name, OTHERS)
-    width, height = Image.open(scene / "left.png").size
-    roi = f"{(width - WINDOW) // 2},{(height - WINDOW) // 2},{WINDOW},{WINDOW}"
     problem, samples = Path(folder, "p.qcf"), Path(folder, "s.qsf")
-    call(qstereo, "encode", scene / "left.png", scene / "right.png", "-o", problem, "--disparity", f"{least}:{most}", "--lambda", LAMBDA,
-         "--roi", roi)
+    call(qstereo, "encode", *pair(scene, window=True), "-o", problem)
     runs = [call(qstereo, "solve", problem, "-o", samples) for _ in range(RUNS)]
     proven = "proven" if runs[0]["proven_optimal"] else f"not proven, gap {runs[0]['gap']}"
     seconds = median(run["seconds"] for run in runs)
@@ -104,7 +90,7 @@ def main():
     parser.add_argument("--data", type=Path, help="folder of scenes; without it the sample pair")
     parser.add_argument("--qstereo", default="build/qstereo")
     options = parser.parse_args()
-    scenes = sorted(path.parent for path in options.data.glob("*/left.png")) if options.data else [SAMPLES]
+    scenes = scenes_of(options.data)
     print(f"solvers, potts, lambda {LAMBDA}, medians of {RUNS}; PyMaxflow is its aexpansion_grid, trws and bp are per iteration")
     if not aexpansion_grid:
         print("PyMaxflow is not installed (pip install PyMaxflow): nothing stands beside expansion")
