@@ -5,7 +5,7 @@
 #include "eliminate.h"
 #include "local.h"
 
-enum { ITERATIONS = 2000, FIRST = 8, WIDEST = 4 };
+enum { ITERATIONS = 2000, FIRST = 8, WIDEST = 4, BETWEEN = 8 };
 
 /* The guest of qs_best_with. */
 typedef struct reducer {
@@ -52,20 +52,46 @@ static bool is_due(reducer *r, const qs_trws_state *state, const qs_solution *so
     return true;
 }
 
+/* Takes out what the excess proves; returns how far the scaled bound was below the best energy. */
+static int64_t tighten(reducer *r, const qs_trws_state *state, qs_solution *so_far)
+{
+    int64_t bound = qs_trws_excess(state, r->excess), whole = qs_trws_whole(state, bound);
+    int64_t room = (so_far->energy - r->sets.model.constant) * ((int64_t)1 << state->scale.shift) - bound;
+    so_far->lower_bound = whole > so_far->lower_bound ? whole : so_far->lower_bound;
+    qs_eliminate_above(&r->sets, r->excess, room);
+    qs_eliminate_goldstein(&r->sets);
+    so_far->energy = qs_model_energy(&r->sets.model, r->sets.labelling);
+    r->looked = so_far->energy - so_far->lower_bound;
+    count(r);
+    return room;
+}
+
+static bool at_target(const reducer *r)
+{
+    return r->target > 0 && r->so_far.variables <= r->target;
+}
+
+/* The best labelling is proven as soon as the bound is above the energy less one. What it still lacks lets labels stay that are in no
+ * optimum: at 0 ties alone are left. */
+static void finish(reducer *r, const qs_trws_state *state, qs_solution *so_far, int64_t room)
+{
+    for (int64_t before = INT64_MAX; room > 0 && room <= before / 4 * 3 && r->so_far.open > 0 && !at_target(r);) {
+        before = room;
+        qs_trws_iterate(state, BETWEEN + so_far->iterations / BETWEEN);
+        room = tighten(r, state, so_far);
+    }
+}
+
 static bool between(void *context, const qs_trws_state *state, qs_solution *so_far)
 {
     reducer *r = context;
-    if (is_due(r, state, so_far)) {
-        int64_t bound = qs_trws_excess(state, r->excess), whole = qs_trws_whole(state, bound);
-        int64_t room = (so_far->energy - r->sets.model.constant) * ((int64_t)1 << state->scale.shift) - bound;
-        so_far->lower_bound = whole > so_far->lower_bound ? whole : so_far->lower_bound;
-        r->looked = so_far->energy - so_far->lower_bound;
-        qs_eliminate_above(&r->sets, r->excess, room);
-        qs_eliminate_goldstein(&r->sets);
-        so_far->energy = qs_model_energy(&r->sets.model, r->sets.labelling);
-        count(r);
+    if (!at_target(r) && is_due(r, state, so_far)) {
+        int64_t room = tighten(r, state, so_far);
+        if (so_far->energy == so_far->lower_bound) {
+            finish(r, state, so_far, room);
+        }
     }
-    return r->so_far.variables > r->target || r->target == 0;
+    return !at_target(r);
 }
 
 static void mend(reducer *r)

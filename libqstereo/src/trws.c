@@ -40,6 +40,14 @@ static void raise_bound(const qs_trws_state *state, int64_t bound, qs_solution *
     s->lower_bound = whole > s->lower_bound ? whole : s->lower_bound;
 }
 
+void qs_trws_iterate(const qs_trws_state *state, uint64_t times)
+{
+    for (uint64_t i = 0; i < times; i++) {
+        pass(state, true);
+        pass(state, false);
+    }
+}
+
 int64_t qs_trws_excess(const qs_trws_state *state, uint32_t *excess)
 {
     int64_t bound = state->model->width > 0 ? qs_trws_grid_excess(state, excess) : qs_trws_graph_excess(state, excess);

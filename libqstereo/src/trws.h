@@ -36,7 +36,10 @@ int64_t qs_trws_graph_pass(const qs_trws_state *state, bool forward);
 /* A bound of a pass in whole units, the model's constant included. */
 int64_t qs_trws_whole(const qs_trws_state *state, int64_t bound);
 
-/* An iteration, forward and backward, that tells too what each label costs above the least: every labelling w that has label d at site p has
+/* Iterations, forward and backward. */
+void qs_trws_iterate(const qs_trws_state *state, uint64_t times);
+
+/* An iteration that tells too what each label costs above the least: every labelling w that has label d at site p has
  * bound + excess_p(d) <= 2^shift (F(w) - the model's constant), where the bound is that of the pass forward and is returned.
  *
  * In the forward pass each chain's costs are at hand as the dynamic program from its beginning has them. A sweep back over the same costs gives each label's
