@@ -5,7 +5,13 @@
 #include "eliminate.h"
 #include "local.h"
 
-enum { ITERATIONS = 2000, FIRST = 8, WIDEST = 4, BETWEEN = 8, FEW = 2 };
+enum {
+    ITERATIONS = 2000,
+    FIRST = 8,   /* the first iteration at which to look for the excess */
+    WIDEST = 4,  /* times the largest cost: no excess is above that, for a label costs no more than that on its chains beside the others */
+    BETWEEN = 8, /* iterations between two looks for the excess, and the part of all done so far */
+    FEW = 2      /* of so many parts of the sites one or less is few: then passes go by the list of them, else two rows at once */
+};
 
 /* The guest of qs_best_with. */
 typedef struct reducer {
@@ -77,11 +83,11 @@ static bool at_target(const reducer *r)
     return r->target > 0 && r->so_far.variables <= r->target;
 }
 
-/* The best labelling is proven as soon as the bound is above the energy less one. What it still lacks lets labels stay that are in no
- * optimum: at 0 ties alone are left. */
+/* The best labelling is proven as soon as the bound is above its energy less one. What it lacks still lets labels stay that are in no
+ * optimum; at 0 ties alone are left. */
 static void finish(reducer *r, qs_trws_state *state, qs_solution *so_far, int64_t room)
 {
-    for (int64_t before = INT64_MAX; room > 0 && room <= before / 4 * 3 && r->so_far.open > 0 && !at_target(r);) {
+    for (int64_t before = INT64_MAX; room > 0 && room <= before / 16 * 15 && r->so_far.open > 0 && !at_target(r);) {
         before = room;
         qs_trws_iterate(state, BETWEEN + so_far->iterations / BETWEEN);
         room = tighten(r, state, so_far);
@@ -100,6 +106,7 @@ static bool between(void *context, qs_trws_state *state, qs_solution *so_far)
     return !at_target(r);
 }
 
+/* Where costs are too large for messages, labels that are out may not cost enough. */
 static void mend(reducer *r)
 {
     for (uint32_t p = 0; p < r->sets.model.sites; p++) {
@@ -160,7 +167,7 @@ qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, voi
         r.so_far.upper_bound = solution.energy;
         r.so_far.lower_bound = solution.lower_bound;
         r.so_far.iterations = solution.iterations;
-        if (solution.lower_bound == QS_NO_BOUND) { /* so large costs that labels that are out may not cost enough */
+        if (solution.lower_bound == QS_NO_BOUND) {
             mend(&r);
         }
         *reduction = r.so_far;

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "../../libqstereo/src/eliminate.h"
+#include "../../libqstereo/src/lanes.h"
 #include "../../libqstereo/src/trws.h"
 
 enum { ROUNDS = 2000, BITS = 18, MEMORY = 1 << 17 };
@@ -496,6 +497,125 @@ static void huge_costs(void **unused)
     assert_true(without > ROUNDS / 50);
 }
 
+/* Grids too large for all labellings, of labels enough for AVX2: three columns, so that all labellings of three sites in a row, the frontier, are few. */
+enum { COLUMNS = 3, ROWS = 5, WIDE_LABELS = 9, FRONTIER = WIDE_LABELS * WIDE_LABELS * WIDE_LABELS };
+
+typedef struct wide_grid {
+    qs_model model;
+    int32_t unary[COLUMNS * ROWS * WIDE_LABELS], right[COLUMNS * ROWS], down[COLUMNS * ROWS];
+} wide_grid;
+
+static void make_wide(wide_grid *g, uint64_t *state)
+{
+    uint32_t kind = tiny_random(state, 3);
+    g->model = (qs_model){.sites = COLUMNS * ROWS, .labels = WIDE_LABELS, .constant = 5, .unary = g->unary, .pairwise_max = 1};
+    g->model.width = COLUMNS;
+    g->model.height = ROWS;
+    g->model.right = g->right;
+    g->model.down = g->down;
+    for (uint32_t p = 0; p < g->model.sites; p++) {
+        g->right[p] = (p + 1) % COLUMNS != 0 ? 3 + (int32_t)tiny_random(state, 6) : 0;
+        g->down[p] = p + COLUMNS < g->model.sites ? 3 + (int32_t)tiny_random(state, 6) : 0;
+        for (uint32_t d = 0; d < WIDE_LABELS; d++) {
+            g->unary[p * WIDE_LABELS + d] = (int32_t)tiny_random(state, kind == 0 ? 3 : 25);
+        }
+        g->unary[p * WIDE_LABELS + tiny_random(state, WIDE_LABELS)] = 0;
+    }
+}
+
+/* The least energy of all labellings with a label at a site (or of all: site = the number of sites), site by site: `least` is that of the sites before with each labelling of the
+ * last three of them. */
+static int64_t least_with(const wide_grid *g, uint32_t site, uint32_t label)
+{
+    static int64_t least[2][FRONTIER];
+    memset(least[0], 0, sizeof least[0]);
+    for (uint32_t p = 0; p < g->model.sites; p++) {
+        int64_t *from = least[p % 2], *to = least[1 - p % 2];
+        for (uint32_t i = 0; i < FRONTIER; i++) {
+            to[i] = INT64_MAX / 2;
+        }
+        for (uint32_t i = 0; i < FRONTIER; i++) { /* digits: the site above, the one after it, the one to the left */
+            uint32_t above = i / WIDE_LABELS / WIDE_LABELS, before = i % WIDE_LABELS, rest = i % (WIDE_LABELS * WIDE_LABELS);
+            for (uint32_t d = 0; d < WIDE_LABELS; d++) {
+                int64_t cost = from[i] + g->unary[p * WIDE_LABELS + d] + (p % COLUMNS > 0 && before != d ? g->right[p - 1] : 0) +
+                               (p >= COLUMNS && above != d ? g->down[p - COLUMNS] : 0) + (p == site && d != label ? INT32_MAX : 0);
+                int64_t *there = &to[rest * WIDE_LABELS + d];
+                *there = cost < *there ? cost : *there;
+            }
+        }
+    }
+    int64_t all = INT64_MAX;
+    for (uint32_t i = 0; i < FRONTIER; i++) {
+        all = least[g->model.sites % 2][i] < all ? least[g->model.sites % 2][i] : all;
+    }
+    return all + g->model.constant;
+}
+
+static void no_optimum_of_larger_grids_is_lost(void **unused)
+{
+    (void)unused;
+    static wide_grid g;
+    uint64_t state = 39;
+    uint32_t gone = 0, more = 0;
+    for (int round = 0; round < 12; round++) {
+        uint8_t kept[COLUMNS * ROWS * WIDE_LABELS];
+        uint16_t labelling[COLUMNS * ROWS];
+        qs_reduction r;
+        make_wide(&g, &state);
+        assert_true(qs_reduce_workspace(&g.model) <= sizeof memory);
+        assert_int_equal(qs_reduce(&g.model, NULL, memory, sizeof memory, kept, labelling, &r), QS_OK);
+        int64_t minimum = least_with(&g, g.model.sites, 0);
+        assert_true(r.lower_bound <= minimum && minimum <= r.upper_bound);
+        for (uint32_t i = 0; i < g.model.sites * WIDE_LABELS; i++) {
+            if (kept[i]) {
+                more += least_with(&g, i / WIDE_LABELS, i % WIDE_LABELS) > minimum;
+            } else if (tiny_random(&state, 4) == 0) {
+                assert_true(least_with(&g, i / WIDE_LABELS, i % WIDE_LABELS) > minimum);
+                gone++;
+            }
+        }
+    }
+    assert_true(gone > 100 && more < 100);
+}
+
+/* Passes over some sites only, the others without edges: wide, plain and over all sites they do the same. */
+static void visits_leave_nothing_out(void **unused)
+{
+    (void)unused;
+    static wide_grid g;
+    static int32_t messages[3][4 * COLUMNS * ROWS * WIDE_LABELS], scratch[4 * WIDE_LABELS + 64];
+    uint64_t state = 40;
+    for (int round = 0; round < ROUNDS / 10; round++) {
+        uint32_t visits[COLUMNS * ROWS], count = 0;
+        int64_t bounds[3] = {0};
+        make_wide(&g, &state);
+        for (uint32_t p = 0; p < g.model.sites; p++) {
+            if (tiny_random(&state, 3) == 0) { /* one label, no edges */
+                memset(g.unary + p * WIDE_LABELS, 0, sizeof *g.unary * WIDE_LABELS);
+                g.right[p] = g.down[p] = 0;
+                g.right[p > 0 ? p - 1 : p] = g.down[p >= COLUMNS ? p - COLUMNS : p] = 0;
+            } else {
+                visits[count++] = p;
+            }
+        }
+        for (int way = 0; way < 3; way++) {
+            size_t padding = (size_t)qs_trws_padding(&g.model);
+            qs_trws_state s = {.model = &g.model, .wide = way == 1 && qs_lanes_avx2(), .messages = messages[way] + padding, .scratch = scratch};
+            assert_true(qs_scale_choose(&g.model, 14, &s.scale));
+            assert_true(padding + qs_trws_messages(&g.model) <= sizeof messages[0] / sizeof *messages[0] && qs_trws_scratch(&g.model) <= 4 * WIDE_LABELS + 64);
+            memset(messages[way], 0, sizeof messages[way]);
+            s.visits = way < 2 ? visits : NULL;
+            s.visit_count = count;
+            for (int i = 0; i < 7; i++) {
+                bounds[way] += qs_trws_grid_pass(&s, i % 2 == 0);
+            }
+        }
+        assert_true(bounds[0] == bounds[1] && bounds[1] == bounds[2]);
+        assert_memory_equal(messages[0], messages[1], sizeof messages[0]);
+        assert_memory_equal(messages[0], messages[2], sizeof messages[0]);
+    }
+}
+
 static void refusals(void **unused)
 {
     (void)unused;
@@ -519,6 +639,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_optimum_is_lost),        cmocka_unit_test(stopped_anywhere),        cmocka_unit_test(excess_is_below_what_labels_cost),
         cmocka_unit_test(excess_is_exact_on_chains), cmocka_unit_test(excess_by_definition),    cmocka_unit_test(goldstein_by_definition), cmocka_unit_test(huge_costs),
+        cmocka_unit_test(no_optimum_of_larger_grids_is_lost),                                  cmocka_unit_test(visits_leave_nothing_out),
         cmocka_unit_test(refusals),
     };
     return cmocka_run_group_tests_name("reduce", tests, NULL, NULL);
