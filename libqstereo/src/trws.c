@@ -35,6 +35,35 @@ static void raise_bound(const qs_trws_state *state, int64_t bound, qs_solution *
     s->lower_bound = whole > s->lower_bound ? whole : s->lower_bound;
 }
 
+void qs_trws_iterate(const qs_trws_state *state, uint64_t times)
+{
+    for (uint64_t i = 0; i < times; i++) {
+        pass(state, true);
+        pass(state, false);
+    }
+}
+
+void qs_trws_forget(const qs_trws_state *state)
+{
+    const qs_model *model = state->model;
+    size_t labels = model->labels;
+    for (uint32_t p = 0; model->width > 0 && p < model->sites; p++) { /* a graph's passes do not look at such edges */
+        int32_t *right = state->messages + 2 * labels * p, *down = right + labels;
+        memset(right, 0, model->right[p] == 0 ? sizeof *right * labels : 0);
+        memset(down, 0, model->down[p] == 0 ? sizeof *down * labels : 0);
+    }
+}
+
+void qs_trws_excess(const qs_trws_state *state, uint32_t *excess, int64_t *shares)
+{
+    if (state->model->width > 0) {
+        qs_trws_grid_excess(state, excess, shares);
+    } else {
+        qs_trws_graph_excess(state, excess, shares);
+    }
+    pass(state, false);
+}
+
 /* Whether a cell has the label of all cells beside it: most have, and nothing to take. */
 static bool is_inside(const qs_model *model, uint32_t site, const uint16_t *labelling)
 {
@@ -102,20 +131,27 @@ static void decode(const qs_trws_state *state, bool forward, uint16_t *trial, ui
 qs_status qs_trws(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size, uint16_t *labelling,
                   qs_solution *solution)
 {
+    qs_trws_state state;
+    return qs_trws_watched(model, options, workspace, workspace_size, labelling, solution, &state);
+}
+
+qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size, uint16_t *labelling,
+                          qs_solution *solution, qs_trws_state *state)
+{
     if (!model || !workspace || !labelling || !solution) {
         return QS_E_ARGUMENT;
     }
     if (workspace_size < qs_trws_workspace(model) || qs_trws_workspace(model) == SIZE_MAX) {
         return QS_E_WORKSPACE;
     }
-    qs_trws_state state = {.model = model, .wide = qs_lanes_avx2()};
-    if (!qs_scale_choose(model, FINEST, &state.scale)) {
+    *state = (qs_trws_state){.model = model, .wide = qs_lanes_avx2()};
+    if (!qs_scale_choose(model, FINEST, &state->scale)) {
         return QS_E_OVERFLOW;
     }
     memset(workspace, 0, qs_trws_workspace(model));
-    state.messages = (int32_t *)workspace + qs_trws_padding(model);
-    state.scratch = state.messages + qs_trws_messages(model);
-    uint16_t *trial = (uint16_t *)(state.scratch + qs_trws_scratch(model));
+    state->messages = (int32_t *)workspace + qs_trws_padding(model);
+    state->scratch = state->messages + qs_trws_messages(model);
+    uint16_t *trial = (uint16_t *)(state->scratch + qs_trws_scratch(model));
     qs_solution s = {.energy = INT64_MAX, .lower_bound = QS_NO_BOUND};
     bool go = true;
     while (go && !s.converged) {
@@ -124,9 +160,9 @@ qs_status qs_trws(const qs_model *model, const qs_solve_options *options, void *
         bool now = s.iterations % DECODE_EVERY == 0;
         bool both = last || s.iterations == 1, odd = s.iterations / DECODE_EVERY % 2 != 0;
         for (int way = 0; way < 2; way++) {
-            raise_bound(&state, pass(&state, way == 0), &s);
+            raise_bound(state, pass(state, way == 0), &s);
             if (both || (now && odd == (way != 0))) {
-                decode(&state, way != 0, trial, labelling, &s);
+                decode(state, way != 0, trial, labelling, &s);
             }
         }
         s.converged = s.energy == s.lower_bound;
