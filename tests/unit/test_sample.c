@@ -3,6 +3,9 @@
 
 #include <string.h>
 
+#include "../../libqstereo/src/blocks.h"
+#include "../../libqstereo/src/bytes.h"
+
 enum { ROUNDS = 1500, BITS = 16, FEW = 11, DRAWN = 150, BYTES = SLOW_VARIABLES / 8 };
 
 static tiny t;
@@ -228,6 +231,97 @@ static void minima_agree(void **unused)
     }
 }
 
+static int64_t energy_of(uint32_t i, uint32_t j)
+{
+    uint8_t bits[BYTES] = {0};
+    bits[i / 8] |= (uint8_t)(1u << i % 8);
+    bits[j / 8] |= (uint8_t)(1u << j % 8);
+    return qs_qubo_energy(&q.index, bits);
+}
+
+/* From energies of no, one and two variables at 1. */
+static void ising_beside(const char *what)
+{
+    static uint64_t memory[4096];
+    qs_ising expected_range = {0}, got;
+    uint8_t none[BYTES] = {0};
+    uint32_t n = q.qubo.variables, pairs = 0;
+    int64_t offset = qs_qubo_energy(&q.index, none);
+    for (uint32_t i = 0; i < n; i++) {
+        int64_t own = energy_of(i, i) - offset, field = 2 * own;
+        for (uint32_t j = 0; j < n; j++) {
+            int64_t pair = i == j ? 0 : energy_of(i, j) - energy_of(i, i) - energy_of(j, j) + offset;
+            field += pair;
+            if (pair != 0) {
+                bool first = pairs++ == 0;
+                expected_range.coupling_min = first || pair < expected_range.coupling_min ? pair : expected_range.coupling_min;
+                expected_range.coupling_max = first || pair > expected_range.coupling_max ? pair : expected_range.coupling_max;
+            }
+        }
+        expected_range.field_min = i == 0 || field < expected_range.field_min ? field : expected_range.field_min;
+        expected_range.field_max = i == 0 || field > expected_range.field_max ? field : expected_range.field_max;
+    }
+    size_t size = qs_ising_workspace(&q.qubo);
+    assert_true(size <= sizeof memory);
+    assert_int_equal(qs_qubo_ising(&q.index, memory, size, &got), QS_OK);
+    if (memcmp(&got, &expected_range, sizeof got) != 0) {
+        fail_msg("%s, encoding %d: ranges differ", what, request.encoding);
+    }
+    if (size > 0) {
+        assert_int_equal(qs_qubo_ising(&q.index, memory, size - 1, &got), QS_E_WORKSPACE);
+    }
+}
+
+static void ising_ranges(void **unused)
+{
+    (void)unused;
+    uint64_t state = 35;
+    for (int round = 0; round < ROUNDS; round++) {
+        make(&state, encodings[round % 6]);
+        ising_beside("tables");
+        tiny_qubo streamed; /* Toeplitz blocks */
+        tiny_encode(&t.problem, (qs_encode_options){.encoding = QS_ONE_HOT}, &streamed);
+        memcpy(q.file, streamed.file, streamed.size);
+        q.size = streamed.size;
+        slow_open(&q);
+        ising_beside("diagonals");
+    }
+}
+
+/* Toeplitz blocks of every shape beside the definition. */
+static void block_sums(void **unused)
+{
+    (void)unused;
+    uint64_t state = 36;
+    for (int round = 0; round < ROUNDS; round++) {
+        uint32_t rows = 1 + tiny_random(&state, 6), columns = 1 + tiny_random(&state, 6), count = tiny_random(&state, rows + columns);
+        uint32_t first = count > 0 ? 1 - rows + tiny_random(&state, rows + columns - count) : 0;
+        uint8_t block[24 + 4 * 12];
+        const uint32_t head[6] = {rows, columns, 1, tiny_random(&state, 9) - 4, first, count};
+        for (uint32_t i = 0; i < 6 + count; i++) {
+            qs_store_u32(block + 4 * i, i < 6 ? head[i] : tiny_random(&state, 100) - 50);
+        }
+        assert_int_equal(qs_block_size(block, sizeof block), 24 + 4 * count);
+        int64_t row[6], column[6], own[6], row_sum[6] = {0}, column_sum[6] = {0}, own_sum[6] = {0};
+        for (uint32_t i = 0; i < rows; i++) {
+            for (uint32_t j = 0; j < columns; j++) {
+                int64_t entry = qs_block_entry(block, i, j);
+                row_sum[i] += entry;
+                column_sum[j] += entry;
+                own_sum[i] += j > i ? entry : 0;
+                own_sum[j] += j > i ? entry : 0;
+            }
+        }
+        qs_block_sums(block, row, column);
+        assert_memory_equal(row, row_sum, rows * sizeof *row);
+        assert_memory_equal(column, column_sum, columns * sizeof *column);
+        if (rows == columns) {
+            qs_block_own_sums(block, own);
+            assert_memory_equal(own, own_sum, rows * sizeof *own);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -235,6 +329,8 @@ int main(void)
         cmocka_unit_test(states_are_told_from_labellings),
         cmocka_unit_test(repair_never_raises),
         cmocka_unit_test(minima_agree),
+        cmocka_unit_test(ising_ranges),
+        cmocka_unit_test(block_sums),
     };
     return cmocka_run_group_tests_name("sample", tests, NULL, NULL);
 }
