@@ -195,7 +195,7 @@ static int look_at_sample(comparing *at, result *of, uint32_t sample, budget lim
     const answer *both = &at->both;
     void *labelling = NULL;
     int status =
-        budget_allocate(&limit, both->problem.name, both->problem.qubo.groups * sizeof(uint16_t), &labelling);
+        budget_allocate(&limit, both->problem.name, both->problem.qubo.labels.sites * sizeof(uint16_t), &labelling);
     if (status != DONE) {
         return status;
     }

@@ -48,6 +48,7 @@ typedef struct chosen {
     int64_t energy;
     uint32_t repaired; /* sites */
     uint8_t *bits;     /* to be freed */
+    void *workspace;   /* of the repair; to be freed */
 } chosen;
 
 static int read_request(const arguments *given, request *asked)
@@ -69,29 +70,33 @@ static size_t bits_size(const answer *both)
 }
 
 /* Repairs a copy of one sample in `to->bits`. */
-static void repair_sample(const answer *both, uint32_t sample, chosen *to)
+static int repair_sample(const answer *both, uint32_t sample, chosen *to)
 {
+    const qs_index *index = &both->problem.index;
     memcpy(to->bits, qs_samples_bits(&both->samples.view, sample), bits_size(both));
     to->sample = sample;
-    to->repaired = qs_sample_repair(&both->problem.index, to->bits);
-    to->energy = qs_qubo_energy(&both->problem.index, to->bits);
+    qs_status repaired = qs_sample_repair(index, to->bits, to->workspace, qs_repair_workspace(index), &to->repaired);
+    to->energy = qs_qubo_energy(index, to->bits);
+    return repaired == QS_OK ? DONE : fail_status(both->samples.name, repaired);
 }
 
-static void choose_repaired(const answer *both, const request *asked, chosen *taken)
+static int choose_repaired(const answer *both, const request *asked, budget *limit, chosen *taken)
 {
     uint32_t first = asked->one_sample ? asked->sample : 0;
     uint32_t end = asked->one_sample ? asked->sample + 1 : both->samples.view.count;
-    chosen best;
-    repair_sample(both, first, taken);
-    best = *taken;
-    for (uint32_t sample = first + 1; sample < end; sample++) {
-        repair_sample(both, sample, taken);
+    int status = budget_allocate(limit, both->problem.name, qs_repair_workspace(&both->problem.index), &taken->workspace);
+    if (status == DONE) {
+        status = repair_sample(both, first, taken);
+    }
+    chosen best = *taken;
+    for (uint32_t sample = first + 1; status == DONE && sample < end; sample++) {
+        status = repair_sample(both, sample, taken);
         if (taken->energy < best.energy) {
             best = *taken;
         }
     }
     /* Again, for its bits: the buffer holds one sample. */
-    repair_sample(both, best.sample, taken);
+    return status == DONE ? repair_sample(both, best.sample, taken) : status;
 }
 
 static int choose_feasible(const answer *both, const request *asked, const survey *seen, chosen *taken)
@@ -139,14 +144,13 @@ static int choose(const answer *both, const request *asked, budget *limit, chose
     if (!asked->repair) {
         return choose_feasible(both, asked, &seen, taken);
     }
-    choose_repaired(both, asked, taken);
-    return DONE;
+    return choose_repaired(both, asked, limit, taken);
 }
 
 static int label_sites(const answer *both, const chosen *taken, budget *limit, uint16_t **labelling)
 {
     void *labels = NULL;
-    int status = budget_allocate(limit, both->problem.name, both->problem.qubo.groups * sizeof **labelling, &labels);
+    int status = budget_allocate(limit, both->problem.name, both->problem.qubo.labels.sites * sizeof **labelling, &labels);
     *labelling = labels;
     if (status != DONE) {
         return status;
@@ -194,7 +198,7 @@ static int write_files(const answer *both, const request *asked, const chosen *t
 
 static int decode(const answer *both, const request *asked, budget *limit)
 {
-    chosen taken = {0, 0, 0, NULL};
+    chosen taken = {0, 0, 0, NULL, NULL};
     uint16_t *labelling = NULL;
     uint32_t *disparities = NULL;
     pixel_map map;
@@ -213,6 +217,7 @@ static int decode(const answer *both, const request *asked, budget *limit)
     }
     free(disparities);
     free(labelling);
+    free(taken.workspace);
     free(taken.bits);
     return status;
 }
