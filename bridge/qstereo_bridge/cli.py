@@ -55,10 +55,14 @@ failed or refused, 130 interrupted (128 + the signal). A failed command leaves n
 was; that the output can be written is seen to before anything is sent.
 
 exact proves the minimum of the QUBO. Where that is infeasible, the penalty is too small, and nothing is proven of labellings.
+ilp leaves the penalties out and proves the minimum over the labellings, the states with one variable at 1 in each one-hot
+group. It likes one-hot-sparse best, and reduced problems; --time-limit is for all parts together, and where it ends the
+search the bound still holds. It needs HiGHS: pip install qstereo-bridge[exact].
 
 examples:
   qstereo-bridge solve p.qcf -o s.qsf
   qstereo-bridge solve p.qcf -o s.qsf --num-reads 50 --seed 1 --json
+  qstereo-bridge solve p.qcf -o s.qsf --solver ilp --time-limit 60
   qstereo-bridge solve p.qcf --solver hybrid-cqm --dry-run
   qstereo-bridge solve p.qcf -o s.qsf --solver qpu --num-reads 1000 --annealing-time 50
 

@@ -14,10 +14,12 @@ from . import models
 from .container import check_memory
 from .solvers import Answer, SolverError, interruptible
 
-# Peak memory of HiGHS for each entry of the matrix, as measured on problems from 10^4 to 10^6 entries.
-ENTRY_BYTES = 1000
+# Peak memory of HiGHS for each entry of the matrix, as measured on programs of 10^5 entries.
+ENTRY_BYTES = 2500
 # What HiGHS takes for 0 in a reduced cost. All columns lie in [0, 1], so a bound of its is wrong by this much a column at most.
 DUAL_TOLERANCE = 1e-7
+# HiGHS's numbers for the form of a matrix and for the sense of the objective.
+ROWWISE, MINIMIZE = 2, 1
 # Relative rounding of sums of doubles, far above what sums of 10^6 terms have.
 ROUNDING = 2.0**-40
 
@@ -28,9 +30,8 @@ class Form:
 
         offset + sum_i linear_i x_i - sum_t cost_t * left_t * right_t
 
-    The literal i < n is x_i, n + i is 1 - x_i. A *site* is a free variable or a one-hot group of at least three, named by its (first)
-    variable; complements are of free variables only. The literals of a site that stand in products with one other
-    site exclude each other.
+    The literal i < n is x_i, n + i is 1 - x_i. A *site* is a free variable or a one-hot group of at least three, named by its
+    (first) variable; only of free variables there are complements. The literals of one site exclude each other.
 
     linear      i64 array (n), 0 where a variable is no longer in use
     left, right, cost   i64 arrays, cost > 0
@@ -103,10 +104,10 @@ def _substitute(linear, ends, values, ones, firsts):
 
 
 def _tables(linear, rows, columns, values, group, size, limit):
-    """Write the products between two one-hot groups with factors that are not above 0, as few of them as row and column maxima give.
+    """Write the products between two one-hot groups with factors below 0, as few as row and column maxima make them.
 
-    Blocks with nothing above 0 and no more entries than a diagonal are so already. `group` is the first variable of each one's group,
-    -1 of free ones. Adds to `linear`; returns rows, columns, values.
+    Blocks with nothing above 0 and no more entries than a diagonal stay as they are. `group` is the first variable of each one's
+    group, -1 of free ones. Adds to `linear`; returns rows, columns, values.
     """
     n, between = linear.size, np.flatnonzero((group[rows] >= 0) & (group[columns] >= 0))
     pairs, of_pair = np.unique(group[rows[between]] * n + group[columns[between]], return_inverse=True)
@@ -137,7 +138,10 @@ def _tables(linear, rows, columns, values, group, size, limit):
 
 
 def _not_above_zero(tables):
-    """Each of `tables` as of_rows[i] + of_columns[j] + rest[i, j] with rest <= 0: rows first or columns first, what leaves more zeros."""
+    """Each of `tables` as of_rows[i] + of_columns[j] + rest[i, j] with rest <= 0.
+
+    Maxima are taken from the rows first or from the columns first, whichever leaves more zeros.
+    """
     def rows_first(tables):
         of_rows = tables.max(2)
         rest = tables - of_rows[:, :, None]
@@ -204,7 +208,7 @@ class Local:
         return x
 
     def descend(self, x, over):
-        """Until over() or no gain: of neighbouring sites that gain, the one that gains most moves (of equals one drawn by lot)."""
+        """Until over() or no gain: of neighbours that gain, the one that gains most moves (of equals one drawn by lot)."""
         lot = np.random.default_rng(0).permutation(self.form.n)
         one, other = self.edges
         while self.edges[0].size and not over():
@@ -227,8 +231,9 @@ class Local:
 class Programs:
     """All components of more than one site as one integer program, sorted by component, the smallest first.
 
-    Columns are first the variables, then the products of literals, each of these in [0, 1]. Rows are sum = 1 for each one-hot group, and for
-    each literal and each site that it meets: the sum of their products is at most the literal.
+    A component's columns are first its variables, then the products of literals, each of these in [0, 1]. Its rows are sum = 1 for
+    each one-hot group, and for each literal and each site that it meets: the sum of their products is at most the literal. That is
+    the relaxation by marginals of sites and pairs, in which what costs nothing is left out.
 
     cost            i64 array: of each column
     variable        of each column: its variable, or -1 - t for the product t
@@ -248,6 +253,16 @@ class Programs:
     columns: np.ndarray
     rows: np.ndarray
     single: np.ndarray
+
+    def model(self, k, cost):
+        """Component `k` with the costs `cost`, as HiGHS takes a model row by row: to be minimised, constant 0."""
+        columns, rows = (slice(*at[k:k + 2].tolist()) for at in (self.columns, self.rows))
+        start = self.start[rows.start:rows.stop + 1]
+        entries, ones = slice(start[0], start[-1]), np.ones(cost.size)
+        return (cost.size, start.size - 1, start[-1] - start[0], ROWWISE, MINIMIZE, 0.0, cost, 0 * ones, ones, self.lower[rows],
+                self.upper[rows], (start[:-1] - start[0]).astype(np.int32),
+                (self.index[entries] - columns.start).astype(np.int32), self.entry[entries],
+                (self.variable[columns] >= 0).astype(np.int32))
 
 
 def build(form):
@@ -274,7 +289,8 @@ def build(form):
     wide = used[form.wide[used]]
     _, group = np.unique(form.site[wide], return_inverse=True)
     groups = int(group.max(initial=-1)) + 1
-    keys, link = np.unique(np.concatenate((form.left * n + form.site[right], form.right * n + form.site[left])), return_inverse=True)
+    ends = np.concatenate((form.left * n + form.site[right], form.right * n + form.site[left]))
+    keys, link = np.unique(ends, return_inverse=True)
     literal = keys // n
     row = np.concatenate((group, groups + link, groups + np.arange(keys.size)))
     index = np.concatenate((column[wide], product, product, column[literal % n]))
@@ -295,24 +311,18 @@ def build(form):
 
 
 def bounds(form, local, programs):
-    """A lower bound of each component without any search: every site and every pair of neighbours at its least, apart."""
-    n, site = form.n, form.site
-    least = np.zeros(n, np.int64)
-    least[local.free] = np.minimum(form.linear[local.free], 0)
-    least[local.firsts] = local.best(form.linear)[1]
-    # Products of one pair of sites exclude each other.
-    pair = np.unique(site[form.left % n] * n + site[form.right % n], return_inverse=True)[1]
-    most = np.zeros(pair.max(initial=-1) + 1, np.int64)
-    np.maximum.at(most, pair, form.cost)
-    holder = np.zeros(most.size, np.int64)
-    holder[pair] = site[form.left % n]
-    np.subtract.at(least, holder, most)
+    """A lower bound of each component without any search: -c A B >= -c (A + B) / 2, and then every site for itself."""
+    double, least = 2 * form.linear, np.zeros(form.n, np.int64)
+    for variable, sign in zip(local.variable, local.sign):
+        np.subtract.at(double, variable, sign * form.cost)
+        np.subtract.at(least, variable, np.where(sign < 0, form.cost, 0))
+    least[local.free] += np.minimum(double[local.free], 0)
+    least[local.firsts] += local.best(double)[1]
     at = np.flatnonzero(programs.variable >= 0)
-    at = at[site[programs.variable[at]] == programs.variable[at]]
     component = np.searchsorted(programs.columns, at, side="right") - 1
     bound = np.zeros(programs.columns.size - 1, np.int64)
     np.add.at(bound, component, least[programs.variable[at]])
-    return bound
+    return -(-bound // 2)
 
 
 class Search:
@@ -327,7 +337,7 @@ class Search:
         return time.monotonic() >= self.stop
 
     def run(self, x, least):
-        """Improve the labelling `x`; returns (its energy, a lower bound). `least` are the components' bounds without any search."""
+        """Improve the labelling `x`; returns (its energy, a lower bound). `least` bounds each component without any search."""
         energy = bound = self.form.offset + int(self.form.linear[self.programs.single] @ x[self.programs.single])
         for k, low in enumerate(least.tolist()):
             columns = slice(*self.programs.columns[k:k + 2].tolist())
@@ -363,22 +373,17 @@ class Search:
         """HiGHS on component `k` from the solution `values`: (the values it found, a proven lower bound)."""
         import highspy
 
-        programs = self.programs
-        rows = slice(*programs.rows[k:k + 2].tolist())
-        start = programs.start[rows.start:rows.stop + 1]
-        entries = slice(start[0], start[-1])
-        # The energies are integers: with a gap below 1, by more than the bounds may be wrong, none can be less.
+        # The energies are integers: nothing is better than the best by less than 1. The gap is less than that by what the bounds
+        # may be wrong, there and in what is claimed at the end.
         margin = DUAL_TOLERANCE * cost.size + ROUNDING * float(np.abs(cost).sum())
         gap = max(0.0, 1 - 2 * margin)
-        highs, ones = highspy.Highs(), np.ones(cost.size)
-        for option, value in (("output_flag", False), ("threads", 1), ("mip_rel_gap", 0.0), ("mip_abs_gap", gap),
-                              ("time_limit", max(0.0, self.stop - time.monotonic()))):
+        # Presolve makes these programs two to twelve times slower, and it would find that the energies are whole: HiGHS would then
+        # leave out all that is not better by 1, to a tolerance of its own. Without it, what is left out is within the gap.
+        highs = highspy.Highs()
+        for option, value in {"output_flag": False, "threads": 1, "presolve": "off", "mip_rel_gap": 0.0, "mip_abs_gap": gap,
+                              "time_limit": max(0.0, self.stop - time.monotonic())}.items():
             highs.setOptionValue(option, value)
-        integral = (programs.variable[programs.columns[k]:programs.columns[k + 1]] >= 0).astype(np.int32)
-        highs.passModel(cost.size, rows.stop - rows.start, start[-1] - start[0], int(highspy.MatrixFormat.kRowwise),
-                        int(highspy.ObjSense.kMinimize), 0.0, cost, 0 * ones, ones, programs.lower[rows], programs.upper[rows],
-                        (start[:-1] - start[0]).astype(np.int32), (programs.index[entries] - programs.columns[k]).astype(np.int32),
-                        programs.entry[entries], integral)
+        highs.passModel(*self.programs.model(k, cost))
         highs.setSolution(cost.size, np.arange(cost.size, dtype=np.int32), values.astype(float))
         text = self.text
 
