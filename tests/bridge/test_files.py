@@ -327,6 +327,11 @@ def test_broken_counts(counts):
         qcf.parse_qcf(with_header(BASE, fields=qcf.FIELDS.pack(*counts, bytes(20))), limit=2**60)
 
 
+def test_impossible_counts_are_seen_before_their_size():
+    with pytest.raises(Corrupt, match="counts"):
+        qcf.parse_qcf(with_header(BASE, fields=qcf.FIELDS.pack(2**31 - 1, 0, 0, bytes(20))))
+
+
 def test_largest_sound_numbers():
     """M of 2^53 is sound and one more is not; a base and its u may each be far from their sum."""
     problem = qcf.parse_qcf(BASE)

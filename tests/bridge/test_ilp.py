@@ -106,6 +106,18 @@ def test_dense_is_as_sparse(size):
     assert all((form.cost == (20 if labels > 2 else 40)).all() for form in forms)
 
 
+@pytest.mark.parametrize("table, products", [
+    ([[-5, -5, -5]] * 3, 0), ([[7, 7, 7]] * 3, 0), ([[1, 2, 3]] * 3, 0), ([[1, 1, 1], [2, 2, 2], [9, 9, 9]], 0),
+    ([[0, 0, 0], [1, 2, 3], [0, 0, 0]], 2), ([[0, 1, 0], [0, 2, 0], [0, 3, 0]], 2), ([[-4, 0, 0], [0, -5, 0], [0, 0, 0]], 2),
+    ([[5, 4, 4], [0, 0, 0], [0, 0, 0]], 2)])
+def test_blocks_of_one_hot_groups(table, products):
+    """Unary parts leave, and rows or columns first, whichever leaves fewer products."""
+    for entries in (np.array(table, "<i4"), np.array(table, "<i4").T):
+        problem = make([3, 3], [qcf.Table(entries)], [{"weight": 1, "h": 1}], [4, 0, 1, 0, 3, 1], [(1, 1)] * 2)
+        assert ilp.reduce(problem, 1 << 30).cost.size == products
+        check(problem, solve(problem), least(problem))
+
+
 @pytest.mark.parametrize("size", [(1, 1, 2), (4, 2, 2), (2, 2, 6), (3, 2, 4)])
 def test_domain_walls(size):
     problem, costs, edges = domain_walls(*size)
@@ -147,15 +159,11 @@ def test_components():
 
 def test_common_factors():
     """In units of the common factor the gap of less than 1 is wide, and the doubles are small."""
-    problem = grid(5, 5, 4)
-    factor = 2**40 + 1
-    large = dataclasses.replace(problem, linear=problem.linear * factor, offset=problem.offset * factor)
-    alone = make([4] * 25, [], [], large.linear, [(1, 1)] * 25, large.offset)
-    check(alone, solve(alone), int(alone.linear.reshape(25, 4).min(1).sum()) + alone.offset)
-    weights = dataclasses.replace(problem, coupling_runs=problem.coupling_runs.copy())
-    weights.coupling_runs["weight"] *= 10**6
-    weights = dataclasses.replace(weights, linear=problem.linear * 10**6, offset=problem.offset * 10**6)
-    check(weights, solve(weights), solve(problem).lower_bound * 10**6)
+    problem, factor = grid(9, 8, 5), 10**8
+    runs = problem.coupling_runs.copy()
+    runs["weight"] *= factor
+    large = dataclasses.replace(problem, coupling_runs=runs, linear=problem.linear * factor, offset=problem.offset * factor)
+    check(large, solve(large), solve(problem).lower_bound * factor)
 
 
 @pytest.mark.parametrize("bits", [20, 30, 40, 43])
@@ -170,15 +178,23 @@ def test_bound_of_large_coefficients_is_never_too_high(bits):
         assert answer.lower_bound <= optimum <= answer.energies[0]
 
 
-@pytest.mark.parametrize("wrong", [0, 1])
+@pytest.mark.parametrize("wrong", [[1, 1, 1, 0], [0, 0, 0, 0], [0, 0, 0, 1]])
 def test_what_the_search_finds_is_checked(wrong, monkeypatch):
-    """A state that is no labelling, or a worse one, is not taken."""
-    problem = grid(4, 4, 4)
+    """A state that is no labelling is not taken, though its H without penalties be less; nor is a worse labelling."""
+    problem = dataclasses.replace(grid(4, 4, 4), linear=np.tile([0, 0, 0, 500], 16) + np.arange(64) % 3)
     expected = solve(problem)
-    monkeypatch.setattr(ilp.Search, "_component", lambda self, k, cost, values: (np.full(cost.size, wrong), -np.inf))
+    monkeypatch.setattr(ilp.Search, "_component", lambda self, k, cost, values: (np.tile(wrong, cost.size // 4), -np.inf))
     answer = solve(problem)
     check(problem, answer)
     assert answer.lower_bound < expected.lower_bound <= answer.energies[0] and answer.info["open_components"] == 1
+    monkeypatch.undo()
+    begun = solve(problem, 1e-6)
+    assert answer.energies[0] <= begun.energies[0]
+
+
+def test_no_program_is_begun_out_of_time(monkeypatch):
+    monkeypatch.setattr(ilp.Search, "_component", None)
+    check(grid(4, 4, 4), solve(grid(4, 4, 4), 1e-6))
 
 
 def test_beginning_is_a_local_minimum():
