@@ -34,6 +34,8 @@ SOLVERS = {
     "tabu": Solver("solvers", "tabu search; --time-limit is for all reads together",
                    {"num_reads": 10, "seed": None, "time_limit": 10.0}),
     "exact": Solver("solvers", "every state; at most 24 variables; writes up to 100 of the best, feasible ones first", {}),
+    "ilp": Solver("ilp", "integer programs solved by HiGHS, one for each connected part: the proven least labelling",
+                  {"time_limit": None}),
     "qpu": Solver("services", "D-Wave's quantum annealer, by minor embedding",
                   {"num_reads": 1000, "annealing_time": None, "chain_strength": None, "label": None}),
     "hybrid-bqm": Solver("services", "D-Wave's hybrid solver, penalties in the model",
@@ -53,10 +55,14 @@ failed or refused, 130 interrupted (128 + the signal). A failed command leaves n
 was; that the output can be written is seen to before anything is sent.
 
 exact proves the minimum of the QUBO. Where that is infeasible, the penalty is too small, and nothing is proven of labellings.
+ilp leaves the penalties out and proves the minimum over the labellings, the states with one variable at 1 in each one-hot
+group. It likes one-hot-sparse best, and reduced problems; --time-limit is for all parts together, and where it ends the
+search the bound still holds. It needs HiGHS: pip install qstereo-bridge[exact].
 
 examples:
   qstereo-bridge solve p.qcf -o s.qsf
   qstereo-bridge solve p.qcf -o s.qsf --num-reads 50 --seed 1 --json
+  qstereo-bridge solve p.qcf -o s.qsf --solver ilp --time-limit 60
   qstereo-bridge solve p.qcf --solver hybrid-cqm --dry-run
   qstereo-bridge solve p.qcf -o s.qsf --solver qpu --num-reads 1000 --annealing-time 50
 
@@ -175,11 +181,16 @@ def _read(options):
 def _dry_run(options, problem):
     from .services import plan
 
-    found = {"schema": 1, "solver": options.solver, "dry_run": True, **plan(options.solver, problem, options.memory_limit)}
+    nothing = problem.linear.size == 0
+    found = {"schema": 1, "solver": options.solver, "dry_run": True, **(
+        {"variables": 0, "quadratic_terms": 0, "upload_bytes": 0, "fits": True} if nothing
+        else plan(options.solver, problem, options.memory_limit))}
     if options.json:
         return json.dumps(found)
     lines = [f"{options.solver}: {found['variables']:,} variables, {found['quadratic_terms']:,} quadratic terms"]
-    if SOLVERS[options.solver].module == "solvers":
+    if nothing:
+        return lines[0] + "\nnothing is left to decide; nothing is ever sent"
+    if SOLVERS[options.solver].module != "services":
         return lines[0] + "\nruns on this machine; nothing is ever sent"
     if options.solver == "qpu":
         if found["fits"] is None:
@@ -243,6 +254,7 @@ def _summary(options, problem, answer, energies, seconds):
                            "iterations": answer.iterations, "seconds": round(seconds, 3), "samples": energies.size,
                            "feasible": good.size})
     bounded = ("" if bound is None else " (proven optimal)" if proven else
+               f" (at most {real['gap']} above the least)" if bound < least else
                " (the minimum of the QUBO is infeasible: the penalty is too small)")
     best = f"{good.size} feasible, best energy of these {real['best_energy']}" if good.size else "none feasible"
     return (f"{options.solver}: {energies.size} samples, best energy {real['energy']}{bounded}; {best}; {seconds:.1f} s\n"
@@ -261,6 +273,7 @@ def _solve(options):
     from .models import energies as recompute
     from .output import Output
     from .qsf import Samples, pack_qsf
+    from .solvers import nothing_to_decide
 
     with _io(options.output, "write"):
         output = Output(options.output)
@@ -268,7 +281,8 @@ def _solve(options):
         problem, digest = _read(options)
         began, progress = time.monotonic(), _progress(options)
         try:
-            answer = SOLVERS[options.solver].run(options.solver, problem, options, progress)
+            answer = (SOLVERS[options.solver].run(options.solver, problem, options, progress) if problem.linear.size
+                      else nothing_to_decide(problem))
             energies = recompute(problem, answer.bits)
             _check_energies(answer, energies, problem)
         finally:

@@ -138,11 +138,11 @@ def expand(problem, penalties=True, limit=DEFAULT_LIMIT):
         rows[at:at + row.size], columns[at:at + row.size], values[at:at + row.size] = row, column, value
         at += row.size
     if terms.repeated:
-        rows, columns, values = _add_up(rows, columns, values)
+        rows, columns, values = add_up(rows, columns, values)
     return linear_terms(problem, penalties), (rows, columns, values), constant(problem, penalties)
 
 
-def _add_up(rows, columns, values):
+def add_up(rows, columns, values):
     """Sum the terms of the same (row, column); drop those that cancel."""
     order = np.lexsort((columns, rows))
     rows, columns = rows[order], columns[order]
@@ -169,7 +169,7 @@ def constant(problem, penalties=True):
 def energies(problem, bits, penalties=True):
     """Exact H of each sample: i64 array. `bits` is a u8 array (samples, n) of 0 and 1."""
     total, (a, b) = np.full(bits.shape[0], problem.offset, np.int64), problem.penalty_pairs()
-    block = max(1, (1 << 26) // bits.shape[1])
+    block = max(1, (1 << 26) // max(bits.shape[1], 1))
     for at in range(0, total.size, block):
         part = bits[at:at + block]
         total[at:at + block] += part.astype(np.int64) @ problem.linear

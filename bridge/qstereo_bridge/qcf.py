@@ -214,7 +214,7 @@ def _read_linear(chunks, n):
     part.need(width in (1, 2, 4, 8) and zero == 0, f"width {width} of the linear terms, or a reserved field in use")
     u = part.array(f"<u{width}", n)
     part.end()
-    part.need(base + int(u.min()) >= -MAX_ENERGY and base + int(u.max()) <= MAX_ENERGY, "linear terms above 2^53")
+    part.need(n == 0 or base + int(u.min()) >= -MAX_ENERGY and base + int(u.max()) <= MAX_ENERGY, "linear terms above 2^53")
     # Modulo 2^64: base and u may each be far away from their sum.
     return (u.astype(np.uint64) + np.uint64(base % 2**64)).view(np.int64)
 
@@ -227,7 +227,7 @@ def _read_penalties(chunks, groups):
     part.need((runs["count"] >= 1).all(), "an empty run")
     part.need(runs["count"].sum(dtype=np.int64) == groups, f"the runs do not have the header's {groups} groups")
     part.need((runs[1:][["a", "b"]] != runs[:-1][["a", "b"]]).all(), "neighbouring runs with the same penalty")
-    part.need(least_width(max(int(runs["a"].max()), int(runs["b"].max()))) == width, f"width {width} is not the least")
+    part.need(least_width(int(max(runs["a"].max(initial=0), runs["b"].max(initial=0)))) == width, f"width {width} is not the least")
     return runs
 
 
@@ -257,7 +257,7 @@ def parse_qcf(data, limit=DEFAULT_LIMIT):
     header = read_header(data[:HEADER.size], MAGIC, ".qcf")
     check_size(len(data), header.size)
     n, groups, couplings, zero = FIELDS.unpack(header.fields)
-    if not (1 <= groups <= n <= MAX_COUNT and couplings <= MAX_COUNT and zero == bytes(20)):
+    if not (groups <= n <= MAX_COUNT and (groups == 0) == (n == 0) and couplings <= MAX_COUNT and zero == bytes(20)):
         raise Corrupt("byte 24: the header's counts are impossible, or a reserved field is in use")
     check_memory(header.size + 16 * n + 64 * groups + 96 * couplings, limit,
                  f"{n:,} variables, {groups:,} groups and {couplings:,} couplings")
@@ -291,10 +291,10 @@ def pack_qcf(problem):
             at += run["count"]
         if run["width"]:
             couplings.append(next(weights).astype(f"<i{run['width']}").tobytes())
-    base = int(problem.linear.min())
+    base = int(problem.linear.min()) if problem.linear.size else 0
     u = (problem.linear.view(np.uint64) - np.uint64(base % 2**64))
-    linear_width = least_width(int(u.max()))
-    penalty_width = least_width(max(int(problem.penalties["a"].max()), int(problem.penalties["b"].max())))
+    linear_width = least_width(int(u.max(initial=0)))
+    penalty_width = least_width(int(max(problem.penalties["a"].max(initial=0), problem.penalties["b"].max(initial=0))))
     fields = FIELDS.pack(problem.linear.size, problem.groups, problem.couplings, bytes(20))
     return pack(MAGIC, fields, [
         ("GRPS", problem.group_runs.astype(GROUP_RUN).tobytes()),

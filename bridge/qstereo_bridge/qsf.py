@@ -63,7 +63,7 @@ def parse_qsf(data, limit=DEFAULT_LIMIT):
     header = read_header(data[:HEADER.size], MAGIC, ".qsf")
     check_size(len(data), header.size)
     n, count, zero = FIELDS.unpack(header.fields)
-    if not 1 <= n <= MAX_COUNT or zero != bytes(28):
+    if n > MAX_COUNT or zero != bytes(28):
         raise Corrupt("byte 24: the number of variables is impossible, or a reserved field is in use")
     check_memory(header.size + n * count, limit, f"{count:,} samples of {n:,} variables")
     chunks, sides = read_chunks(data, header, REQUIRED)

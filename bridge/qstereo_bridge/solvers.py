@@ -29,7 +29,7 @@ class Answer:
     occurrences     how often each sample was seen, None = once
     broken          share of broken chains of each sample (0 to 1), None = no chains
     iterations      reads times sweeps, None where that says nothing
-    lower_bound     a proven lower bound of H, None where there is none
+    lower_bound     a proven lower bound of H (of ilp: of H's feasible states), None where there is none
     info            what the .qsf's INFO will say
     """
 
@@ -75,6 +75,11 @@ def interruptible(call, tick):
     while not concurrent.futures.wait([future], timeout=0.2).done:
         tick()
     return future.result()
+
+
+def nothing_to_decide(problem):
+    """The Answer to a problem without variables: its one state."""
+    return Answer(np.zeros((1, 0), np.uint8), np.array([problem.offset]), lower_bound=problem.offset)
 
 
 def _bqm(problem, options):

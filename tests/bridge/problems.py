@@ -32,7 +32,7 @@ def make(sizes, blocks, couplings, linear, penalties, offset=0, sides=()):
             pairs.append(np.array(coupling["pairs"], "<u4").reshape(-1, 2))
         if run["width"]:
             weights.append(np.array(coupling["weights"], f"<i{run['width']}"))
-    largest = max(max(pair) for pair in penalties)
+    largest = max((max(pair) for pair in penalties), default=0)
     return qcf.Problem(
         np.array([tuple(run) for run in runs_of(sizes)], qcf.GROUP_RUN), blocks, np.array(runs, qcf.COUPLING_RUN),
         np.concatenate(pairs), weights, np.array(linear, np.int64),
@@ -113,6 +113,40 @@ def grid(width, height, labels, dense=False, weight=20, seed=0):
     return make([labels] * (width * height), [block], couplings, (costs - costs.min(1, keepdims=True)).ravel(),
                 [(w + 1, w + 2) if dense else (1, w + 2) for w in incident],
                 int(costs.min(1).sum()) + (0 if dense else weight * edges))
+
+
+def nothing(offset=0, sides=()):
+    """A problem in which nothing is left to decide."""
+    return make([], [], [], [], [], offset, sides)
+
+
+def domain_walls(width, height, labels, weight=20, seed=0):
+    """Potts on a 4-neighbour grid by domain walls, labels - 1 free variables a site: (problem, costs of each site and label).
+
+    The ones of a site come first; kappa (1 - u_i) u_(i+1) keeps them there.
+    """
+    rng = np.random.default_rng(seed)
+    costs, k, sites = rng.integers(0, 100, (width * height, labels)), labels - 1, width * height
+    edges = [(p, p + 1) for p in range(sites) if (p + 1) % width] + [(p, p + width) for p in range(sites - width)]
+    kappa = int(costs.max()) + 4 * weight + 1
+    linear = np.diff(costs, axis=1)
+    linear[:, 1:] += kappa
+    np.add.at(linear[:, 0], np.array(edges, np.int64).reshape(-1, 2).ravel(), weight)
+    values = np.array([1, -2, 1] if k > 1 else [-2], "<i4")
+    blocks = [qcf.Toeplitz((k, k), 0, -1 if k > 1 else 0, values)]
+    couplings = [{"form": 1, "weight": weight, "count": len(edges), "pairs": edges}] if edges else []
+    if k > 1:
+        blocks.append(qcf.Toeplitz((k, k), 0, 1, np.array([-1], "<i4")))
+        couplings += [{"block": 1, "form": 1, "weight": kappa, "count": sites, "pairs": [(p, p) for p in range(sites)]}]
+    return make([k] * sites, blocks, couplings, linear.ravel(), [(0, 0)] * sites, int(costs[:, 0].sum())), costs, edges
+
+
+def least_of_potts(costs, edges, weight=20):
+    """The least energy of all labellings, one by one."""
+    sites, labels = costs.shape
+    every = np.array(list(itertools.product(range(labels), repeat=sites)))
+    energies = costs[np.arange(sites), every].sum(1)
+    return int((energies + weight * sum((every[:, p] != every[:, q]).astype(int) for p, q in edges)).min())
 
 
 def all_states(n):

@@ -13,7 +13,7 @@ import time
 import numpy as np
 import pytest
 from conftest import COMMAND, TOKEN
-from problems import grid, make, random_problem
+from problems import grid, make, nothing, random_problem
 from test_solvers import BruteForceCQM
 from qstereo_bridge import __version__, cli, models, qcf, qsf, services, solvers
 
@@ -276,6 +276,25 @@ def test_energies_of_a_cqm_answer_are_h(problem_file, tmp_path, main, monkeypatc
 
 
 @pytest.mark.parametrize("solver", cli.SOLVERS)
+def test_nothing_left_to_decide(solver, tmp_path, main, monkeypatch):
+    """One empty sample, whatever the solver, and nothing is sent."""
+    monkeypatch.setattr(services, "connect", None)
+    monkeypatch.setitem(sys.modules, "highspy", None)
+    problem, samples = tmp_path / "p.qcf", tmp_path / "s.qsf"
+    problem.write_bytes(qcf.pack_qcf(nothing(-7, [("labl", bytes(16) + (2).to_bytes(4, "little") + bytes(44))])))
+    solve = "solve", problem, "--solver", solver
+    status, out, err = main(*solve, "-o", samples, "--json")
+    found = json.loads(out)
+    assert (status, err) == (0, "") and found["proven_optimal"] and found["samples"] == found["feasible"] == 1
+    assert found["energy"] == found["lower_bound"] == found["best_energy"] == -3.5 and found["gap"] == 0
+    assert "1 samples, best energy -3.5 (proven optimal)" in main(*solve, "-o", samples)[1]
+    read = qsf.parse_qsf(samples.read_bytes())
+    assert read.bits.shape == (1, 0) and read.records["energy"].tolist() == [-7] and read.solver == solver
+    assert "nothing is left to decide" in main(*solve, "--dry-run")[1]
+    assert json.loads(main(*solve, "--dry-run", "--json")[1]).items() >= {"variables": 0, "upload_bytes": 0, "fits": True}.items()
+
+
+@pytest.mark.parametrize("solver", cli.SOLVERS)
 def test_dry_run(solver, problem_file, main):
     status, out, err = main("solve", problem_file, "--solver", solver, "--dry-run")
     assert (status, err) == (0, "") and "12 variables" in out and "sent" in out
@@ -284,13 +303,14 @@ def test_dry_run(solver, problem_file, main):
     assert found.items() >= {"schema": 1, "solver": solver, "dry_run": True, "variables": 12}.items()
 
 
-CLOUD = ["dwave.system", "dwave.cloud", "dwave.samplers"]
+CLOUD = ["dwave.system", "dwave.cloud", "dwave.samplers", "highspy"]
 
 
 @pytest.mark.parametrize("arguments, absent", [
     (["--version"], [*CLOUD, "dimod", "numpy"]), (["solve", "--help"], [*CLOUD, "dimod", "numpy"]),
     (["solve", "P", "--dry-run", "--solver", "qpu"], [*CLOUD, "dimod"]),
     (["solve", "P", "--dry-run", "--solver", "hybrid-cqm"], [*CLOUD, "dimod"]),
+    (["solve", "P", "-o", "/dev/null", "--solver", "ilp"], CLOUD[:3]),
     (["solve", "P", "-o", "/dev/null", "--solver", "exact"], CLOUD), (["solve", "P", "-o", "/dev/null", *FAST], CLOUD[:2])])
 def test_lazy_imports(arguments, absent, problem_file, environment):
     arguments = [str(problem_file) if word == "P" else str(word) for word in arguments]
@@ -301,17 +321,17 @@ def test_lazy_imports(arguments, absent, problem_file, environment):
 
 
 @pytest.mark.parametrize("arguments", [["--num-reads", "1", "--num-sweeps", "100000000"], ["--num-reads", "100000"],
-                                       ["--solver", "tabu", "--time-limit", "1000", "--num-reads", "1"]])
+                                       ["--solver", "tabu", "--time-limit", "1000", "--num-reads", "1"], ["--solver", "ilp"]])
 def test_ctrl_c(arguments, tmp_path, environment):
-    """One long read, many short ones, a long search; each has begun when the signal comes (the progress line says so)."""
-    (tmp_path / "p.qcf").write_bytes(qcf.pack_qcf(grid(10, 10, 4)))
+    """One long read, many short ones, a long search, a hard program; each has begun when the signal comes (the progress line says so)."""
+    (tmp_path / "p.qcf").write_bytes(qcf.pack_qcf(grid(60, 60, 8, weight=30) if "ilp" in arguments else grid(10, 10, 4)))
     (tmp_path / "s.qsf").write_bytes(b"old")
     terminal, other = pty.openpty()
     process = subprocess.Popen([*COMMAND, "solve", tmp_path / "p.qcf", "-o", tmp_path / "s.qsf", *arguments],
                                env=environment, stdout=subprocess.PIPE, stderr=other)
     os.close(other)
     said = b""
-    while b"reads" not in said:
+    while b"reads" not in said and b"component 1 of 1" not in said:
         said += os.read(terminal, 1000)
     process.send_signal(signal.SIGINT)
     began = time.monotonic()

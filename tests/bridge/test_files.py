@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from problems import grid, make, random_problem
+from problems import grid, make, nothing, random_problem
 from qstereo_bridge import container, qcf, qsf
 from qstereo_bridge.container import Corrupt, NotOurFormat, OverLimit, Truncated, Unsupported
 
@@ -77,6 +77,52 @@ def test_qsf_round_trip(seed, count, n):
     assert (read.bits == samples(seed, count, n).bits).all()
 
 
+def test_nothing_left_to_decide():
+    problem = nothing(-7, [("labl", bytes(16) + b"\2" + bytes(47)), ("kept", b"x")])
+    data = qcf.pack_qcf(problem)
+    read = qcf.parse_qcf(data)
+    assert qcf.pack_qcf(read) == data and (read.linear.size, read.groups, read.couplings, read.offset) == (0, 0, 0, -7)
+    parts = dict(walk(data))
+    assert parts["GRPS"] == b"" and parts["BLKS"] == parts["CPLS"] == bytes(4)
+    assert parts["LINR"] == struct.pack("<qII", 0, 1, 0) and parts["PNLT"] == struct.pack("<II", 1, 0)
+    assert container.HEADER.unpack_from(data)[4] == bytes(36)
+
+
+@settings(deadline=None, max_examples=20)
+@given(SEEDS, st.integers(0, 4))
+def test_samples_of_nothing(seed, count):
+    data = qsf.pack_qsf(samples(seed, count, 0))
+    read = qsf.parse_qsf(data)
+    assert dict(walk(data))["BITS"] == b"" and read.bits.shape == (count, 0) and qsf.pack_qsf(read) == data
+
+
+@pytest.mark.parametrize("name, payload", [
+    ("GRPS", struct.pack("<II", 1, 1)), ("GRPS", struct.pack("<II", 0, 1)), ("GRPS", struct.pack("<II", 1, 0)),
+    ("LINR", struct.pack("<qIIB", 0, 1, 0, 0)), ("LINR", struct.pack("<qII", 0, 0, 0)), ("PNLT", struct.pack("<II", 2, 0)),
+    ("PNLT", struct.pack("<IIIBB", 1, 0, 1, 1, 1)), ("OFFS", struct.pack("<q", 2**53 + 1)),
+    ("CPLS", struct.pack("<IIIIiIIIII", 1, 0, 0, 0, 1, 0, 0, 1, 1, 0)), ("CPLS", struct.pack("<IIIIiIIIIIII", 1, 0, 1, 0, 1, 0, 0, 1, 1, 0, 0, 0))])
+def test_broken_nothing(name, payload):
+    changed = {name: payload, "BLKS": struct.pack("<IIIIi", 1, 1, 1, 0, 5)}
+    fields = qcf.FIELDS.pack(0, 0, int(name == "CPLS"), bytes(20))
+    with pytest.raises(Corrupt, match=f"chunk {name}" if name != "OFFS" else "2\\^53"):
+        qcf.parse_qcf(rebuild(qcf.pack_qcf(nothing()), qcf.MAGIC, changed, fields))
+
+
+def test_broken_samples_of_nothing():
+    data = qsf.pack_qsf(samples(0, 3, 0))
+    with pytest.raises(Corrupt, match="BITS"):
+        qsf.parse_qsf(rebuild(data, qsf.MAGIC, {"BITS": b"\0"}))
+
+
+@pytest.mark.parametrize("code", [0, 3, 6, 99, 2**32 - 1])
+def test_a_solver_looks_at_the_scale_alone(code):
+    """Encodings that came later, and side chunks of theirs, change nothing."""
+    labl = struct.pack("<IIIII", code, 9, 9, 0, 5) + bytes([255] * 44)
+    problem = dataclasses.replace(everything(), sides=[("labl", labl), ("kept", bytes(9)), ("trnc", b"")])
+    read = qcf.parse_qcf(qcf.pack_qcf(problem))
+    assert read.scale == 5 and read.sides == problem.sides
+
+
 def everything():
     """A small problem with every feature, so that every byte of it matters."""
     blocks = [qcf.Table(np.array([[1, 0], [-2, 3]], "<i4")), qcf.Toeplitz((2, 2), 1, -1, np.array([2, 0], "<i4"))]
@@ -86,8 +132,10 @@ def everything():
 
 
 FILES = [(qcf.pack_qcf(everything()), qcf.MAGIC, qcf.parse_qcf, qcf.read_qcf),
-         (qsf.pack_qsf(samples(1)), qsf.MAGIC, qsf.parse_qsf, qsf.read_qsf)]
-BOTH = pytest.mark.parametrize("data, magic, parse, read", FILES, ids=["qcf", "qsf"])
+         (qsf.pack_qsf(samples(1)), qsf.MAGIC, qsf.parse_qsf, qsf.read_qsf),
+         (qcf.pack_qcf(nothing(5)), qcf.MAGIC, qcf.parse_qcf, qcf.read_qcf),
+         (qsf.pack_qsf(samples(1, 2, 0)), qsf.MAGIC, qsf.parse_qsf, qsf.read_qsf)]
+BOTH = pytest.mark.parametrize("data, magic, parse, read", FILES, ids=["qcf", "qsf", "qcf of nothing", "qsf of nothing"])
 
 
 @BOTH
@@ -273,10 +321,15 @@ def test_broken_qcf(what):
         qcf.parse_qcf(rebuild(BASE, qcf.MAGIC, {name: payload}))
 
 
-@pytest.mark.parametrize("counts", [(0, 1, 0), (6, 0, 1), (6, 7, 1), (2**31, 3, 1), (6, 3, 2**31), (7, 3, 1), (6, 3, 2)])
+@pytest.mark.parametrize("counts", [(0, 0, 0), (0, 0, 1), (0, 1, 0), (6, 0, 1), (6, 7, 1), (2**31, 3, 1), (6, 3, 2**31), (7, 3, 1), (6, 3, 2)])
 def test_broken_counts(counts):
     with pytest.raises(Corrupt):
         qcf.parse_qcf(with_header(BASE, fields=qcf.FIELDS.pack(*counts, bytes(20))), limit=2**60)
+
+
+def test_impossible_counts_are_seen_before_their_size():
+    with pytest.raises(Corrupt, match="counts"):
+        qcf.parse_qcf(with_header(BASE, fields=qcf.FIELDS.pack(2**31 - 1, 0, 0, bytes(20))))
 
 
 def test_largest_sound_numbers():

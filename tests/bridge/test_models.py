@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from problems import all_states, energy_by_definition, grid, make, random_problem
+from problems import all_states, domain_walls, energy_by_definition, grid, least_of_potts, make, nothing, random_problem
 from qstereo_bridge import models, qcf
 from qstereo_bridge.container import OverLimit
 
@@ -77,6 +77,21 @@ def test_repeated_pairs_add_up_and_cancel():
                    [0] * 4, [(0, 0)] * 2)
     _, (rows, columns, values), _ = models.expand(problem)
     assert list(zip(rows.tolist(), columns.tolist(), values.tolist())) == [(0, 2, 1), (0, 3, 2), (1, 2, 3), (1, 3, 4)]
+
+
+def test_nothing():
+    problem, none = nothing(-7), np.empty((3, 0), np.uint8)
+    assert models.energies(problem, none).tolist() == [-7] * 3 and models.feasible(problem, none).all()
+    assert models.to_bqm(problem).offset == -7 and not models.to_cqm(problem).constraints
+
+
+@pytest.mark.parametrize("size", [(1, 1, 2), (2, 2, 2), (3, 1, 4), (2, 2, 4)])
+def test_domain_walls(size):
+    """Groups without a penalty, coupled with themselves: all is said in H."""
+    problem, costs, edges = domain_walls(*size)
+    assert models.energies(problem, all_states(problem.linear.size)).min() == least_of_potts(costs, edges)
+    assert models.feasible(problem, all_states(problem.linear.size)).all() and not models.to_cqm(problem).constraints
+    assert qcf.pack_qcf(qcf.parse_qcf(qcf.pack_qcf(problem))) == qcf.pack_qcf(problem)
 
 
 def test_energies_of_large_numbers_are_exact():

@@ -14,7 +14,7 @@ from dwave.system import EmbeddingComposite, LeapHybridSampler
 from dwave.system.testing import MockDWaveSampler, MockLeapHybridSolver
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from problems import all_states, grid, make, random_problem
+from problems import all_states, domain_walls, grid, make, random_problem
 from qstereo_bridge import models, qcf, qsf, services, solvers
 from qstereo_bridge.cli import _records
 from qstereo_bridge.container import OverLimit
@@ -116,6 +116,15 @@ def test_local_solvers_find_the_minimum(name, options, problem):
     assert energies.min() == least(problem) and np.allclose(answer.energies, energies)
     assert answer.info["parameters"]["seed"] == 1
     json.dumps(services.plain(answer.info))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_anneal_takes_every_feature(seed):
+    """Free groups, couplings inside groups, groups of one: its descent ends in a local minimum of H."""
+    for problem in (random_problem(seed), domain_walls(2, 2, 4, seed=seed)[0]):
+        answer = solve("anneal", problem)
+        energies = models.energies(problem, answer.bits)
+        assert np.allclose(answer.energies, energies) and energies.min() == least(problem)
 
 
 def test_anneal_is_repeatable_and_ends_in_local_minima():

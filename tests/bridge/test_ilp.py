@@ -1,0 +1,270 @@
+"""The solver ilp against all labellings, one by one; its bound, its time limit, its messages."""
+
+import argparse
+import dataclasses
+import itertools
+import json
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from problems import all_states, domain_walls, grid, least_of_potts, make, random_problem
+from qstereo_bridge import ilp, models, qcf, solvers
+from qstereo_bridge.container import OverLimit
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+def solve(problem, time_limit=None, memory_limit=1 << 33):
+    return ilp.ilp(problem, argparse.Namespace(time_limit=time_limit, memory_limit=memory_limit), lambda text: None)
+
+
+def labellings(problem):
+    """All states with one variable at 1 in each one-hot group: u8 array."""
+    groups = []
+    for size, hot in zip(problem.sizes().tolist(), problem.one_hot()):
+        groups.append(np.eye(size, dtype=np.uint8).tolist() if hot else all_states(size).tolist())
+    return np.array([sum(parts, []) for parts in itertools.product(*groups)], np.uint8)
+
+
+def least(problem):
+    return int(models.energies(problem, labellings(problem)).min())
+
+
+def check(problem, answer, optimum=None):
+    """A labelling, its own energy, and a bound that is not above the optimum; with `optimum` given both are it."""
+    assert answer.bits.shape == (1, problem.linear.size) and models.feasible(problem, answer.bits).all()
+    assert answer.objective and answer.energies.tolist() == models.energies(problem, answer.bits).tolist()
+    if optimum is not None:
+        assert answer.energies[0] == answer.lower_bound == optimum
+
+
+def sites(seed, most=5):
+    """One-hot groups of 1 to 5 variables and free ones, every pair of groups coupled with the chance 1/2 by a table of any signs."""
+    rng = np.random.default_rng(seed)
+    sizes = rng.integers(1, 6, int(rng.integers(1, most + 1))).tolist()
+    penalties = [(1, 1) if rng.random() < 0.8 else (0, 0) for _ in sizes]
+    blocks, couplings = [], []
+    for g, h in itertools.combinations_with_replacement(range(len(sizes)), 2):
+        if rng.random() < 0.5 and not (g == h and any(penalties[g])):
+            couplings.append({"block": len(blocks), "weight": int(rng.choice([-1, 1, 2])), "g": g, "h": h})
+            blocks.append(qcf.Table((rng.integers(-4, 5, (sizes[g], sizes[h])) * rng.integers(0, 2)).astype("<i4")))
+    return make(sizes, blocks, couplings, rng.integers(-9, 10, sum(sizes)), penalties, int(rng.integers(-99, 99)))
+
+
+@settings(deadline=None, max_examples=150)
+@given(SEEDS)
+def test_least_of_all_labellings(seed):
+    for problem in (random_problem(seed), sites(seed)):
+        check(problem, solve(problem), least(problem))
+
+
+@settings(deadline=None, max_examples=60)
+@given(SEEDS)
+def test_bound_without_time(seed):
+    for problem in (random_problem(seed), sites(seed)):
+        answer, optimum = solve(problem, 1e-6), least(problem)
+        check(problem, answer)
+        assert answer.lower_bound <= optimum <= answer.energies[0]
+        assert answer.info["open_components"] or answer.lower_bound == answer.energies[0]
+
+
+@settings(deadline=None, max_examples=60)
+@given(SEEDS)
+def test_form_is_h_on_labellings(seed):
+    """Also in the states of what is left after eliminating groups of one and two; and its products exclude each other as it says."""
+    problem = sites(seed, 4)
+    form, states = ilp.reduce(problem, 1 << 30), labellings(problem)
+    literals = np.concatenate((states, 1 - states), axis=1).astype(np.int64)
+    values = form.offset + states @ form.linear - (literals[:, form.left] * literals[:, form.right]) @ form.cost
+    assert (values == models.energies(problem, states)).all() and (form.cost > 0).all()
+    x = states.astype(np.int64).copy()
+    x[:, form.site < 0] = 0
+    assert all((form.bits(row) == state).all() for row, state in zip(x, states))
+
+
+def test_plain_qubo_is_as_exact_says():
+    rng = np.random.default_rng(1)
+    table = qcf.Table(rng.integers(-9, 10, (14, 14)).astype("<i4"))
+    problem = make([14], [table], [{"weight": 1}], rng.integers(-20, 21, 14), [(0, 0)], 5)
+    check(problem, solve(problem), solvers.exact(problem, argparse.Namespace(memory_limit=1 << 30), None).lower_bound)
+
+
+@pytest.mark.parametrize("size", [(2, 2, 3), (6, 5, 4), (3, 7, 2), (9, 8, 5)])
+def test_dense_is_as_sparse(size):
+    """The dense form of Potts becomes the sparse one: a product for each label of each edge, or one where there are two labels."""
+    dense, sparse = grid(*size, dense=True), grid(*size)
+    one, other = solve(dense), solve(sparse)
+    check(dense, one, other.lower_bound)
+    check(sparse, other, one.lower_bound)
+    forms = [ilp.reduce(problem, 1 << 30) for problem in (dense, sparse)]
+    width, height, labels = size
+    edges = (width - 1) * height + width * (height - 1)
+    assert [form.cost.size for form in forms] == [edges * (labels if labels > 2 else 1)] * 2
+    assert all((form.cost == (20 if labels > 2 else 40)).all() for form in forms)
+
+
+@pytest.mark.parametrize("table, products", [
+    ([[-5, -5, -5]] * 3, 0), ([[7, 7, 7]] * 3, 0), ([[1, 2, 3]] * 3, 0), ([[1, 1, 1], [2, 2, 2], [9, 9, 9]], 0),
+    ([[0, 0, 0], [1, 2, 3], [0, 0, 0]], 2), ([[0, 1, 0], [0, 2, 0], [0, 3, 0]], 2), ([[-4, 0, 0], [0, -5, 0], [0, 0, 0]], 2),
+    ([[5, 4, 4], [0, 0, 0], [0, 0, 0]], 2)])
+def test_blocks_of_one_hot_groups(table, products):
+    """Unary parts leave, and rows or columns first, whichever leaves fewer products."""
+    for entries in (np.array(table, "<i4"), np.array(table, "<i4").T):
+        problem = make([3, 3], [qcf.Table(entries)], [{"weight": 1, "h": 1}], [4, 0, 1, 0, 3, 1], [(1, 1)] * 2)
+        assert ilp.reduce(problem, 1 << 30).cost.size == products
+        check(problem, solve(problem), least(problem))
+
+
+@pytest.mark.parametrize("size", [(1, 1, 2), (4, 2, 2), (2, 2, 6), (3, 2, 4)])
+def test_domain_walls(size):
+    problem, costs, edges = domain_walls(*size)
+    check(problem, solve(problem), least_of_potts(costs, edges))
+
+
+def test_repeated_couplings():
+    block = qcf.Table(np.array([[0, -3, 1], [2, 0, -1], [1, 1, 0]], "<i4"))
+    for penalty in ((1, 1), (0, 0)):
+        problem = make([3, 3], [block], [{"weight": 2, "h": 1}, {"weight": -1, "h": 1}, {"weight": 1, "h": 1}], range(6), [penalty] * 2)
+        check(problem, solve(problem), least(problem))
+
+
+def beside(*problems):
+    """The problems, each of one block or none, as one."""
+    couplings, groups = [], 0
+    for problem in problems:
+        for run in problem.coupling_runs:
+            couplings.append({**{key: int(run[key]) for key in run.dtype.names}, "g": int(run["g"]) + groups, "h": int(run["h"]) + groups})
+        groups += problem.groups
+    penalties = [pair for problem in problems for pair in zip(*(values.tolist() for values in problem.penalty_pairs()))]
+    return make(np.concatenate([problem.sizes() for problem in problems]).tolist(), problems[0].blocks, couplings,
+                np.concatenate([problem.linear for problem in problems]), penalties, sum(problem.offset for problem in problems))
+
+
+def test_components():
+    """Each is solved alone; sites without neighbours need no program."""
+    parts = [grid(3, 3, 3, seed=1), grid(1, 1, 3, seed=2), grid(2, 4, 3, seed=3), grid(1, 1, 3, seed=4), grid(1, 2, 3, seed=5)]
+    problem = beside(*parts)
+    answer = solve(problem)
+    check(problem, answer, sum(least(part) for part in parts))
+    assert answer.info["components"] == 3 and answer.info["largest"] == 27 and answer.info["open_components"] == 0
+    programs = ilp.build(ilp.reduce(problem, 1 << 30))
+    variables = [(programs.variable[low:high] >= 0).sum() for low, high in itertools.pairwise(programs.columns)]
+    assert variables == [6, 24, 27]
+    alone = solve(beside(*[grid(1, 1, 3, seed=k) for k in range(4)]))
+    assert alone.info["components"] == 0 and alone.lower_bound == sum(least(grid(1, 1, 3, seed=k)) for k in range(4))
+
+
+def test_common_factors():
+    """In units of the common factor the gap of less than 1 is wide, and the doubles are small."""
+    problem, factor = grid(9, 8, 5), 10**8
+    runs = problem.coupling_runs.copy()
+    runs["weight"] *= factor
+    large = dataclasses.replace(problem, coupling_runs=runs, linear=problem.linear * factor, offset=problem.offset * factor)
+    check(large, solve(large), solve(problem).lower_bound * factor)
+
+
+@pytest.mark.parametrize("bits", [20, 30, 40, 43])
+def test_bound_of_large_coefficients_is_never_too_high(bits):
+    """Where doubles cannot tell units apart, less is claimed."""
+    rng = np.random.default_rng(bits)
+    for seed in range(20):
+        problem = random_problem(seed, 10)
+        problem = dataclasses.replace(problem, linear=rng.integers(-2**bits, 2**bits, problem.linear.size))
+        answer, optimum = solve(problem), least(problem)
+        check(problem, answer, optimum if bits == 20 else None)
+        assert answer.lower_bound <= optimum <= answer.energies[0]
+
+
+@pytest.mark.parametrize("wrong", [[1, 1, 1, 0], [0, 0, 0, 0], [0, 0, 0, 1]])
+def test_what_the_search_finds_is_checked(wrong, monkeypatch):
+    """A state that is no labelling is not taken, though its H without penalties be less; nor is a worse labelling."""
+    problem = dataclasses.replace(grid(4, 4, 4), linear=np.tile([0, 0, 0, 500], 16) + np.arange(64) % 3)
+    expected = solve(problem)
+    monkeypatch.setattr(ilp.Search, "_component", lambda self, k, cost, values: (np.tile(wrong, cost.size // 4), -np.inf))
+    answer = solve(problem)
+    check(problem, answer)
+    assert answer.lower_bound < expected.lower_bound <= answer.energies[0] and answer.info["open_components"] == 1
+    monkeypatch.undo()
+    begun = solve(problem, 1e-6)
+    assert answer.energies[0] <= begun.energies[0]
+
+
+def test_no_program_is_begun_out_of_time(monkeypatch):
+    monkeypatch.setattr(ilp.Search, "_component", None)
+    check(grid(4, 4, 4), solve(grid(4, 4, 4), 1e-6))
+
+
+def test_beginning_is_a_local_minimum():
+    for problem in (grid(6, 6, 5), sites(3), sites(4), random_problem(5)):
+        form = ilp.reduce(problem, 1 << 30)
+        local = ilp.Local(form)
+        x = form.bits(local.descend(local.start(), lambda: False))
+        before, starts = models.energies(problem, x[None])[0], problem.starts().tolist()
+        assert models.feasible(problem, x[None]).all()
+        for low, high, hot in zip(starts, starts[1:], problem.one_hot()):
+            others = np.repeat(x[None], high - low, axis=0)
+            if hot:
+                others[:, low:high] = np.eye(high - low, dtype=np.uint8)
+            else:
+                others[np.arange(high - low), np.arange(low, high)] ^= 1
+            assert (models.energies(problem, others) >= before).all()
+
+
+def test_programs_say_what_they_need():
+    with pytest.raises(OverLimit, match="an integer program of [0-9,]+ entries would need"):
+        solve(grid(30, 30, 8), memory_limit=20 << 20)
+    with pytest.raises(OverLimit, match="the blocks of 1 couplings"):
+        table = qcf.Toeplitz((3000, 3000), 0, 0, np.array([1], "<i4"))
+        solve(make([3000] * 2, [table], [{"weight": 1, "h": 1}], np.zeros(6000), [(1, 1)] * 2), memory_limit=100 << 20)
+
+
+def write(folder, problem):
+    (folder / "p.qcf").write_bytes(qcf.pack_qcf(problem))
+    return "solve", folder / "p.qcf", "-o", folder / "s.qsf", "--solver", "ilp"
+
+
+def test_command(tmp_path, main):
+    command = write(tmp_path, grid(4, 4, 4))
+    found = json.loads(main(*command, "--json")[1])
+    assert found.keys() == json.loads(main(*command[:-1], "anneal", "--json", "--num-reads", 1)[1]).keys()
+    assert found["proven_optimal"] and found["gap"] == 0 and found["samples"] == found["feasible"] == 1
+    assert found["energy"] == found["lower_bound"] == found["best_energy"]
+    status, out, err = main(*command)
+    assert (status, err) == (0, "") and "(proven optimal)" in out
+
+
+def test_command_out_of_time(tmp_path, main):
+    """In real units, of which the file's are the half."""
+    labl = bytes(16) + (2).to_bytes(4, "little") + bytes(44)
+    problem = dataclasses.replace(grid(6, 6, 5), sides=[("labl", labl)])
+    optimum = solve(problem).lower_bound / 2
+    found = json.loads(main(*write(tmp_path, problem), "--time-limit", 1e-6, "--json")[1])
+    assert not found["proven_optimal"] and found["lower_bound"] < optimum <= found["energy"] == found["best_energy"]
+    assert found["gap"] == found["energy"] - found["lower_bound"]
+    status, out, _ = main(*write(tmp_path, problem), "--time-limit", 1e-6)
+    assert status == 0 and f"(at most {found['gap']:g} above the least)" in out
+
+
+def test_penalty_too_small(tmp_path, main):
+    """What it proves is of the labellings; H may be less where there is none."""
+    problem = make([2], [], [], [-5, -6], [(1, 0)])
+    found = json.loads(main(*write(tmp_path, problem), "--json")[1])
+    assert found["proven_optimal"] and found["energy"] == -6
+    assert json.loads(main(*write(tmp_path, problem)[:-1], "exact", "--json")[1])["energy"] < -6
+
+
+def test_without_highs(tmp_path, main, monkeypatch):
+    monkeypatch.setitem(sys.modules, "highspy", None)
+    status, out, err = main(*write(tmp_path, grid(2, 2, 3)))
+    assert (status, out) == (5, "") and "pip install qstereo-bridge[exact]" in err and err.count("\n") == 1
+    assert not (tmp_path / "s.qsf").exists()
+
+
+def test_highs_fails(tmp_path, main, monkeypatch):
+    import highspy
+    monkeypatch.setattr(highspy.Highs, "getModelStatus", lambda self: highspy.HighsModelStatus.kSolveError)
+    status, _, err = main(*write(tmp_path, grid(2, 2, 3)))
+    assert status == 5 and "HiGHS ends with 'Solve error' on component 1" in err
