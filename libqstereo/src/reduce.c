@@ -68,10 +68,8 @@ static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
     so_far->lower_bound = bound > so_far->lower_bound ? bound : so_far->lower_bound;
     so_far->energy = qs_model_energy(&r->sets.model, r->sets.labelling);
     r->looked = so_far->energy - so_far->lower_bound;
-    qs_trws_forget(state);
     if (r->sets.left_count < state->model->sites / FEW) {
-        state->visits = r->sets.left;
-        state->visit_count = r->sets.left_count;
+        qs_trws_visit_only(state, r->sets.left, r->sets.left_count);
     }
     count(r);
     return room;

@@ -705,7 +705,8 @@ static void no_optimum_of_larger_grids_is_lost(void **unused)
             }
         }
     }
-    assert_true(gone > 100 && more < 100);
+    print_message("labels kept that are in no optimum: %u\n", more);
+    assert_true(gone > 100 && more < 10);
 }
 
 static bool bounds_hold(void *context, const qs_reduction *r)
@@ -721,7 +722,7 @@ static void larger_grids_step_by_step(void **unused)
     (void)unused;
     static wide_grid g;
     uint64_t state = 44;
-    uint64_t left[2] = {0};
+    uint64_t left[2] = {0}, before = 0;
     for (int round = 0; round < ROUNDS / 10; round++) {
         uint8_t kept[COLUMNS * ROWS * WIDE_LABELS];
         uint16_t labelling[COLUMNS * ROWS];
@@ -735,6 +736,9 @@ static void larger_grids_step_by_step(void **unused)
         for (uint32_t p = 0; p < g.model.sites; p++) {
             assert_true(kept[p * WIDE_LABELS + labelling[p]]);
         }
+        qs_elimination e;
+        qs_eliminate_begin(&e, &g.model, false, memory, kept, labelling);
+        before += e.variables;
         for (int i = 0; i < 2; i++) { /* to the end of the iterations: at the last one labels leave, too */
             options = (qs_reduce_options){.iterations = 1 + (uint64_t)i, .watch = bounds_hold, .context = &minimum};
             assert_int_equal(qs_reduce(&g.model, &options, memory, sizeof memory, kept, labelling, &r), QS_OK);
@@ -742,7 +746,8 @@ static void larger_grids_step_by_step(void **unused)
             left[i] += r.variables;
         }
     }
-    assert_true(left[0] < (uint64_t)ROUNDS / 10 * COLUMNS * ROWS * WIDE_LABELS / 2 && left[1] < left[0]);
+    print_message("variables by Goldstein's criterion %d, after one iteration %d, after two %d\n", (int)before, (int)left[0], (int)left[1]);
+    assert_true(left[0] < before / 2 && left[1] < left[0]);
 }
 
 /* Passes over some sites only, the others without edges: wide, plain and over all sites they do the same. */
@@ -774,9 +779,8 @@ static void visits_leave_nothing_out(void **unused)
             for (uint32_t i = 0; i < 2 * g.model.sites * WIDE_LABELS; i++) {
                 s.messages[i] = (int32_t)i % 5 << s.scale.shift;
             }
-            qs_trws_forget(&s);
+            qs_trws_visit_only(&s, visits, count);
             s.visits = way < 2 ? visits : NULL;
-            s.visit_count = count;
             for (int i = 0; i < 7; i++) {
                 bounds[way] += qs_trws_grid_pass(&s, i % 2 == 0);
             }
