@@ -3,7 +3,6 @@
 #include "best.h"
 #include "bytes.h"
 #include "eliminate.h"
-#include "local.h"
 
 enum {
     ITERATIONS = 2000,
@@ -69,10 +68,8 @@ static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
     so_far->lower_bound = bound > so_far->lower_bound ? bound : so_far->lower_bound;
     so_far->energy = qs_model_energy(&r->sets.model, r->sets.labelling);
     r->looked = so_far->energy - so_far->lower_bound;
-    qs_trws_forget(state);
     if (r->sets.left_count < state->model->sites / FEW) {
-        state->visits = r->sets.left;
-        state->visit_count = r->sets.left_count;
+        qs_trws_visit_only(state, r->sets.left, r->sets.left_count);
     }
     count(r);
     return room;
@@ -104,15 +101,6 @@ static bool between(void *context, qs_trws_state *state, qs_solution *so_far)
         }
     }
     return !at_target(r);
-}
-
-/* Where costs are too large for messages, labels that are out may not cost enough. */
-static void mend(reducer *r)
-{
-    for (uint32_t p = 0; p < r->sets.model.sites; p++) {
-        qs_local_mend(&r->sets.model, r->sets.labelling, p);
-    }
-    r->so_far.upper_bound = qs_model_energy(&r->sets.model, r->sets.labelling);
 }
 
 /* Parts of the workspace, each on a multiple of 16. */
@@ -167,9 +155,6 @@ qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, voi
         r.so_far.upper_bound = solution.energy;
         r.so_far.lower_bound = solution.lower_bound;
         r.so_far.iterations = solution.iterations;
-        if (solution.lower_bound == QS_NO_BOUND) {
-            mend(&r);
-        }
         *reduction = r.so_far;
     }
     return status;
