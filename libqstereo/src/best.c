@@ -1,8 +1,9 @@
-#include "../include/qstereo/solve.h"
+#include "best.h"
 
 #include <string.h>
 
 #include "bytes.h"
+#include "local.h"
 #include "told.h"
 
 enum { ITERATIONS = 2000, FIRST_MOVES = 8 };
@@ -11,6 +12,8 @@ enum { ITERATIONS = 2000, FIRST_MOVES = 8 };
 typedef struct supervisor {
     const qs_model *model;
     const qs_solve_options *options;
+    const qs_guest *guest; /* NULL = nobody */
+    qs_trws_state state;
     void *workspace; /* of the moves */
     size_t workspace_size;
     uint16_t *best;        /* the caller's labelling */
@@ -59,6 +62,15 @@ static qs_status improve(supervisor *s, uint16_t *labelling)
     return status;
 }
 
+/* A start for the moves: TRW-S's labelling, which may have labels that the guest has taken out since. */
+static void start_moves(supervisor *s)
+{
+    memcpy(s->moved, s->found, sizeof *s->moved * s->model->sites);
+    for (uint32_t p = 0; s->guest && p < s->model->sites; p++) {
+        qs_local_mend(s->model, s->moved, p);
+    }
+}
+
 static bool watch_messages(void *context, const qs_progress *progress)
 {
     supervisor *s = context;
@@ -70,11 +82,12 @@ static bool watch_messages(void *context, const qs_progress *progress)
     if (!proven && progress->iteration >= s->next_moves && progress->energy != s->moved_energy) {
         s->next_moves = 2 * progress->iteration;
         s->moved_energy = progress->energy;
-        memcpy(s->moved, s->found, sizeof *s->moved * s->model->sites);
+        start_moves(s);
         proven = improve(s, s->moved) != QS_OK || s->solution.energy == s->solution.lower_bound;
     }
+    bool done = !s->stopped && s->guest && !s->guest->between(s->guest->context, &s->state, &s->solution);
     s->stopped = s->stopped || !qs_told(s->options, &s->solution);
-    return !proven && !s->stopped;
+    return !done && !proven && s->solution.energy > s->solution.lower_bound && !s->stopped;
 }
 
 /* Parts of the workspace, each on a multiple of 16: two labellings, then the workspaces of moves and of messages. */
@@ -106,6 +119,12 @@ size_t qs_best_workspace(const qs_model *model)
 qs_status qs_best(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size, uint16_t *labelling,
                   qs_solution *solution)
 {
+    return qs_best_with(model, options, NULL, workspace, workspace_size, labelling, solution);
+}
+
+qs_status qs_best_with(const qs_model *model, const qs_solve_options *options, const qs_guest *guest, void *workspace, size_t workspace_size,
+                       uint16_t *labelling, qs_solution *solution)
+{
     if (!model || !workspace || !labelling || !solution) {
         return QS_E_ARGUMENT;
     }
@@ -115,7 +134,7 @@ qs_status qs_best(const qs_model *model, const qs_solve_options *options, void *
     }
     char *base = workspace;
     uint16_t *found = workspace;
-    supervisor s = {.model = model, .options = options, .best = labelling, .found = found, .next_moves = FIRST_MOVES};
+    supervisor s = {.model = model, .options = options, .guest = guest, .best = labelling, .found = found, .next_moves = FIRST_MOVES};
     s.moved = (uint16_t *)(void *)(base + l.moved);
     s.workspace = base + l.moves;
     s.workspace_size = (size_t)(l.messages - l.moves);
@@ -124,7 +143,7 @@ qs_status qs_best(const qs_model *model, const qs_solve_options *options, void *
     s.moved_energy = s.solution.energy;
     qs_solve_options own = {.iterations = options && options->iterations > 0 ? options->iterations : ITERATIONS, .watch = watch_messages, .context = &s};
     qs_solution ended;
-    qs_status status = qs_trws(model, &own, base + l.messages, (size_t)(l.end - l.messages), found, &ended);
+    qs_status status = qs_trws_watched(model, &own, base + l.messages, (size_t)(l.end - l.messages), found, &ended, &s.state);
     if (status == QS_E_OVERFLOW) { /* costs too large for messages: moves alone, without a bound */
         memcpy(s.moved, labelling, sizeof *labelling * model->sites);
         status = improve(&s, s.moved);

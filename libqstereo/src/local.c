@@ -98,3 +98,19 @@ uint16_t qs_local_best(const qs_model *model, const uint16_t *labelling, uint32_
     }
     return best.label;
 }
+
+bool qs_local_mend(const qs_model *model, uint16_t *labelling, uint32_t site)
+{
+    const uint8_t *kept = model->kept + (size_t)site * model->labels;
+    if (kept[labelling[site]]) {
+        return false;
+    }
+    candidate best = {0, INT64_MAX};
+    for (uint16_t d = 0; d < model->labels; d++) {
+        if (kept[d]) {
+            offer(&best, d, qs_local_cost(model, labelling, site, d));
+        }
+    }
+    labelling[site] = best.label;
+    return true;
+}

@@ -23,6 +23,9 @@ int64_t qs_local_cost(const qs_model *model, const uint16_t *labelling, uint32_t
 /* The cheapest label of a site beside its neighbours; of equals the lowest. */
 uint16_t qs_local_best(const qs_model *model, const uint16_t *labelling, uint32_t site);
 
+/* Where the site's label is not kept (model->kept, which must be there), it takes the cheapest beside its neighbours that is. Whether it did. */
+bool qs_local_mend(const qs_model *model, uint16_t *labelling, uint32_t site);
+
 /* Whether every label of a labelling is one of the model's. */
 bool qs_labels_in_range(const qs_model *model, const uint16_t *labelling);
 

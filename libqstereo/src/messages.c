@@ -46,14 +46,14 @@ static int64_t most_neighbours(const qs_model *model)
 
 bool qs_scale_choose(const qs_model *model, unsigned shift, qs_scale *scale)
 {
-    int64_t around, weight, unary = largest_unary(model), messages = most_neighbours(model) + 1, largest = model->pairwise_max;
+    int64_t around, weight, unary = largest_unary(model), messages = most_neighbours(model) + (model->kept ? 3 : 1), largest = model->pairwise_max;
     weigh(model, &around, &weight);
     /* So that no product below can overflow. */
     if (largest > 0 && (around > INT32_MAX || largest > INT32_MAX || weight * largest > INT32_MAX / messages)) {
         return false;
     }
     int64_t edges = largest > 0 ? around * largest : 0;
-    int64_t most = unary <= edges ? unary : edges + 1;
+    int64_t most = unary <= edges && !model->kept ? unary : edges + 1;
     int64_t total = most + messages * weight * largest;
     total = weight > total ? weight : total; /* weights are scaled too, even those of edges that cost nothing */
     if (total > INT32_MAX) {

@@ -25,14 +25,26 @@ static int64_t pass(const qs_trws_state *state, bool forward)
     return state->model->width > 0 ? qs_trws_grid_pass(state, forward) : qs_trws_graph_pass(state, forward);
 }
 
-/* A pass may only raise the bound, which is rounded up: energies are whole. */
+/* Rounded up: energies are whole. */
+int64_t qs_trws_whole(const qs_trws_state *state, int64_t bound)
+{
+    int64_t unit = (int64_t)1 << state->scale.shift, whole = bound / unit;
+    whole += bound > whole * unit;
+    return whole + state->model->constant;
+}
+
+/* A pass may only raise the bound. */
 static void raise_bound(const qs_trws_state *state, int64_t bound, qs_solution *s)
 {
-    unsigned shift = state->scale.shift;
-    int64_t whole = bound / ((int64_t)1 << shift);
-    whole += bound > whole * ((int64_t)1 << shift);
-    whole += state->model->constant;
+    int64_t whole = qs_trws_whole(state, bound);
     s->lower_bound = whole > s->lower_bound ? whole : s->lower_bound;
+}
+
+int64_t qs_trws_excess(const qs_trws_state *state, uint32_t *excess)
+{
+    int64_t bound = state->model->width > 0 ? qs_trws_grid_excess(state, excess) : qs_trws_graph_excess(state, excess);
+    pass(state, false);
+    return bound;
 }
 
 /* Whether a cell has the label of all cells beside it: most have, and nothing to take. */
@@ -102,20 +114,27 @@ static void decode(const qs_trws_state *state, bool forward, uint16_t *trial, ui
 qs_status qs_trws(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size, uint16_t *labelling,
                   qs_solution *solution)
 {
+    qs_trws_state state;
+    return qs_trws_watched(model, options, workspace, workspace_size, labelling, solution, &state);
+}
+
+qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size, uint16_t *labelling,
+                          qs_solution *solution, qs_trws_state *state)
+{
     if (!model || !workspace || !labelling || !solution) {
         return QS_E_ARGUMENT;
     }
     if (workspace_size < qs_trws_workspace(model) || qs_trws_workspace(model) == SIZE_MAX) {
         return QS_E_WORKSPACE;
     }
-    qs_trws_state state = {.model = model, .wide = qs_lanes_avx2()};
-    if (!qs_scale_choose(model, FINEST, &state.scale)) {
+    *state = (qs_trws_state){.model = model, .wide = qs_lanes_avx2()};
+    if (!qs_scale_choose(model, FINEST, &state->scale)) {
         return QS_E_OVERFLOW;
     }
     memset(workspace, 0, qs_trws_workspace(model));
-    state.messages = (int32_t *)workspace + qs_trws_padding(model);
-    state.scratch = state.messages + qs_trws_messages(model);
-    uint16_t *trial = (uint16_t *)(state.scratch + qs_trws_scratch(model));
+    state->messages = (int32_t *)workspace + qs_trws_padding(model);
+    state->scratch = state->messages + qs_trws_messages(model);
+    uint16_t *trial = (uint16_t *)(state->scratch + qs_trws_scratch(model));
     qs_solution s = {.energy = INT64_MAX, .lower_bound = QS_NO_BOUND};
     bool go = true;
     while (go && !s.converged) {
@@ -124,9 +143,9 @@ qs_status qs_trws(const qs_model *model, const qs_solve_options *options, void *
         bool now = s.iterations % DECODE_EVERY == 0;
         bool both = last || s.iterations == 1, odd = s.iterations / DECODE_EVERY % 2 != 0;
         for (int way = 0; way < 2; way++) {
-            raise_bound(&state, pass(&state, way == 0), &s);
+            raise_bound(state, pass(state, way == 0), &s);
             if (both || (now && odd == (way != 0))) {
-                decode(&state, way != 0, trial, labelling, &s);
+                decode(state, way != 0, trial, labelling, &s);
             }
         }
         s.converged = s.energy == s.lower_bound;

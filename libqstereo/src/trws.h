@@ -33,6 +33,27 @@ int64_t qs_trws_grid_pass(const qs_trws_state *state, bool forward);
 int64_t qs_trws_wide_pass(const qs_trws_state *state, bool forward); /* of a grid with Potts costs and at least 8 labels, by AVX2 */
 int64_t qs_trws_graph_pass(const qs_trws_state *state, bool forward);
 
+/* A bound of a pass in whole units, the model's constant included. */
+int64_t qs_trws_whole(const qs_trws_state *state, int64_t bound);
+
+/* An iteration, forward and backward, that tells too what each label costs above the least: every labelling w that has label d at site p has
+ * bound + excess_p(d) <= 2^shift (F(w) - the model's constant), where the bound is that of the pass forward and is returned.
+ *
+ * In the forward pass each chain's costs are at hand as the dynamic program from its beginning has them. A sweep back over the same costs gives each label's
+ * min-marginal on its chain; the excess is that less the chain's least, summed over the chains through the site.
+ *
+ * excess   out: sites x labels, at most UINT32_MAX; then workspace, in all qs_trws_excess_numbers. */
+int64_t qs_trws_excess(const qs_trws_state *state, uint32_t *excess);
+uint64_t qs_trws_excess_numbers(const qs_model *model);
+
+int64_t qs_trws_grid_excess(const qs_trws_state *state, uint32_t *excess); /* their forward passes */
+int64_t qs_trws_graph_excess(const qs_trws_state *state, uint32_t *excess);
+
+/* qs_trws, whose state the caller sees: when a watch is called it is that between two iterations. The costs and the constant of the model
+ * may be changed there. */
+qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size, uint16_t *labelling,
+                          qs_solution *solution, qs_trws_state *state);
+
 /* A labelling, in the order of the sites after a pass against it, or against it after a pass in it: see decode.h. */
 void qs_trws_grid_labels(const qs_trws_state *state, bool forward, uint16_t *labelling);
 void qs_trws_graph_labels(const qs_trws_state *state, bool forward, uint16_t *labelling);

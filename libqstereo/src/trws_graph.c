@@ -57,7 +57,12 @@ static int32_t least_part(const int32_t *part, uint32_t labels)
     return least;
 }
 
-static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward)
+/* What a pass forward leaves for the sweep back: of each site what was charged there, of each edge the message that was replaced. */
+typedef struct record {
+    int32_t *total, *replaced;
+} pass_record;
+
+static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward, const pass_record *record)
 {
     const qs_model *model = state->model;
     uint32_t labels = model->labels, lower, higher, sent = 0;
@@ -66,6 +71,9 @@ static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward)
     uint32_t chains = lower > higher ? lower : higher;
     chains = chains > 0 ? chains : 1;
     add_all(state, site, total);
+    if (record) {
+        memcpy(record->total + (size_t)site * labels, total, sizeof *total * labels);
+    }
     int64_t bound = 0;
     for (uint32_t n = model->link_start[site]; n < model->link_start[site + 1]; n++) {
         const qs_link *link = &model->links[n];
@@ -73,6 +81,9 @@ static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward)
             continue;
         }
         int32_t *message = message_of(state, link);
+        if (record) {
+            memcpy(record->replaced + (size_t)link->edge * labels, message, sizeof *message * labels);
+        }
         take_part(total, labels, sent++, chains, part);
         for (uint32_t d = 0; d < labels; d++) {
             part[d] -= message[d];
@@ -90,7 +101,83 @@ int64_t qs_trws_graph_pass(const qs_trws_state *state, bool forward)
 {
     int64_t bound = 0;
     for (uint32_t at = 0; at < state->model->sites; at++) {
-        bound += visit(state, forward ? at : state->model->sites - 1 - at, forward);
+        bound += visit(state, forward ? at : state->model->sites - 1 - at, forward, NULL);
+    }
+    return bound;
+}
+
+/* The next link from `at` on of weight above 0. */
+static uint32_t next_link(const qs_model *model, uint32_t at, uint32_t end)
+{
+    while (at < end && model->links[at].weight == 0) {
+        at++;
+    }
+    return at;
+}
+
+/* One chain at a site, from part `part` of what was charged there: adds what its labels cost above the least, and sends the costs from the site on back along
+ * `before`. Of the edge after it, `after`, the record has the costs of what comes later, less the message that was replaced. NULL = no such edge. */
+static void sweep_chain(const qs_trws_state *state, const pass_record *record, const qs_link *before, const qs_link *after, int32_t *part, uint32_t *excess)
+{
+    const qs_model *model = state->model;
+    uint32_t labels = model->labels;
+    const int32_t *later = after ? record->replaced + (size_t)after->edge * labels : NULL;
+    for (uint32_t d = 0; later && d < labels; d++) {
+        part[d] += later[d];
+    }
+    int32_t least = least_part(part, labels);
+    for (uint32_t d = 0; d < labels; d++) {
+        uint32_t more = (uint32_t)part[d] - (uint32_t)least;
+        excess[d] = more < UINT32_MAX - excess[d] ? excess[d] + more : UINT32_MAX;
+    }
+    if (before) {
+        const int32_t *came = message_of(state, before);
+        int32_t *message = state->scratch, *rest = message + labels, *replaced = record->replaced + (size_t)before->edge * labels;
+        for (uint32_t d = 0; d < labels; d++) {
+            part[d] -= came[d];
+        }
+        (void)qs_message_send(model, before->weight << state->scale.shift, false, part, message, rest);
+        for (uint32_t d = 0; d < labels; d++) {
+            replaced[d] = message[d] - replaced[d];
+        }
+    }
+}
+
+/* The chains through a site; `work` are two numbers a label. What was charged there is replaced by the excess. */
+static void sweep_site(const qs_trws_state *state, uint32_t site, const pass_record *record, int32_t *work)
+{
+    const qs_model *model = state->model;
+    uint32_t labels = model->labels, lower, higher, end = model->link_start[site + 1];
+    uint32_t before = next_link(model, model->link_start[site], end), after = before;
+    count_chains(model, site, &lower, &higher);
+    uint32_t chains = lower > higher ? lower : higher;
+    chains = chains > 0 ? chains : 1;
+    for (uint32_t i = 0; i < lower; i++) {
+        after = next_link(model, after + 1, end);
+    }
+    int32_t *part = work, *total = record->total + (size_t)site * labels;
+    uint32_t *excess = (uint32_t *)work + labels;
+    memset(excess, 0, sizeof *excess * labels);
+    for (uint32_t i = 0; i < chains; i++) {
+        take_part(total, labels, i, chains, part);
+        sweep_chain(state, record, i < lower ? &model->links[before] : NULL, i < higher ? &model->links[after] : NULL, part, excess);
+        before = next_link(model, before + 1, end);
+        after = next_link(model, after + 1, end);
+    }
+    memcpy(total, excess, sizeof *excess * labels);
+}
+
+int64_t qs_trws_graph_excess(const qs_trws_state *state, uint32_t *excess)
+{
+    const qs_model *model = state->model;
+    pass_record record = {(int32_t *)excess, (int32_t *)excess + (size_t)model->sites * model->labels};
+    int32_t *work = record.replaced + (size_t)model->edges * model->labels;
+    int64_t bound = 0;
+    for (uint32_t p = 0; p < model->sites; p++) {
+        bound += visit(state, p, true, &record);
+    }
+    for (uint32_t p = model->sites; p-- > 0;) {
+        sweep_site(state, p, &record, work);
     }
     return bound;
 }

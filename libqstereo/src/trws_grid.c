@@ -13,18 +13,6 @@ uint64_t qs_trws_padding(const qs_model *model)
     return model->width > 0 ? 2 * (uint64_t)model->labels * model->width : 0;
 }
 
-/* What each label costs on the two chains onward. */
-QS_KERNEL void add_up(const qs_visit *v, qs_scale scale, uint32_t labels, int32_t *row, int32_t *column)
-{
-    for (uint32_t d = 0; d < labels; d++) {
-        int32_t cost = qs_min32(v->unary[d], scale.most) << scale.shift;
-        int32_t total = cost + v->row_in[d] + v->column_in[d] + v->row_out[d] + v->column_out[d];
-        int32_t part = (total >> v->halves) & v->row_share;
-        row[d] = part - v->row_out[d];
-        column[d] = total - part - v->column_out[d];
-    }
-}
-
 QS_KERNEL int32_t send_potts(const int32_t *costs, int32_t *message, uint32_t labels, int32_t weight)
 {
     int32_t least = costs[0];
@@ -45,7 +33,7 @@ QS_KERNEL int64_t potts_pass(const qs_trws_state *state, bool forward)
     int64_t bound = 0;
     for (uint32_t at = 0; at < model->sites; at++) {
         qs_visit v = qs_visit_of(state, forward ? at : model->sites - 1 - at, labels, forward);
-        add_up(&v, state->scale, labels, row, column);
+        qs_visit_charge(&v, state->scale, labels, row, column);
         bound += send_potts(row, v.row_out, labels, v.row_weight);
         bound += send_potts(column, v.column_out, labels, v.column_weight);
     }
@@ -60,7 +48,7 @@ static int64_t other_pass(const qs_trws_state *state, bool forward)
     int64_t bound = 0;
     for (uint32_t at = 0; at < model->sites; at++) {
         qs_visit v = qs_visit_of(state, forward ? at : model->sites - 1 - at, labels, forward);
-        add_up(&v, state->scale, labels, row, column);
+        qs_visit_charge(&v, state->scale, labels, row, column);
         bound += qs_message_send(model, v.row_weight, forward, row, v.row_out, rest);
         bound += qs_message_send(model, v.column_weight, forward, column, v.column_out, rest);
     }

@@ -40,4 +40,16 @@ QS_KERNEL qs_visit qs_visit_of(const qs_trws_state *state, uint32_t site, uint32
     return v;
 }
 
+/* What each label costs on the two chains onward. */
+QS_KERNEL void qs_visit_charge(const qs_visit *v, qs_scale scale, uint32_t labels, int32_t *row, int32_t *column)
+{
+    for (uint32_t d = 0; d < labels; d++) {
+        int32_t cost = qs_min32(v->unary[d], scale.most) << scale.shift;
+        int32_t total = cost + v->row_in[d] + v->column_in[d] + v->row_out[d] + v->column_out[d];
+        int32_t part = (total >> v->halves) & v->row_share;
+        row[d] = part - v->row_out[d];
+        column[d] = total - part - v->column_out[d];
+    }
+}
+
 #endif

@@ -13,7 +13,7 @@ typedef struct qs_reduction {
     int64_t upper_bound; /* energy of the labelling, the best one known */
     int64_t lower_bound; /* of all labellings; equal to the upper bound = proven optimal */
     uint64_t iterations; /* of TRW-S */
-    uint64_t variables;  /* left, in the encoding asked for */
+    uint64_t variables;  /* left, in the encoding asked for: those of the open sites */
     uint32_t open;       /* sites with two labels or more left; masked cells are never open */
 } qs_reduction;
 
@@ -24,7 +24,7 @@ typedef bool qs_reduce_watch(void *context, const qs_reduction *so_far);
 typedef struct qs_reduce_options {
     uint64_t iterations; /* of TRW-S, at most; 0 = 2000 */
     uint64_t target;     /* stop at the first problem of at most this many variables; 0 = none */
-    bool walls;          /* a site with n labels counts n - 1 variables (domain walls) if n > 1; else n */
+    bool walls;          /* a site with n labels counts n - 1 variables (domain walls); else n. A site of one label has none */
     qs_reduce_watch *watch;
     void *context;
 } qs_reduce_options;

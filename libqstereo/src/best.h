@@ -1,0 +1,19 @@
+/* qs_best, as others in the library make use of it. */
+#ifndef QS_BEST_H
+#define QS_BEST_H
+
+#include "trws.h"
+
+/* Who works on the problem while it is being solved. */
+typedef struct qs_guest {
+    /* Called after every iteration of TRW-S, the last one too, before the watch is told; false = stop. It may change
+     * costs, constant and label sets of the model, so_far (but for the iterations) and the labelling, such that their energy and bound hold. */
+    bool (*between)(void *context, const qs_trws_state *state, qs_solution *so_far);
+    void *context;
+} qs_guest;
+
+/* The same as qs_best with a guest, or without (NULL). */
+qs_status qs_best_with(const qs_model *model, const qs_solve_options *options, const qs_guest *guest, void *workspace, size_t workspace_size,
+                       uint16_t *labelling, qs_solution *solution);
+
+#endif

@@ -1,0 +1,136 @@
+#include "../include/qstereo/reduce.h"
+
+#include "best.h"
+#include "bytes.h"
+#include "eliminate.h"
+#include "local.h"
+
+enum { ITERATIONS = 2000, FIRST = 8, WIDEST = 4 };
+
+/* The guest of qs_best_with. */
+typedef struct reducer {
+    qs_elimination sets;
+    const qs_reduce_options *options;
+    uint64_t iterations, target; /* of the options */
+    uint32_t *excess;
+    uint64_t next;  /* without target: the iteration at which to look for the excess */
+    int64_t looked; /* the gap when that was done last */
+    qs_reduction so_far;
+} reducer;
+
+static void count(reducer *r)
+{
+    r->so_far.open = qs_eliminate_open(&r->sets, r->options && r->options->walls, &r->so_far.variables);
+}
+
+static bool tell(void *context, const qs_progress *progress)
+{
+    reducer *r = context;
+    r->so_far.upper_bound = progress->energy;
+    r->so_far.lower_bound = progress->lower_bound;
+    r->so_far.iterations = progress->iteration;
+    return !r->options || !r->options->watch || r->options->watch(r->options->context, &r->so_far);
+}
+
+/* Whether it is time for the excess: at the end in any case, and where it can be above the gap. With a target as often as the gap has narrowed. */
+static bool is_due(reducer *r, const qs_trws_state *state, const qs_solution *so_far)
+{
+    int64_t gap = so_far->energy - so_far->lower_bound;
+    if (gap == 0 || so_far->iterations >= r->iterations) {
+        return true;
+    }
+    if (gap / WIDEST > state->scale.most) {
+        return false;
+    }
+    if (r->target > 0) {
+        return gap < r->looked;
+    }
+    if (so_far->iterations < r->next) {
+        return false;
+    }
+    r->next = 2 * so_far->iterations;
+    return true;
+}
+
+static bool between(void *context, const qs_trws_state *state, qs_solution *so_far)
+{
+    reducer *r = context;
+    if (is_due(r, state, so_far)) {
+        int64_t bound = qs_trws_excess(state, r->excess), whole = qs_trws_whole(state, bound);
+        int64_t room = (so_far->energy - r->sets.model.constant) * ((int64_t)1 << state->scale.shift) - bound;
+        so_far->lower_bound = whole > so_far->lower_bound ? whole : so_far->lower_bound;
+        r->looked = so_far->energy - so_far->lower_bound;
+        qs_eliminate_above(&r->sets, r->excess, room);
+        qs_eliminate_goldstein(&r->sets);
+        so_far->energy = qs_model_energy(&r->sets.model, r->sets.labelling);
+        count(r);
+    }
+    return r->so_far.variables > r->target || r->target == 0;
+}
+
+static void mend(reducer *r)
+{
+    for (uint32_t p = 0; p < r->sets.model.sites; p++) {
+        qs_local_mend(&r->sets.model, r->sets.labelling, p);
+    }
+    r->so_far.upper_bound = qs_model_energy(&r->sets.model, r->sets.labelling);
+}
+
+/* Parts of the workspace, each on a multiple of 16. */
+typedef struct layout {
+    uint64_t excess, best, end;
+} layout;
+
+static uint64_t rounded(uint64_t size)
+{
+    return (size + 15) / 16 * 16;
+}
+
+static layout lay_out(const qs_model *model)
+{
+    uint64_t best = qs_best_workspace(model);
+    layout l = {.excess = rounded(qs_eliminate_workspace(model))};
+    l.best = l.excess + rounded(sizeof(uint32_t) * qs_trws_excess_numbers(model));
+    l.end = best < SIZE_MAX ? l.best + best : SIZE_MAX;
+    return l;
+}
+
+size_t qs_reduce_workspace(const qs_model *model)
+{
+    return qs_size(lay_out(model).end);
+}
+
+qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, void *workspace, size_t workspace_size, uint8_t *kept,
+                    uint16_t *labelling, qs_reduction *reduction)
+{
+    if (!model || !workspace || !kept || !labelling || !reduction) {
+        return QS_E_ARGUMENT;
+    }
+    layout l = lay_out(model);
+    if (workspace_size < l.end || l.end >= SIZE_MAX) {
+        return QS_E_WORKSPACE;
+    }
+    char *base = workspace;
+    reducer r = {.options = options, .iterations = ITERATIONS, .excess = (uint32_t *)(void *)(base + l.excess), .next = FIRST, .looked = INT64_MAX};
+    if (options) {
+        r.iterations = options->iterations > 0 ? options->iterations : ITERATIONS;
+        r.target = options->target;
+    }
+    qs_eliminate_begin(&r.sets, model, workspace, kept, labelling);
+    qs_eliminate_goldstein(&r.sets);
+    count(&r);
+    qs_solve_options watched = {.iterations = r.iterations, .watch = tell, .context = &r};
+    qs_guest guest = {between, &r};
+    qs_solution solution;
+    qs_status status = qs_best_with(&r.sets.model, &watched, &guest, base + l.best, (size_t)(l.end - l.best), labelling, &solution);
+    if (status == QS_OK) {
+        r.so_far.upper_bound = solution.energy;
+        r.so_far.lower_bound = solution.lower_bound;
+        r.so_far.iterations = solution.iterations;
+        if (solution.lower_bound == QS_NO_BOUND) { /* so large costs that labels that are out may not cost enough */
+            mend(&r);
+        }
+        *reduction = r.so_far;
+    }
+    return status;
+}
