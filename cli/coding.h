@@ -9,12 +9,12 @@
 enum { CODING_PENALTY, CODING_GAP, CODING_TRUNCATE, CODING_OPTIONS };
 #define CODING_OPTION_ROWS                                                                                             \
     {"penalty", 0, false, "NAME", "local",                                                                             \
-     "local or minimal (least proven, by site), paper (one alpha for all) or an alpha of your own"},                   \
+     "local or minimal (proven by site), paper (one alpha for all) or your own alpha"},                                 \
         {"gap", 0, false, "G", NULL,                                                                                   \
          "integer units from the optimum to any infeasible state, of local and minimal (default 1)"},                  \
     {                                                                                                                  \
         "truncate", 0, false, NULL, NULL,                                                                              \
-            "cut costs that no optimum pays: every optimum stays, coefficients shrink; energies stay F's"              \
+            "cut costs that no optimum pays: the same optima, smaller coefficients; energies stay F's"              \
     }
 
 /* What the coefficients are to hold. */

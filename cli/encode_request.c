@@ -24,7 +24,7 @@ static const option options[] = {
     [ENCODING] = {"encoding", 0, false, "NAME", NULL,
                   "see above (default one-hot-sparse for potts, else one-hot)"},
     [CODING] = CODING_OPTION_ROWS,
-    [REDUCE] = {"reduce", 0, false, NULL, NULL, "leave out labels that are proven to be in no optimum, as qstereo reduce does"},
+    [REDUCE] = {"reduce", 0, false, NULL, NULL, "leave out labels that are proven to be in no optimum, as reduce does; with these two:"},
     [REDUCING] = REDUCING_OPTION_ROWS,
     [JSON] = {"json", 0, false, NULL, NULL, "print what info --json prints of the file"},
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
