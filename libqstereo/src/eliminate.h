@@ -1,37 +1,40 @@
 /* Label sets of a problem that is being reduced. A label that leaves stays in the arrays, at a cost that keeps it out of every labelling that a solver
- * may find: so all solvers work on the problem as it is at any moment. */
+ * may find, and the edges of a site with one label left become costs of its neighbours: so all solvers work on the problem as it is at any moment. */
 #ifndef QS_ELIMINATE_H
 #define QS_ELIMINATE_H
 
 #include "../include/qstereo/model.h"
 
 typedef struct qs_elimination {
-    qs_model model;  /* the problem as it is: its `unary`, `kept` and `constant` are of our own. A label that is out costs more than any other of its
-                        site, whatever the neighbours; the least of those kept costs 0 */
-    int32_t *unary;
+    qs_model model;  /* the problem as it is, with the same energies of all labellings of kept labels. The cheapest kept label of a site costs 0; one that is
+                        out costs more than any that is kept, whatever the neighbours */
+    int32_t *unary, *right, *down; /* its own of these */
+    qs_link *links;
     uint8_t *kept;
-    uint8_t *due;    /* of each site: whether a neighbour has lost a label since Goldstein's criterion was looked at */
-    int64_t *low, *high;   /* of each label of the site that is looked at: between what it costs, whatever the neighbours; less a constant */
-    uint16_t *labelling;   /* kept labels only; where one leaves, the site takes another */
+    uint16_t *labelling; /* of kept labels only; where one leaves, the site takes another */
+    uint8_t *due;        /* of each site: whether its costs or a neighbour's labels have changed since Goldstein's criterion was looked at */
+    int64_t *saved;      /* of each label of a site: what its neighbours can save it */
+    uint32_t *left;      /* the sites of what is left of the problem, in order: those with two labels or more (or edges too costly to be added to costs) */
+    uint32_t left_count;
+    uint32_t open;       /* sites with two labels or more */
+    uint64_t variables;  /* of those: n - 1 for n labels with walls, else n */
+    bool walls;
+    uint32_t *part;      /* of each site left: the first of all that edges join it to */
+    int64_t *room;       /* of each part: how far the scaled bound is below the labelling's energy */
 } qs_elimination;
 
 /* Bytes of workspace. */
 uint64_t qs_eliminate_workspace(const qs_model *model);
 
-/* All labels of the model's own sets; of a masked cell label 0.
+/* All labels of the model's own sets, of a masked cell label 0; then what Goldstein's criterion leaves of them.
  *
  * kept       sites x labels, filled in and kept up to date
  * labelling  the winner's; then the caller's to replace by better ones of kept labels */
-void qs_eliminate_begin(qs_elimination *e, const qs_model *model, void *workspace, uint8_t *kept, uint16_t *labelling);
+void qs_eliminate_begin(qs_elimination *e, const qs_model *model, bool walls, void *workspace, uint8_t *kept, uint16_t *labelling);
 
-/* Goldstein's criterion (1994; docs/MATHS.md), again until nothing changes: a label leaves that another of its site is better than whatever labels of
- * their sets the neighbours have. For Potts costs; for others a label leaves that costs more by itself than the cheapest can with all its edges. */
-void qs_eliminate_goldstein(qs_elimination *e);
-
-/* Labels of an excess (trws.h) above `room` leave. None of the labelling may be among them. */
-void qs_eliminate_above(qs_elimination *e, const uint32_t *excess, int64_t room);
-
-/* Sites with two labels or more, and the variables of their labels: n - 1 for n labels with walls, else n. */
-uint32_t qs_eliminate_open(const qs_elimination *e, bool walls, uint64_t *variables);
+/* Labels leave whose excess (trws.h) proves that no labelling with them is as good as the present one, each part of the problem for itself; then those that
+ * Goldstein's criterion takes out in turn. Returns the gap between labelling and bound that there was, in units, rounded down in each part; *room = the same times 2^shift,
+ * not rounded. */
+int64_t qs_eliminate_above(qs_elimination *e, const uint32_t *excess, const int64_t *shares, unsigned shift, int64_t *room);
 
 #endif

@@ -5,7 +5,7 @@
 #include "eliminate.h"
 #include "local.h"
 
-enum { ITERATIONS = 2000, FIRST = 8, WIDEST = 4 };
+enum { ITERATIONS = 2000, FIRST = 8, WIDEST = 4, BETWEEN = 8, FEW = 2 };
 
 /* The guest of qs_best_with. */
 typedef struct reducer {
@@ -13,6 +13,7 @@ typedef struct reducer {
     const qs_reduce_options *options;
     uint64_t iterations, target; /* of the options */
     uint32_t *excess;
+    int64_t *shares;
     uint64_t next;  /* without target: the iteration at which to look for the excess */
     int64_t looked; /* the gap when that was done last */
     qs_reduction so_far;
@@ -20,7 +21,8 @@ typedef struct reducer {
 
 static void count(reducer *r)
 {
-    r->so_far.open = qs_eliminate_open(&r->sets, r->options && r->options->walls, &r->so_far.variables);
+    r->so_far.open = r->sets.open;
+    r->so_far.variables = r->sets.variables;
 }
 
 static bool tell(void *context, const qs_progress *progress)
@@ -52,20 +54,50 @@ static bool is_due(reducer *r, const qs_trws_state *state, const qs_solution *so
     return true;
 }
 
-static bool between(void *context, const qs_trws_state *state, qs_solution *so_far)
+/* Takes out what the excess proves; returns how far the scaled bound was below the best energy. */
+static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
+{
+    int64_t room, energy = so_far->energy;
+    qs_trws_excess(state, r->excess, r->shares);
+    int64_t bound = energy - qs_eliminate_above(&r->sets, r->excess, r->shares, state->scale.shift, &room);
+    so_far->lower_bound = bound > so_far->lower_bound ? bound : so_far->lower_bound;
+    so_far->energy = qs_model_energy(&r->sets.model, r->sets.labelling);
+    r->looked = so_far->energy - so_far->lower_bound;
+    qs_trws_forget(state);
+    if (r->sets.left_count < state->model->sites / FEW) {
+        state->visits = r->sets.left;
+        state->visit_count = r->sets.left_count;
+    }
+    count(r);
+    return room;
+}
+
+static bool at_target(const reducer *r)
+{
+    return r->target > 0 && r->so_far.variables <= r->target;
+}
+
+/* The best labelling is proven as soon as the bound is above the energy less one. What it still lacks lets labels stay that are in no
+ * optimum: at 0 ties alone are left. */
+static void finish(reducer *r, qs_trws_state *state, qs_solution *so_far, int64_t room)
+{
+    for (int64_t before = INT64_MAX; room > 0 && room <= before / 4 * 3 && r->so_far.open > 0 && !at_target(r);) {
+        before = room;
+        qs_trws_iterate(state, BETWEEN + so_far->iterations / BETWEEN);
+        room = tighten(r, state, so_far);
+    }
+}
+
+static bool between(void *context, qs_trws_state *state, qs_solution *so_far)
 {
     reducer *r = context;
-    if (is_due(r, state, so_far)) {
-        int64_t bound = qs_trws_excess(state, r->excess), whole = qs_trws_whole(state, bound);
-        int64_t room = (so_far->energy - r->sets.model.constant) * ((int64_t)1 << state->scale.shift) - bound;
-        so_far->lower_bound = whole > so_far->lower_bound ? whole : so_far->lower_bound;
-        r->looked = so_far->energy - so_far->lower_bound;
-        qs_eliminate_above(&r->sets, r->excess, room);
-        qs_eliminate_goldstein(&r->sets);
-        so_far->energy = qs_model_energy(&r->sets.model, r->sets.labelling);
-        count(r);
+    if (!at_target(r) && is_due(r, state, so_far)) {
+        int64_t room = tighten(r, state, so_far);
+        if (so_far->energy == so_far->lower_bound) {
+            finish(r, state, so_far, room);
+        }
     }
-    return r->so_far.variables > r->target || r->target == 0;
+    return !at_target(r);
 }
 
 static void mend(reducer *r)
@@ -78,7 +110,7 @@ static void mend(reducer *r)
 
 /* Parts of the workspace, each on a multiple of 16. */
 typedef struct layout {
-    uint64_t excess, best, end;
+    uint64_t shares, excess, best, end;
 } layout;
 
 static uint64_t rounded(uint64_t size)
@@ -89,7 +121,8 @@ static uint64_t rounded(uint64_t size)
 static layout lay_out(const qs_model *model)
 {
     uint64_t best = qs_best_workspace(model);
-    layout l = {.excess = rounded(qs_eliminate_workspace(model))};
+    layout l = {.shares = rounded(qs_eliminate_workspace(model))};
+    l.excess = l.shares + rounded(sizeof(int64_t) * model->sites);
     l.best = l.excess + rounded(sizeof(uint32_t) * qs_trws_excess_numbers(model));
     l.end = best < SIZE_MAX ? l.best + best : SIZE_MAX;
     return l;
@@ -116,8 +149,8 @@ qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, voi
         r.iterations = options->iterations > 0 ? options->iterations : ITERATIONS;
         r.target = options->target;
     }
-    qs_eliminate_begin(&r.sets, model, workspace, kept, labelling);
-    qs_eliminate_goldstein(&r.sets);
+    r.shares = (int64_t *)(void *)(base + l.shares);
+    qs_eliminate_begin(&r.sets, model, options && options->walls, workspace, kept, labelling);
     count(&r);
     qs_solve_options watched = {.iterations = r.iterations, .watch = tell, .context = &r};
     qs_guest guest = {between, &r};

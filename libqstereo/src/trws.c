@@ -25,26 +25,43 @@ static int64_t pass(const qs_trws_state *state, bool forward)
     return state->model->width > 0 ? qs_trws_grid_pass(state, forward) : qs_trws_graph_pass(state, forward);
 }
 
-/* Rounded up: energies are whole. */
-int64_t qs_trws_whole(const qs_trws_state *state, int64_t bound)
-{
-    int64_t unit = (int64_t)1 << state->scale.shift, whole = bound / unit;
-    whole += bound > whole * unit;
-    return whole + state->model->constant;
-}
-
-/* A pass may only raise the bound. */
+/* A pass may only raise the bound, which is rounded up: energies are whole. */
 static void raise_bound(const qs_trws_state *state, int64_t bound, qs_solution *s)
 {
-    int64_t whole = qs_trws_whole(state, bound);
+    unsigned shift = state->scale.shift;
+    int64_t whole = bound / ((int64_t)1 << shift);
+    whole += bound > whole * ((int64_t)1 << shift);
+    whole += state->model->constant;
     s->lower_bound = whole > s->lower_bound ? whole : s->lower_bound;
 }
 
-int64_t qs_trws_excess(const qs_trws_state *state, uint32_t *excess)
+void qs_trws_iterate(const qs_trws_state *state, uint64_t times)
 {
-    int64_t bound = state->model->width > 0 ? qs_trws_grid_excess(state, excess) : qs_trws_graph_excess(state, excess);
+    for (uint64_t i = 0; i < times; i++) {
+        pass(state, true);
+        pass(state, false);
+    }
+}
+
+void qs_trws_forget(const qs_trws_state *state)
+{
+    const qs_model *model = state->model;
+    size_t labels = model->labels;
+    for (uint32_t p = 0; model->width > 0 && p < model->sites; p++) { /* a graph's passes do not look at such edges */
+        int32_t *right = state->messages + 2 * labels * p, *down = right + labels;
+        memset(right, 0, model->right[p] == 0 ? sizeof *right * labels : 0);
+        memset(down, 0, model->down[p] == 0 ? sizeof *down * labels : 0);
+    }
+}
+
+void qs_trws_excess(const qs_trws_state *state, uint32_t *excess, int64_t *shares)
+{
+    if (state->model->width > 0) {
+        qs_trws_grid_excess(state, excess, shares);
+    } else {
+        qs_trws_graph_excess(state, excess, shares);
+    }
     pass(state, false);
-    return bound;
 }
 
 /* Whether a cell has the label of all cells beside it: most have, and nothing to take. */

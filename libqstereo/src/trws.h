@@ -21,7 +21,21 @@ typedef struct qs_trws_state {
     bool wide;         /* AVX2 */
     int32_t *messages; /* of a grid: of each site that to or from its right neighbour, then that of its lower one; else of each edge */
     int32_t *scratch;
+    const uint32_t *visits; /* sites that the passes visit, in order; NULL = all. The others have no edges and a label that costs nothing, so they add nothing */
+    uint32_t visit_count;
 } qs_trws_state;
+
+static inline uint32_t qs_trws_visits(const qs_trws_state *state)
+{
+    return state->visits ? state->visit_count : state->model->sites;
+}
+
+/* The site that a pass visits as number `at`. */
+static inline uint32_t qs_trws_site(const qs_trws_state *state, uint32_t at, bool forward)
+{
+    at = forward ? at : qs_trws_visits(state) - 1 - at;
+    return state->visits ? state->visits[at] : at;
+}
 
 /* In 64 bits, for they may not fit a size_t: numbers of messages, less of padding before them, and of scratch. */
 uint64_t qs_trws_messages(const qs_model *model);
@@ -33,24 +47,29 @@ int64_t qs_trws_grid_pass(const qs_trws_state *state, bool forward);
 int64_t qs_trws_wide_pass(const qs_trws_state *state, bool forward); /* of a grid with Potts costs and at least 8 labels, by AVX2 */
 int64_t qs_trws_graph_pass(const qs_trws_state *state, bool forward);
 
-/* A bound of a pass in whole units, the model's constant included. */
-int64_t qs_trws_whole(const qs_trws_state *state, int64_t bound);
+/* Iterations, forward and backward. */
+void qs_trws_iterate(const qs_trws_state *state, uint64_t times);
 
-/* An iteration, forward and backward, that tells too what each label costs above the least: every labelling w that has label d at site p has
- * bound + excess_p(d) <= 2^shift (F(w) - the model's constant), where the bound is that of the pass forward and is returned.
+/* Forgets what was sent along edges whose weight has become 0. */
+void qs_trws_forget(const qs_trws_state *state);
+
+/* An iteration that tells too what each label costs above the least: every labelling w that has label d at site p has
+ * bound + excess_p(d) <= 2^shift (F(w) - the model's constant), where the bound is that of the pass forward. The same holds of every part of the
+ * problem that no edge joins to the rest, with the shares of its sites in the bound.
  *
  * In the forward pass each chain's costs are at hand as the dynamic program from its beginning has them. A sweep back over the same costs gives each label's
  * min-marginal on its chain; the excess is that less the chain's least, summed over the chains through the site.
  *
- * excess   out: sites x labels, at most UINT32_MAX; then workspace, in all qs_trws_excess_numbers. */
-int64_t qs_trws_excess(const qs_trws_state *state, uint32_t *excess);
+ * excess   out: sites x labels (of sites visited), at most UINT32_MAX; then workspace, in all qs_trws_excess_numbers
+ * shares   out: each visited site's share in the bound */
+void qs_trws_excess(const qs_trws_state *state, uint32_t *excess, int64_t *shares);
 uint64_t qs_trws_excess_numbers(const qs_model *model);
 
-int64_t qs_trws_grid_excess(const qs_trws_state *state, uint32_t *excess); /* their forward passes */
-int64_t qs_trws_graph_excess(const qs_trws_state *state, uint32_t *excess);
+void qs_trws_grid_excess(const qs_trws_state *state, uint32_t *excess, int64_t *shares); /* their forward passes */
+void qs_trws_graph_excess(const qs_trws_state *state, uint32_t *excess, int64_t *shares);
 
 /* qs_trws, whose state the caller sees: when a watch is called it is that between two iterations. The costs and the constant of the model
- * may be changed there. */
+ * may be changed there, and the visits set. */
 qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size, uint16_t *labelling,
                           qs_solution *solution, qs_trws_state *state);
 

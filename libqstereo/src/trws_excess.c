@@ -42,18 +42,17 @@ static int32_t send(const sweep *s, int32_t weight, bool upward, const int32_t *
     return qs_message_send(s->state->model, weight, upward, s->costs, message, s->state->scratch);
 }
 
-static int64_t forward(const sweep *s)
+static void forward(const sweep *s, int64_t *shares)
 {
     const qs_trws_state *state = s->state;
-    int64_t bound = 0;
-    for (uint32_t p = 0; p < state->model->sites; p++) {
+    for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
+        uint32_t p = qs_trws_site(state, at, true);
         int32_t *row = s->row + (size_t)p * s->labels, *column = s->column + (size_t)p * s->labels;
         qs_visit v = qs_visit_of(state, p, s->labels, true);
         qs_visit_charge(&v, state->scale, s->labels, row, column);
-        bound += send(s, v.row_weight, true, row, v.row_out);
-        bound += send(s, v.column_weight, true, column, v.column_out);
+        shares[p] = send(s, v.row_weight, true, row, v.row_out);
+        shares[p] += send(s, v.column_weight, true, column, v.column_out);
     }
-    return bound;
 }
 
 /* One chain at a site: min-marginals from the costs up to it and those of what comes later, less their least; and the costs from it on, less the message
@@ -72,12 +71,14 @@ static void sweep_chain(const sweep *s, int32_t *costs, int32_t *later, const in
     (void)qs_message_send(s->state->model, weight, false, s->costs, later, s->state->scratch);
 }
 
+/* Where a chain ends no cost comes later: nothing was sent there, along an edge of weight 0. */
 static void back(const sweep *s)
 {
     const qs_model *model = s->state->model;
     uint32_t labels = s->labels;
     memset(s->row_later, 0, sizeof *s->row_later * labels * (model->width + (size_t)1));
-    for (uint32_t p = model->sites; p-- > 0;) {
+    for (uint32_t at = 0; at < qs_trws_visits(s->state); at++) {
+        uint32_t p = qs_trws_site(s->state, at, false);
         qs_visit v = qs_visit_of(s->state, p, labels, false); /* its `out` = to the sites before */
         int32_t *row = s->row + (size_t)p * labels, *column = s->column + (size_t)p * labels;
         sweep_chain(s, row, s->row_later, v.row_out, v.row_weight);
@@ -89,10 +90,9 @@ static void back(const sweep *s)
     }
 }
 
-int64_t qs_trws_grid_excess(const qs_trws_state *state, uint32_t *excess)
+void qs_trws_grid_excess(const qs_trws_state *state, uint32_t *excess, int64_t *shares)
 {
     sweep s = lay_out(state, excess);
-    int64_t bound = forward(&s);
+    forward(&s, shares);
     back(&s);
-    return bound;
 }

@@ -100,8 +100,8 @@ static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward, co
 int64_t qs_trws_graph_pass(const qs_trws_state *state, bool forward)
 {
     int64_t bound = 0;
-    for (uint32_t at = 0; at < state->model->sites; at++) {
-        bound += visit(state, forward ? at : state->model->sites - 1 - at, forward, NULL);
+    for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
+        bound += visit(state, qs_trws_site(state, at, forward), forward, NULL);
     }
     return bound;
 }
@@ -167,19 +167,18 @@ static void sweep_site(const qs_trws_state *state, uint32_t site, const pass_rec
     memcpy(total, excess, sizeof *excess * labels);
 }
 
-int64_t qs_trws_graph_excess(const qs_trws_state *state, uint32_t *excess)
+void qs_trws_graph_excess(const qs_trws_state *state, uint32_t *excess, int64_t *shares)
 {
     const qs_model *model = state->model;
     pass_record record = {(int32_t *)excess, (int32_t *)excess + (size_t)model->sites * model->labels};
     int32_t *work = record.replaced + (size_t)model->edges * model->labels;
-    int64_t bound = 0;
-    for (uint32_t p = 0; p < model->sites; p++) {
-        bound += visit(state, p, true, &record);
+    for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
+        uint32_t p = qs_trws_site(state, at, true);
+        shares[p] = visit(state, p, true, &record);
     }
-    for (uint32_t p = model->sites; p-- > 0;) {
-        sweep_site(state, p, &record, work);
+    for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
+        sweep_site(state, qs_trws_site(state, at, false), &record, work);
     }
-    return bound;
 }
 
 /* A site's costs beside the labels of its earlier neighbours and the messages of the later ones. */
