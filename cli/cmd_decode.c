@@ -102,7 +102,10 @@ static qs_status take_sample(const answer *both, uint32_t sample, bool repair, c
     memcpy(to->bits, qs_samples_bits(&both->samples.view, sample), ((size_t)both->samples.view.variables + 7) / 8);
     to->sample = sample;
     if (repair) {
-        to->repaired = qs_sample_repair(index, to->bits, to->workspace, to->workspace_size);
+        qs_status status = qs_sample_repair(index, to->bits, to->workspace, to->workspace_size, &to->repaired);
+        if (status != QS_OK) {
+            return status;
+        }
     }
     return sample_labels(index, to->bits, to->labelling, &to->energy);
 }

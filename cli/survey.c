@@ -11,7 +11,7 @@ qs_status sample_labels(const qs_index *index, const uint8_t *bits, uint16_t *la
 {
     qs_status status = qs_sample_decode(index, bits, labelling);
     if (status == QS_OK) {
-        *energy = qs_qubo_energy(index, bits) + qs_sample_excess(index, labelling);
+        *energy = qs_qubo_energy(index, bits) + qs_sample_excess(index->qubo, labelling);
     }
     return status;
 }

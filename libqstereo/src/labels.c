@@ -2,19 +2,11 @@
 
 #include <string.h>
 
+#include "bits.h"
 #include "bytes.h"
 #include "sites.h"
 
 enum { GROUP_RUN = 8, LABL_SIZE = 64, KEPT_HEAD = 8, TRNC_HEAD = 8 };
-
-static uint32_t bits_in(uint8_t byte)
-{
-    uint32_t count = 0;
-    for (; byte != 0; byte &= (uint8_t)(byte - 1)) {
-        count++;
-    }
-    return count;
-}
 
 static bool corrupt(qs_reader *reader, const qs_chunk *chunk, const char *what)
 {
@@ -57,7 +49,7 @@ static bool count_mask(const qs_labels *l, uint32_t *sites)
     uint64_t cells = (uint64_t)l->width * l->height;
     *sites = 0;
     for (uint64_t byte = 0; byte < (cells + 7) / 8; byte++) {
-        *sites += bits_in(l->mask[byte]);
+        *sites += qs_byte_count(l->mask[byte]);
     }
     return cells % 8 == 0 || l->mask[cells / 8] >> cells % 8 == 0;
 }
@@ -106,7 +98,7 @@ static bool is_set(const uint8_t *set, uint32_t labels)
 {
     uint32_t count = 0;
     for (uint32_t byte = 0; byte < (labels + 7) / 8; byte++) {
-        count += bits_in(set[byte]);
+        count += qs_byte_count(set[byte]);
     }
     return count >= 2 && (labels % 8 == 0 || set[labels / 8] >> labels % 8 == 0);
 }
@@ -285,7 +277,7 @@ bool qs_site_next(qs_site *site)
         site->set = l->sets + (size_t)site->open * each;
         site->count = 0;
         for (uint32_t byte = 0; byte < each; byte++) {
-            site->count += bits_in(site->set[byte]);
+            site->count += qs_byte_count(site->set[byte]);
         }
     }
     site->next_variable += qs_site_variables(l->encoding, site->count);

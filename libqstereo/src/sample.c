@@ -2,102 +2,47 @@
 
 #include <string.h>
 
-static bool is_set(const uint8_t *bits, uint32_t variable)
-{
-    return bits[variable / 8] >> variable % 8 & 1;
-}
+#include "bits.h"
+#include "bytes.h"
+#include "site_bits.h"
+#include "vertices.h"
 
-static void set(uint8_t *bits, uint32_t variable, bool value)
+static uint32_t wrong_terminals(const qs_index *index, const uint8_t *bits)
 {
-    uint8_t bit = (uint8_t)(1u << variable % 8);
-    bits[variable / 8] = (uint8_t)(value ? bits[variable / 8] | bit : bits[variable / 8] & ~bit);
-}
-
-/* The next variable at 1 from `from` on, or `end`. Zero bytes, most of a sample, are passed over whole. */
-static uint32_t next_set(const uint8_t *bits, uint32_t from, uint32_t end)
-{
-    while (from < end && !is_set(bits, from)) {
-        from = bits[from / 8] >> from % 8 == 0 ? (from / 8 + 1) * 8 : from + 1;
+    const qs_labels *l = &index->qubo->labels;
+    uint32_t wrong = 0;
+    for (uint32_t t = 0; l->encoding == QS_MULTIWAY_CUT && l->open > 0 && t < l->labels; t++) {
+        uint32_t from = index->start[l->open + t], end = index->start[l->open + t + 1];
+        wrong += qs_bit_next(bits, from, end) != from + t || qs_bit_next(bits, from + t + 1, end) != end;
     }
-    return from < end ? from : end;
+    return wrong;
 }
 
-static uint32_t count_set(const uint8_t *bits, uint32_t from, uint32_t end)
+static uint32_t unlabelled_groups(const qs_index *index, const uint8_t *bits)
 {
     uint32_t count = 0;
-    for (uint32_t i = next_set(bits, from, end); i < end; i = next_set(bits, i + 1, end)) {
-        count++;
+    for (uint32_t g = 0; g < index->qubo->groups; g++) {
+        count += qs_is_one_hot(index, g) && qs_bit_count(bits, index->start[g], index->start[g + 1]) != 1;
     }
     return count;
 }
 
-static bool is_one_hot(const qs_index *index, uint32_t group)
-{
-    int64_t a, b;
-    qs_index_penalty(index, group, &a, &b);
-    return a != 0 || b != 0;
-}
-
-/* What the couplings of `variable` with one neighbour of its group cost in a sample. */
-static int64_t coupling(const qs_index *index, const uint8_t *bits, uint32_t group, uint32_t variable, const qs_neighbour *near)
-{
-    uint32_t own = variable - index->start[group], base = index->start[near->group], end = index->start[near->group + 1];
-    bool turned = (near->block & QS_TRANSPOSED) != 0;
-    int64_t sum = 0;
-    for (uint32_t i = next_set(bits, base, end); i < end; i = next_set(bits, i + 1, end)) {
-        uint32_t other = i - base;
-        sum += qs_index_block(index, near->block & ~QS_TRANSPOSED, turned ? other : own, turned ? own : other);
-    }
-    return sum * near->weight;
-}
-
-/* What a group couples with itself: pairs above the diagonal only. */
-static int64_t own_coupling(const qs_index *index, const uint8_t *bits, uint32_t group, uint32_t variable, const qs_neighbour *near)
-{
-    uint32_t base = index->start[group], end = index->start[group + 1];
-    int64_t sum = 0;
-    for (uint32_t i = next_set(bits, variable + 1, end); i < end; i = next_set(bits, i + 1, end)) {
-        sum += qs_index_block(index, near->block, variable - base, i - base);
-    }
-    return sum * near->weight;
-}
-
-static int64_t group_energy(const qs_index *index, const uint8_t *bits, uint32_t group)
-{
-    uint32_t from = index->start[group], end = index->start[group + 1];
-    int64_t a, b, hot = 0, energy = 0;
-    for (uint32_t i = next_set(bits, from, end); i < end; i = next_set(bits, i + 1, end)) {
-        hot++;
-        energy += qs_qubo_linear(index->qubo, i);
-        for (uint32_t n = index->near_start[group]; n < index->near_start[group + 1]; n++) {
-            const qs_neighbour *near = &index->near[n];
-            if (near->group == group) {
-                energy += own_coupling(index, bits, group, i, near);
-            } else if ((near->block & QS_TRANSPOSED) == 0) { /* each pair of groups once */
-                energy += coupling(index, bits, group, i, near);
-            }
-        }
-    }
-    qs_index_penalty(index, group, &a, &b);
-    return energy + a * (1 - hot) + b * (hot * (hot - 1) / 2);
-}
-
-int64_t qs_qubo_energy(const qs_index *index, const uint8_t *bits)
-{
-    int64_t energy = index->qubo->offset;
-    for (uint32_t g = 0; g < index->qubo->groups; g++) {
-        energy += group_energy(index, bits, g);
-    }
-    return energy;
-}
-
 uint32_t qs_sample_infeasible(const qs_index *index, const uint8_t *bits)
 {
-    uint32_t infeasible = 0;
-    for (uint32_t g = 0; g < index->qubo->groups; g++) {
-        infeasible += is_one_hot(index, g) && count_set(bits, index->start[g], index->start[g + 1]) != 1;
+    const qs_labels *l = &index->qubo->labels;
+    if (!index->qubo->has_labels) {
+        return unlabelled_groups(index, bits);
     }
-    return infeasible;
+    uint32_t infeasible = 0;
+    qs_site site = {.labels = l};
+    while (qs_site_next(&site)) {
+        infeasible += site.is_open && qs_site_read(&site, bits) == site.count;
+    }
+    if (qs_is_cut(l->encoding) && l->open > 0) {
+        uint32_t source = (uint32_t)site.next_variable;
+        infeasible += !qs_bit(bits, source) + (uint32_t)qs_bit(bits, source + 1);
+    }
+    return infeasible + wrong_terminals(index, bits);
 }
 
 qs_status qs_sample_decode(const qs_index *index, const uint8_t *bits, uint16_t *labelling)
@@ -105,14 +50,11 @@ qs_status qs_sample_decode(const qs_index *index, const uint8_t *bits, uint16_t 
     if (!index->qubo->has_labels) {
         return QS_E_UNSUPPORTED;
     }
-    for (uint32_t g = 0; g < index->qubo->groups; g++) {
-        if (count_set(bits, index->start[g], index->start[g + 1]) != 1) {
-            return QS_E_INFEASIBLE;
-        }
+    if (qs_sample_infeasible(index, bits) > 0) {
+        return QS_E_INFEASIBLE;
     }
-    for (uint32_t g = 0; g < index->qubo->groups; g++) {
-        uint32_t from = index->start[g];
-        labelling[g] = (uint16_t)(next_set(bits, from, index->start[g + 1]) - from);
+    for (qs_site site = {.labels = &index->qubo->labels}; qs_site_next(&site);) {
+        *labelling++ = (uint16_t)(site.is_open ? qs_site_ranked(&site, qs_site_read(&site, bits)) : site.fixed);
     }
     return QS_OK;
 }
@@ -120,62 +62,37 @@ qs_status qs_sample_decode(const qs_index *index, const uint8_t *bits, uint16_t 
 qs_status qs_sample_encode(const qs_index *index, const uint16_t *labelling, uint8_t *bits)
 {
     const qs_qubo *qubo = index->qubo;
+    const qs_labels *l = &qubo->labels;
     if (!qubo->has_labels) {
         return QS_E_UNSUPPORTED;
     }
-    for (uint32_t g = 0; g < qubo->groups; g++) {
-        if (labelling[g] >= qubo->labels.labels) {
+    qs_site site = {.labels = l};
+    while (qs_site_next(&site)) {
+        uint32_t label = labelling[site.next - 1];
+        if (label >= l->labels || !qs_site_has(&site, label)) {
             return QS_E_ARGUMENT;
         }
     }
     memset(bits, 0, ((size_t)qubo->variables + 7) / 8);
-    for (uint32_t g = 0; g < qubo->groups; g++) {
-        set(bits, index->start[g] + labelling[g], true);
+    for (site = (qs_site){.labels = l}; qs_site_next(&site);) {
+        if (site.is_open) {
+            qs_site_write(&site, qs_site_rank(&site, labelling[site.next - 1]), bits);
+        }
     }
+    qs_finish_sample(index, (uint32_t)site.next_variable, bits);
     return QS_OK;
 }
 
-/* What having `variable` at 1 costs beside the neighbours as they are. */
-static int64_t field(const qs_index *index, const uint8_t *bits, uint32_t group, uint32_t variable)
+int64_t qs_sample_excess(const qs_qubo *qubo, const uint16_t *labelling)
 {
-    int64_t cost = qs_qubo_linear(index->qubo, variable);
-    for (uint32_t n = index->near_start[group]; n < index->near_start[group + 1]; n++) {
-        cost += coupling(index, bits, group, variable, &index->near[n]);
-    }
-    return cost;
-}
-
-/* Leaves one variable of a group at 1: the cheapest of those at 1 now, or of all. */
-static void keep_cheapest(const qs_index *index, uint8_t *bits, uint32_t group, bool of_all)
-{
-    uint32_t from = index->start[group], end = index->start[group + 1], best = end;
-    int64_t least = 0;
-    for (uint32_t i = from; i < end; i++) {
-        if (of_all || is_set(bits, i)) {
-            int64_t cost = field(index, bits, group, i);
-            if (best == end || cost < least) {
-                best = i;
-                least = cost;
-            }
+    int64_t excess = 0;
+    const uint8_t *at = qubo->labels.excess;
+    for (qs_site site = {.labels = &qubo->labels}; at && qs_site_next(&site);) {
+        if (site.is_open) {
+            uint32_t label = labelling[site.next - 1], bytes = qubo->labels.excess_bytes;
+            excess += qs_site_has(&site, label) ? (int64_t)qs_load_unsigned(at + (size_t)qs_site_rank(&site, label) * bytes, bytes) : 0;
+            at += (size_t)site.count * bytes;
         }
     }
-    for (uint32_t i = from; i < end; i++) {
-        set(bits, i, i == best);
-    }
-}
-
-uint32_t qs_sample_repair(const qs_index *index, uint8_t *bits)
-{
-    uint32_t changed = 0;
-    /* All the thinning before any filling: that order is what the proof needs. */
-    for (int fill = 0; fill < 2; fill++) {
-        for (uint32_t g = 0; g < index->qubo->groups; g++) {
-            uint32_t hot = count_set(bits, index->start[g], index->start[g + 1]);
-            if (is_one_hot(index, g) && (fill ? hot == 0 : hot > 1)) {
-                keep_cheapest(index, bits, g, fill);
-                changed++;
-            }
-        }
-    }
-    return changed;
+    return excess;
 }

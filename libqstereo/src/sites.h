@@ -4,11 +4,15 @@
 
 #include "../include/qstereo/qubo.h"
 
+static inline bool qs_is_cut(qs_encoding encoding)
+{
+    return encoding == QS_ST_CUT || encoding == QS_ST_CUT_ARCS;
+}
+
 /* Variables of an open site with `count` labels left. */
 static inline uint32_t qs_site_variables(qs_encoding encoding, uint32_t count)
 {
-    bool wall = encoding == QS_DOMAIN_WALL, cut = encoding == QS_ST_CUT || encoding == QS_ST_CUT_ARCS;
-    return wall ? count - 1 : cut ? count + 1 : count;
+    return encoding == QS_DOMAIN_WALL ? count - 1 : qs_is_cut(encoding) ? count + 1 : count;
 }
 
 /* A site. The cursor stands before the first one when only `labels` is set. */
@@ -28,6 +32,13 @@ typedef struct qs_site {
 
 /* The next site; false after the last. */
 bool qs_site_next(qs_site *site);
+
+/* An open site by its number among them, with its set alone: enough for the functions below. */
+static inline qs_site qs_open_site(const qs_labels *labels, uint32_t open)
+{
+    const uint8_t *set = labels->fixed_bytes > 0 ? labels->sets + (size_t)open * ((labels->labels + 7) / 8) : NULL;
+    return (qs_site){.labels = labels, .open = open, .is_open = true, .set = set};
+}
 
 /* Whether a label is left. */
 static inline bool qs_site_has(const qs_site *site, uint32_t label)

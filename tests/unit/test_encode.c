@@ -69,7 +69,8 @@ static void repair_never_raises(const tiny_qubo *q, int64_t gap)
         uint8_t bits[4];
         tiny_bits(state, bits);
         int64_t before = qs_qubo_energy(&q->index, bits);
-        uint32_t changed = qs_sample_repair(&q->index, bits);
+        uint32_t changed;
+        assert_int_equal(qs_sample_repair(&q->index, bits, NULL, 0, &changed), QS_OK);
         int64_t after = qs_qubo_energy(&q->index, bits);
         assert_int_equal(qs_sample_infeasible(&q->index, bits), 0);
         assert_int_equal(changed > 0, !feasible(&q->index, state));
