@@ -180,7 +180,7 @@ $(BUILD)/unit/%.o: tests/unit/%.c | $(BUILD)/.cmocka
 	$(call say,CC,$@)
 	$(Q)$(CC) $(C_FLAGS) -UNDEBUG $(INCLUDE) $(SANITIZE) -c $< -o $@
 
-$(BUILD)/unit/test_%: $(BUILD)/unit/test_%.o $(BUILD)/unit/tiny.o $(UNIT_LIB)
+$(BUILD)/unit/test_%: $(BUILD)/unit/test_%.o $(BUILD)/unit/tiny.o $(BUILD)/unit/slow.o $(UNIT_LIB)
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(SANITIZE) $^ -lcmocka -o $@
 

@@ -43,14 +43,20 @@ uint64_t qs_block_size(const uint8_t *p, uint64_t left)
     return size <= left ? size : 0;
 }
 
+/* t of all entries with column - row = apart. */
+static int32_t toeplitz_value(const uint8_t *p, int64_t apart)
+{
+    int64_t at = apart - qs_load_i32(p + FIRST_AT);
+    bool listed = at >= 0 && at < (int64_t)qs_load_u32(p + COUNT_AT);
+    return qs_load_i32(listed ? p + VALUES_AT + 4 * at : p + FILL_AT);
+}
+
 int32_t qs_block_entry(const uint8_t *p, uint32_t row, uint32_t column)
 {
     if (qs_block_is_table(p)) {
         return qs_load_i32(p + TABLE_AT + 4 * ((uint64_t)row * qs_block_columns(p) + column));
     }
-    int64_t at = (int64_t)column - row - qs_load_i32(p + FIRST_AT);
-    bool listed = at >= 0 && at < (int64_t)qs_load_u32(p + COUNT_AT);
-    return qs_load_i32(listed ? p + VALUES_AT + 4 * at : p + FILL_AT);
+    return toeplitz_value(p, (int64_t)column - row);
 }
 
 static void count_entries(qs_block_facts *facts, uint64_t cells, int64_t value)
@@ -112,4 +118,65 @@ qs_block_facts qs_block_summary(const uint8_t *p)
 qs_block_facts qs_block_upper(const uint8_t *p)
 {
     return summary(p, true);
+}
+
+/* From one row to the next the window of diagonals slides by one; so it does from column to column. */
+static void toeplitz_sums(const uint8_t *p, int64_t *rows, int64_t *columns)
+{
+    int64_t height = qs_block_rows(p), width = qs_block_columns(p);
+    rows[0] = columns[0] = 0;
+    for (int64_t c = 0; c < width; c++) {
+        rows[0] += toeplitz_value(p, c);
+    }
+    for (int64_t r = 1; r < height; r++) {
+        rows[r] = rows[r - 1] + toeplitz_value(p, -r) - toeplitz_value(p, width - r);
+    }
+    for (int64_t r = 0; r < height; r++) {
+        columns[0] += toeplitz_value(p, -r);
+    }
+    for (int64_t c = 1; c < width; c++) {
+        columns[c] = columns[c - 1] + toeplitz_value(p, c) - toeplitz_value(p, c - height);
+    }
+}
+
+void qs_block_sums(const uint8_t *p, int64_t *rows, int64_t *columns)
+{
+    if (!qs_block_is_table(p)) {
+        toeplitz_sums(p, rows, columns);
+        return;
+    }
+    for (uint32_t c = 0; c < qs_block_columns(p); c++) {
+        columns[c] = 0;
+    }
+    for (uint32_t r = 0; r < qs_block_rows(p); r++) {
+        rows[r] = 0;
+        for (uint32_t c = 0; c < qs_block_columns(p); c++) {
+            rows[r] += qs_block_entry(p, r, c);
+            columns[c] += qs_block_entry(p, r, c);
+        }
+    }
+}
+
+void qs_block_own_sums(const uint8_t *p, int64_t *sums)
+{
+    uint32_t size = qs_block_rows(p);
+    for (uint32_t i = 0; i < size; i++) {
+        sums[i] = 0;
+    }
+    if (!qs_block_is_table(p)) {
+        /* Row i has the diagonals 1 to size - 1 - i, column i those from 1 to i. */
+        int64_t sum = 0;
+        for (uint32_t i = 0; i < size; i++) {
+            sum += i > 0 ? toeplitz_value(p, i) : 0;
+            sums[i] += sum;
+            sums[size - 1 - i] += sum;
+        }
+        return;
+    }
+    for (uint32_t r = 0; r < size; r++) {
+        for (uint32_t c = r + 1; c < size; c++) {
+            sums[r] += qs_block_entry(p, r, c);
+            sums[c] += qs_block_entry(p, r, c);
+        }
+    }
 }

@@ -25,4 +25,10 @@ qs_block_facts qs_block_summary(const uint8_t *p);
 /* The same of the entries above the diagonal: those that count where a group is coupled with itself. */
 qs_block_facts qs_block_upper(const uint8_t *p);
 
+/* The sums of its rows and of its columns. */
+void qs_block_sums(const uint8_t *p, int64_t *rows, int64_t *columns);
+
+/* Of each variable of a group that is coupled with itself by the block the sum of what it is coupled with: of row and column i, above the diagonal. */
+void qs_block_own_sums(const uint8_t *p, int64_t *sums);
+
 #endif

@@ -14,6 +14,7 @@ class Qubo:
     def __init__(self, data):
         self.lib = ctypes.CDLL(str(ROOT / "build" / "libqstereo.so"))
         self.lib.qs_index_workspace.restype = ctypes.c_size_t
+        self.lib.qs_repair_workspace.restype = ctypes.c_size_t
         self.lib.qs_qubo_energy.restype = ctypes.c_int64
         self.data = data
         # The structs' sizes are C's affair: these are larger than any of them.
@@ -34,7 +35,8 @@ class Qubo:
 
     def repair(self, bits):
         packed = ctypes.create_string_buffer(np.packbits(np.asarray(bits, np.uint8), bitorder="little").tobytes())
-        self.lib.qs_sample_repair(self.index, packed)
+        size = self.lib.qs_repair_workspace(self.index)
+        self._demand(self.lib.qs_sample_repair(self.index, packed, ctypes.create_string_buffer(size + 1), ctypes.c_size_t(size), None))
         return np.unpackbits(np.frombuffer(packed, np.uint8, -(-len(bits) // 8)), bitorder="little", count=len(bits))
 
     def terms(self, n):

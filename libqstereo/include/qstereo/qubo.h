@@ -108,6 +108,21 @@ void qs_index_penalty(const qs_index *index, uint32_t group, int64_t *a, int64_t
 /* t[row][column] of a block. */
 int32_t qs_index_block(const qs_index *index, uint32_t block, uint32_t row, uint32_t column);
 
+/* The same QUBO as an Ising model of spins s_i = 2 x_i - 1, four times as large, so that there are no fractions: 4 H = constant + sum_i 4h_i s_i + sum_ij 4J_ij s_i s_j with
+ * 4h_i = 2 Q_ii + sum_j Q_ij and 4J_ij = Q_ij, penalties folded in. Of the 4h_i, and of the 4J_ij that are not 0, the least and the largest; where there is none both are 0.
+ * The couplings of a pair of groups that is repeated are each seen by themselves in 4J, added up in 4h. */
+typedef struct qs_ising {
+    int64_t field_min, field_max;       /* 4h */
+    int64_t coupling_min, coupling_max; /* 4J */
+} qs_ising;
+
+/* Bytes of workspace for qs_qubo_ising: the sums of each block's rows and columns. */
+size_t qs_ising_workspace(const qs_qubo *qubo);
+
+/* Computes the ranges in O(couplings x variables of a group), from the sums of each block's rows and columns.
+ * Returns QS_OK, QS_E_ARGUMENT or QS_E_WORKSPACE. */
+QS_MUST_CHECK qs_status qs_qubo_ising(const qs_index *index, void *workspace, size_t workspace_size, qs_ising *ising);
+
 /* H of a sample, in integer units. */
 int64_t qs_qubo_energy(const qs_index *index, const uint8_t *bits);
 

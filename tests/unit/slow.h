@@ -1,0 +1,47 @@
+/* Files of every encoding, written plainly from the definitions of docs/MATHS.md and docs/FORMAT.md: a second opinion on what the library writes and reads. */
+#ifndef SLOW_H
+#define SLOW_H
+
+#include "tiny.h"
+
+enum { SLOW_FILE = 1 << 16, SLOW_INDEX = 1 << 16, SLOW_VARIABLES = 256 };
+
+/* What is to be written. */
+typedef struct slow_request {
+    const qs_problem *problem;
+    qs_encoding encoding;
+    qs_penalty penalty; /* local or minimal */
+    int64_t gap;
+    bool truncate;
+    bool kept[TINY_SITES][TINY_LABELS]; /* labels left, at least one a site */
+} slow_request;
+
+/* A file, opened. */
+typedef struct slow_qubo {
+    uint8_t file[SLOW_FILE];
+    size_t size;
+    uint64_t memory[SLOW_INDEX / 8];
+    qs_qubo qubo;
+    qs_index index;
+} slow_qubo;
+
+/* Whether the encoding can hold the problem's pairwise cost. */
+bool slow_fits(const qs_problem *problem, qs_encoding encoding);
+
+/* A random set of labels for each site; now and then all. */
+void slow_choose_labels(slow_request *request, uint64_t *state);
+
+/* Writes and opens. */
+void slow_encode(const slow_request *request, slow_qubo *q);
+
+/* Opens what `q` holds. */
+void slow_open(slow_qubo *q);
+
+/* F of a labelling. */
+int64_t slow_energy(const qs_problem *problem, const uint16_t *labelling);
+
+/* The next labelling of the labels left; false after the last. */
+bool slow_next(const slow_request *request, uint16_t *labelling);
+void slow_first(const slow_request *request, uint16_t *labelling);
+
+#endif
