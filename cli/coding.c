@@ -20,8 +20,8 @@ bool encoding_holds(qs_encoding encoding, const qs_pairwise *pairwise, uint32_t 
     case QS_MULTIWAY_CUT:
         return potts;
     case QS_ST_CUT:
-    case QS_ST_CUT_ARCS: /* a truncation that no two labels reach is none */
-        return linear && (pairwise->truncation == 0 || pairwise->truncation >= labels - 1);
+    case QS_ST_CUT_ARCS: /* a truncation that no two labels go beyond is none, and of two labels potts is linear */
+        return (linear && (pairwise->truncation == 0 || pairwise->truncation >= labels - 1)) || (potts && labels <= 2);
     case QS_ENCODING_DEFAULT:
         break;
     }

@@ -76,25 +76,32 @@ static double scaled_unit(const qs_ising *ising, uint32_t scale)
     return largest > 0 ? 4 * (double)scale / largest : 0; /* the four are of coefficients times 4 */
 }
 
-static qs_status look_at(const file_bytes *file, budget *limit, figures *seen)
+static qs_status look_at(const file_bytes *file, uint64_t left, figures *seen)
 {
     qs_qubo qubo;
     qs_index index;
     qs_ising ising;
-    qs_status status = qs_qubo_open(file->bytes, file->size, limit->left, &qubo, NULL);
+    qs_status status = qs_qubo_open(file->bytes, file->size, left, &qubo, NULL);
     if (status != QS_OK) {
         return status;
     }
-    size_t size = qs_index_workspace(&qubo);
-    void *workspace = malloc(size > 0 ? size : 1);
-    status = workspace != NULL ? qs_index_build(&qubo, workspace, size, &index) : QS_E_LIMIT;
+    size_t index_size = qs_index_workspace(&qubo), ising_size = qs_ising_workspace(&qubo);
+    if (ising_size > left - index_size) {
+        return QS_E_LIMIT;
+    }
+    void *workspace = malloc(index_size + 1);
+    void *sums = malloc(ising_size + 1);
+    status = workspace != NULL && sums != NULL ? qs_index_build(&qubo, workspace, index_size, &index) : QS_E_LIMIT;
+    if (status == QS_OK) {
+        status = qs_qubo_ising(&index, sums, ising_size, &ising);
+    }
     if (status == QS_OK) {
         qs_qubo_summarise(&qubo, &seen->summary);
-        qs_qubo_ising(&index, &ising);
         seen->variables = qubo.variables;
         seen->terms = seen->summary.quadratic_terms;
         seen->unit = scaled_unit(&ising, qubo.labels.scale);
     }
+    free(sums);
     free(workspace);
     return status;
 }
@@ -121,7 +128,7 @@ static void measure(const laid_out *problem, size_t form, bool truncate, budget 
     }
     qs_status status = recode_quietly(problem, &options, &limit, &file);
     if (status == QS_OK) {
-        status = look_at(&file, &limit, measured);
+        status = look_at(&file, limit.left, measured);
     }
     measured->counted = status == QS_OK;
     measured->why_not = status == QS_OK ? NULL : reason(status);
