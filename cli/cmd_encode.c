@@ -154,11 +154,11 @@ static int write_built(const encode_request *asked, building *built, budget *lim
     return output_commit(&out, 1);
 }
 
-/* The problem itself in the form with the fewest terms that it has. */
+/* The problem itself, in the form with the fewest terms and the smallest coefficients that it has. */
 static qs_encode_options plain_encoding(const qs_problem *problem)
 {
     bool sparse = encoding_holds(QS_ONE_HOT_SPARSE, &problem->pairwise, problem->labels);
-    return (qs_encode_options){.encoding = sparse ? QS_ONE_HOT_SPARSE : QS_ONE_HOT};
+    return (qs_encode_options){.encoding = sparse ? QS_ONE_HOT_SPARSE : QS_ONE_HOT, .penalty = QS_PENALTY_MINIMAL};
 }
 
 static int encode_built(encode_request *asked, const qs_problem *problem)

@@ -160,7 +160,7 @@ static void fill_row(size_t form, const figures *whole, const figures *truncated
     }
     (void)snprintf(cells[NAME], TABLE_CELL_SIZE, "%s%s%s", name_of(&encoding_names, (int)forms[form].encoding),
                    penalty == QS_PENALTY_LOCAL ? "" : ", ", penalty == QS_PENALTY_LOCAL ? "" : name_of(&penalty_names, (int)penalty));
-    (void)snprintf(cells[NOTE], TABLE_CELL_SIZE, "%s", whole->why_not != NULL ? whole->why_not : "");
+    (void)snprintf(cells[NOTE], TABLE_CELL_SIZE, "%s", "");
     if (whole->counted) {
         (void)snprintf(cells[VARIABLES], TABLE_CELL_SIZE, "%" PRIu64, whole->variables);
         (void)snprintf(cells[TERMS], TABLE_CELL_SIZE, "%" PRIu64, whole->terms);
@@ -179,19 +179,26 @@ void complexity_print(const laid_out *problem, budget limit)
     static table_cell cells[(FORMS + 1) * COLUMNS];
     const qs_labels *labels = &problem->problem->qubo.labels;
     char smoothness[SMOOTHNESS_SIZE];
+    figures whole[FORMS], truncated;
     smoothness_write(&labels->pairwise, smoothness);
-    printf("%s: %" PRIu32 " open sites, %" PRIu64 " labels left to them, %s smoothness. Coefficients are of\n"
-           "the QUBO in real units; unit: what is left of an energy of 1 when h is scaled into [-4, 4], J into [-2, 1];\n"
-           "truncated: the same with --truncate. Penalties are local, gap 1, where nothing else is said.\n\n",
+    printf("%s: %" PRIu32 " open sites, %" PRIu64 " labels left to them, %s smoothness\n"
+           "Coefficients of the QUBO in real units, penalties local with gap 1 where nothing else is said.\n"
+           "unit: what is left of an energy of 1 when h is scaled into [-4, 4] and J into [-2, 1].\n"
+           "truncated: the same with --truncate.\n\n",
            problem->problem->name, labels->open, labels_left(labels) - (labels->sites - labels->open), smoothness);
     memcpy(cells, heading, sizeof heading);
     for (size_t form = 0; form < FORMS; form++) {
-        figures whole, truncated;
-        measure(problem, form, false, limit, &whole);
+        measure(problem, form, false, limit, &whole[form]);
         measure(problem, form, true, limit, &truncated);
-        fill_row(form, &whole, &truncated, labels->scale, &cells[(form + 1) * COLUMNS]);
+        fill_row(form, &whole[form], &truncated, labels->scale, &cells[(form + 1) * COLUMNS]);
     }
     table_print(cells, FORMS + 1, COLUMNS, NULL);
+    for (size_t form = 0; form < FORMS; form++) {
+        if (whole[form].why_not != NULL) {
+            printf("%s: %s%s\n", cells[(form + 1) * COLUMNS + NAME],
+                   whole[form].why_not, whole[form].counted ? "; counted as for that" : "");
+        }
+    }
 }
 
 static void json_counts(const figures *of)
