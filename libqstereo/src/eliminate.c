@@ -218,7 +218,7 @@ static void list_left(qs_elimination *e)
         uint32_t count = count_labels(e, p);
         e->open += count > 1;
         e->variables += count > 1 ? count - e->walls : 0;
-        if (count > 1 || has_edges(e, p)) {
+        if (has_edges(e, p)) {
             e->left[e->left_count++] = p;
         }
     }

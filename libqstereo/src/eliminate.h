@@ -1,5 +1,5 @@
 /* Label sets of a problem that is being reduced. A label that leaves stays in the arrays, at a cost that keeps it out of every labelling that a solver
- * may find, and the edges of a site with one label left become costs of its neighbours: so all solvers work on the problem as it is at any moment. */
+ * may find (beside kept labels a kept one is cheaper by Goldstein's criterion even where costs are so large that this one is cut off), and the edges of a site with one label left become costs of its neighbours: so all solvers work on the problem as it is at any moment. */
 #ifndef QS_ELIMINATE_H
 #define QS_ELIMINATE_H
 
@@ -14,7 +14,7 @@ typedef struct qs_elimination {
     uint16_t *labelling; /* of kept labels only; where one leaves, the site takes another */
     uint8_t *due;        /* of each site: whether its costs or a neighbour's labels have changed since Goldstein's criterion was looked at */
     int64_t *saved;      /* of each label of a site: what its neighbours can save it */
-    uint32_t *left;      /* the sites of what is left of the problem, in order: those with two labels or more (or edges too costly to be added to costs) */
+    uint32_t *left;      /* the sites with edges, in order: of the others no more can be said, their labels cost 0 */
     uint32_t left_count;
     uint32_t open;       /* sites with two labels or more */
     uint64_t variables;  /* of those: n - 1 for n labels with walls, else n */

@@ -3,9 +3,14 @@
 #include "best.h"
 #include "bytes.h"
 #include "eliminate.h"
-#include "local.h"
 
-enum { ITERATIONS = 2000, FIRST = 8, WIDEST = 4, BETWEEN = 8, FEW = 2 };
+enum {
+    ITERATIONS = 2000,
+    FIRST = 8,   /* the first iteration at which to look for the excess */
+    WIDEST = 4,  /* times the largest cost: no excess is above that, for a label costs no more than that on its chains beside the others */
+    BETWEEN = 8, /* iterations between two looks for the excess, and the part of all done so far */
+    FEW = 2      /* of so many parts of the sites one or less is few: then passes go by the list of them, else two rows at once */
+};
 
 /* The guest of qs_best_with. */
 typedef struct reducer {
@@ -63,10 +68,8 @@ static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
     so_far->lower_bound = bound > so_far->lower_bound ? bound : so_far->lower_bound;
     so_far->energy = qs_model_energy(&r->sets.model, r->sets.labelling);
     r->looked = so_far->energy - so_far->lower_bound;
-    qs_trws_forget(state);
     if (r->sets.left_count < state->model->sites / FEW) {
-        state->visits = r->sets.left;
-        state->visit_count = r->sets.left_count;
+        qs_trws_visit_only(state, r->sets.left, r->sets.left_count);
     }
     count(r);
     return room;
@@ -77,11 +80,11 @@ static bool at_target(const reducer *r)
     return r->target > 0 && r->so_far.variables <= r->target;
 }
 
-/* The best labelling is proven as soon as the bound is above the energy less one. What it still lacks lets labels stay that are in no
- * optimum: at 0 ties alone are left. */
+/* The best labelling is proven as soon as the bound is above its energy less one. What it lacks still lets labels stay that are in no
+ * optimum; at 0 ties alone are left. */
 static void finish(reducer *r, qs_trws_state *state, qs_solution *so_far, int64_t room)
 {
-    for (int64_t before = INT64_MAX; room > 0 && room <= before / 4 * 3 && r->so_far.open > 0 && !at_target(r);) {
+    for (int64_t before = INT64_MAX; room > 0 && room <= before / 16 * 15 && r->so_far.open > 0 && !at_target(r);) {
         before = room;
         qs_trws_iterate(state, BETWEEN + so_far->iterations / BETWEEN);
         room = tighten(r, state, so_far);
@@ -98,14 +101,6 @@ static bool between(void *context, qs_trws_state *state, qs_solution *so_far)
         }
     }
     return !at_target(r);
-}
-
-static void mend(reducer *r)
-{
-    for (uint32_t p = 0; p < r->sets.model.sites; p++) {
-        qs_local_mend(&r->sets.model, r->sets.labelling, p);
-    }
-    r->so_far.upper_bound = qs_model_energy(&r->sets.model, r->sets.labelling);
 }
 
 /* Parts of the workspace, each on a multiple of 16. */
@@ -160,9 +155,6 @@ qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, voi
         r.so_far.upper_bound = solution.energy;
         r.so_far.lower_bound = solution.lower_bound;
         r.so_far.iterations = solution.iterations;
-        if (solution.lower_bound == QS_NO_BOUND) { /* so large costs that labels that are out may not cost enough */
-            mend(&r);
-        }
         *reduction = r.so_far;
     }
     return status;

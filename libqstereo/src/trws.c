@@ -43,10 +43,12 @@ void qs_trws_iterate(const qs_trws_state *state, uint64_t times)
     }
 }
 
-void qs_trws_forget(const qs_trws_state *state)
+void qs_trws_visit_only(qs_trws_state *state, const uint32_t *sites, uint32_t count)
 {
     const qs_model *model = state->model;
     size_t labels = model->labels;
+    state->visits = sites;
+    state->visit_count = count;
     for (uint32_t p = 0; model->width > 0 && p < model->sites; p++) { /* a graph's passes do not look at such edges */
         int32_t *right = state->messages + 2 * labels * p, *down = right + labels;
         memset(right, 0, model->right[p] == 0 ? sizeof *right * labels : 0);

@@ -50,8 +50,9 @@ int64_t qs_trws_graph_pass(const qs_trws_state *state, bool forward);
 /* Iterations, forward and backward. */
 void qs_trws_iterate(const qs_trws_state *state, uint64_t times);
 
-/* Forgets what was sent along edges whose weight has become 0. */
-void qs_trws_forget(const qs_trws_state *state);
+/* From now on the passes visit these sites alone. What was sent along edges whose weight has become 0 is forgotten: the sites not visited would
+ * not put it right. */
+void qs_trws_visit_only(qs_trws_state *state, const uint32_t *sites, uint32_t count);
 
 /* An iteration that tells too what each label costs above the least: every labelling w that has label d at site p has
  * bound + excess_p(d) <= 2^shift (F(w) - the model's constant), where the bound is that of the pass forward. The same holds of every part of the
