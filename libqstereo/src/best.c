@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "bytes.h"
+#include "local.h"
 #include "told.h"
 
 enum { ITERATIONS = 2000, FIRST_MOVES = 8 };
@@ -130,6 +131,7 @@ qs_status qs_best(const qs_model *model, const qs_solve_options *options, void *
         status = improve(&s, s.moved);
     }
     if (status == QS_OK) {
+        s.solution.energy -= qs_local_keep(model, labelling);
         s.solution.converged = s.solution.energy == s.solution.lower_bound;
         *solution = s.solution;
     }

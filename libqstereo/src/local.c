@@ -98,3 +98,23 @@ uint16_t qs_local_best(const qs_model *model, const uint16_t *labelling, uint32_
     }
     return best.label;
 }
+
+int64_t qs_local_keep(const qs_model *model, uint16_t *labelling)
+{
+    int64_t gain = 0;
+    for (uint32_t p = 0; model->kept && p < model->sites; p++) {
+        const uint8_t *kept = model->kept + (size_t)p * model->labels;
+        if (kept[labelling[p]]) {
+            continue;
+        }
+        candidate best = {0, INT64_MAX};
+        for (uint16_t d = 0; d < model->labels; d++) {
+            if (kept[d]) {
+                offer(&best, d, qs_local_cost(model, labelling, p, d));
+            }
+        }
+        gain += qs_local_cost(model, labelling, p, labelling[p]) - best.cost;
+        labelling[p] = best.label;
+    }
+    return gain;
+}

@@ -23,6 +23,10 @@ int64_t qs_local_cost(const qs_model *model, const uint16_t *labelling, uint32_t
 /* The cheapest label of a site beside its neighbours; of equals the lowest. */
 uint16_t qs_local_best(const qs_model *model, const uint16_t *labelling, uint32_t site);
 
+/* Gives each site whose label is not left to it (model->kept) its cheapest label that is, beside its neighbours as they are; by how much the energy falls. What a solver returns has
+ * passed here: stopped early it may be on its way through such labels. */
+int64_t qs_local_keep(const qs_model *model, uint16_t *labelling);
+
 /* Whether every label of a labelling is one of the model's. */
 bool qs_labels_in_range(const qs_model *model, const uint16_t *labelling);
 
