@@ -56,6 +56,9 @@ void qs_recode_one_hot(qs_recoding *r)
     }
     qs_number_sets(r);
     qs_couple_neighbours(r);
+    if (left->counts.whole && r->draft.block_count == 0) {
+        qs_add_block(r, (qs_block_of){QS_PAIR_BLOCK, 0, 0}); /* which a whole problem has also where it has no edge */
+    }
     r->draft.lattice = left->counts.whole && m->width > 0 ? 1 : UINT32_MAX;
     if (r->encoding == QS_ONE_HOT_SPARSE) {
         uint64_t edges = 0;

@@ -134,7 +134,7 @@ static void couple_set_pair(qs_recoding *r, const uint32_t *edges, size_t count)
     }
     for (size_t i = 0; i < count; i++) {
         const qs_edge *edge = &left->edges[edges[i]];
-        bool ends = i > 0 && ends_run(left, edge - 1, edge);
+        bool ends = i > 0 && ends_run(left, &left->edges[edges[i - 1]], edge);
         qs_draft_couple(&r->draft, edge->first, edge->second, block | (ends ? QS_NEW_RUN : 0), edge->weight);
     }
 }
