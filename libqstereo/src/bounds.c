@@ -47,10 +47,10 @@ void qs_one_hot_bound(qs_encoding encoding, qs_penalty penalty, const qs_pairwis
         qs_grow(a, 1, edges.most);
     } else {
         uint64_t tau = qs_band(pairwise, labels);
-        if (penalty == QS_PENALTY_LOCAL) {
+        if (pairwise->smoothness == QS_POTTS) {
+            qs_grow(&above, 1, penalty == QS_PENALTY_LOCAL ? edges.most : share(edges.most, 1, 2));
+        } else if (penalty == QS_PENALTY_LOCAL) {
             qs_grow(&above, edges.weights, largest_row(tau, labels));
-        } else if (pairwise->smoothness == QS_POTTS) {
-            qs_grow(&above, 1, share(edges.weights, 1, 2));
         } else if (tau > 0) {
             qs_grow(&above, 1, share(edges.weights, 6 * tau - 3, 4));
         }

@@ -8,6 +8,7 @@
 #include "chunk.h"
 #include "costs.h"
 #include "edges.h"
+#include "left.h"
 #include "magnitude.h"
 
 enum { UNSEEN = -2 };
@@ -453,14 +454,19 @@ static void put_labels(qs_writer *writer, const void *context)
         frame.picture_height = problem->grid.width > 0 ? problem->grid.height : 0;
     }
     bool truncates = problem->pairwise.smoothness == QS_TRUNCATED_LINEAR || problem->pairwise.smoothness == QS_TRUNCATED_QUADRATIC;
-    uint32_t fields[16] = {
-        p->encoding, problem->pairwise.smoothness, truncates ? problem->pairwise.truncation : 0, problem->labels,
-        problem->scale, p->penalty, (uint32_t)p->gap, (uint32_t)(p->weight == UNSEEN ? 0 : p->weight),
-        problem->grid.width, problem->grid.width > 0 ? problem->grid.height : 0, frame.picture_width, frame.picture_height,
-        frame.x, frame.y, frame.first, problem->grid.mask != NULL};
-    for (int i = 0; i < 16; i++) {
-        qs_put_u32(writer, fields[i]);
-    }
+    qs_labels labels = {
+        .encoding = p->encoding,
+        .pairwise = {problem->pairwise.smoothness, truncates ? problem->pairwise.truncation : 0, NULL},
+        .penalty = p->penalty,
+        .labels = problem->labels,
+        .scale = problem->scale,
+        .gap = (uint32_t)p->gap,
+        .weight = (int32_t)(p->weight == UNSEEN ? 0 : p->weight),
+        .width = problem->grid.width,
+        .height = problem->grid.width > 0 ? problem->grid.height : 0,
+        .frame = frame,
+    };
+    qs_put_labl_fields(writer, &labels, problem->grid.mask != NULL);
     if (problem->grid.mask) {
         put_mask(writer, &problem->grid);
     }
