@@ -195,7 +195,7 @@ static int look_at_sample(comparing *at, result *of, uint32_t sample, budget lim
     const answer *both = &at->both;
     void *labelling = NULL;
     int status =
-        budget_allocate(&limit, both->problem.name, both->problem.qubo.labels.sites * sizeof(uint16_t), &labelling);
+        budget_allocate(&limit, both->problem.name, sizeof(uint16_t) * both->problem.qubo.labels.sites, &labelling);
     if (status != DONE) {
         return status;
     }
@@ -218,8 +218,11 @@ static int add_answer(comparing *at, budget limit)
 {
     const qs_samples_view *samples = &at->both.samples.view;
     result *of;
-    survey seen = survey_samples(&at->both);
-    int status = survey_fail_wrong(&at->both, &seen);
+    survey seen;
+    int status = survey_samples(&at->both, limit, &seen);
+    if (status == DONE) {
+        status = survey_fail_wrong(&at->both, &seen);
+    }
     if (status == DONE) {
         status = add_result(at, samples->solver, samples->solver_size, &of);
     }

@@ -1,10 +1,12 @@
+#include "complexity.h"
 #include "describe.h"
 #include "messages.h"
 #include "options.h"
 
-enum { JSON, MEMORY_LIMIT };
+enum { COMPLEXITY, JSON, MEMORY_LIMIT };
 
 static const option options[] = {
+    [COMPLEXITY] = {"complexity", 0, false, NULL, NULL, "print what the problem of a .qcf takes in every encoding"},
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -17,7 +19,8 @@ static const command_line line = {
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .examples = "  qstereo info p.qcf\n"
-                "  qstereo info s.qsf --json\n",
+                "  qstereo info s.qsf --json\n"
+                "  qstereo info p.qcf --complexity\n",
 };
 
 static int info_samples(const char *path, file_bytes file, bool json)
@@ -51,6 +54,23 @@ static int info_problem(const char *path, file_bytes file, budget *limit, bool j
     return status;
 }
 
+static int info_complexity(const char *path, file_bytes file, budget *limit, bool json)
+{
+    problem_file problem;
+    laid_out laid;
+    int status = problem_take(path, file, limit, &problem);
+    if (status != DONE) {
+        return status;
+    }
+    status = laid_out_open(&problem, limit, &laid);
+    if (status == DONE) {
+        (json ? complexity_json : complexity_print)(&laid, *limit);
+    }
+    laid_out_close(&laid);
+    problem_close(&problem);
+    return status;
+}
+
 int cmd_info(int argc, char **argv)
 {
     arguments given;
@@ -61,7 +81,7 @@ int cmd_info(int argc, char **argv)
         return status;
     }
     const char *path = given.operands[0];
-    bool json = given.values[JSON] != NULL;
+    bool json = given.values[JSON] != NULL, complexity = given.values[COMPLEXITY] != NULL;
     status = budget_read(given.values[MEMORY_LIMIT], &limit);
     if (status == DONE) {
         status = file_read(path, &limit, &file);
@@ -70,11 +90,11 @@ int cmd_info(int argc, char **argv)
         return status;
     }
     if (problem_is(&file)) {
-        return info_problem(path, file, &limit, json);
+        return (complexity ? info_complexity : info_problem)(path, file, &limit, json);
     }
-    if (samples_are(&file)) {
+    if (samples_are(&file) && !complexity) {
         return info_samples(path, file, json);
     }
     file_free(&file);
-    return fail(BAD_INPUT, input_name(path), "is not a .qcf or .qsf file");
+    return fail(BAD_INPUT, input_name(path), complexity ? "is not a .qcf file" : "is not a .qcf or .qsf file");
 }

@@ -79,27 +79,6 @@ static int read_request(const arguments *given, request *asked)
     return status;
 }
 
-/* The .qcf of the pair, in memory. */
-static int encode(const pair *encoded, const qs_problem *problem, budget *limit, problem_file *made)
-{
-    static const qs_encode_options defaults;
-    const char *name = input_name(encoded->left);
-    growing_file grown = {{NULL, 0}, 0, false};
-    const qs_sink sink = {growing_append, &grown};
-    int status = pair_encode(encoded, problem, &defaults, &sink, NULL);
-    if (status == DONE && grown.refused) {
-        status = fail_memory(name);
-    } else if (status == DONE && grown.file.size > limit->left) {
-        status = budget_fail(limit, name);
-    }
-    if (status != DONE) {
-        file_free(&grown.file);
-        return status;
-    }
-    limit->left -= grown.file.size;
-    return problem_take(encoded->left, grown.file, limit, made);
-}
-
 static void print_result(const request *asked, uint32_t scale, const solved *found, const map_errors *errors)
 {
     if (asked->json) {
@@ -180,6 +159,7 @@ static int match_encoded(const request *asked, problem_file *problem, budget *li
 
 static int match_pair(request *asked, budget *limit)
 {
+    static const qs_encode_options defaults;
     qs_problem problem;
     problem_file encoded;
     true_map truth = {.values = NULL};
@@ -190,7 +170,7 @@ static int match_pair(request *asked, budget *limit)
                             (uint32_t)asked->pair.stereo.left.height, &truth);
     }
     if (status == DONE) {
-        status = encode(&asked->pair, &problem, limit, &encoded);
+        status = pair_hold(&asked->pair, &problem, &defaults, limit, &encoded);
     }
     /* The pictures are not needed from here on. */
     pair_close(&asked->pair);

@@ -23,11 +23,11 @@ static const command_line line = {
     .name = "solve",
     .operands = {"P.qcf"},
     .about =
-        "Solves a QUBO of qstereo encode on this machine, as the labelling problem that it is, and writes the answer as\n"
-        "a samples file of one sample. icm, anneal, swap and expansion move from labelling to labelling, bp and trws\n"
-        "pass messages; trws and best (expansion, trws and moves together) also give a lower bound of every energy,\n"
-        "which is exact: where it meets the energy, that is proven optimal. swap and expansion do not take every\n"
-        "pairwise cost. Ctrl-C ends the command without a file.\n",
+        "Solves a QUBO of qstereo encode or reduce (one-hot, one-hot-sparse, domain-wall) on this machine, as the labelling\n"
+        "problem that it is, and writes the answer as a samples file of one sample. icm, anneal, swap and expansion move\n"
+        "from labelling to labelling, bp and trws pass messages; trws and best (expansion, trws and moves together) also\n"
+        "give a lower bound of every energy, which is exact: where it meets the energy, that is proven optimal. swap and\n"
+        "expansion do not take every pairwise cost. Ctrl-C ends the command without a file.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .examples = "  qstereo solve p.qcf -o s.qsf\n"
@@ -89,7 +89,7 @@ static bool write_bytes(void *context, const void *bytes, size_t size)
 static int write_samples(const request *asked, const problem_file *problem, const solved *found, output *out)
 {
     char info[INFO_SIZE];
-    const qs_record record = {found->solution.energy, 1, QS_NO_CHAINS};
+    const qs_record record = {found->qubo_energy, 1, QS_NO_CHAINS};
     qs_samples samples = {
         .variables = problem->qubo.variables,
         .count = 1,

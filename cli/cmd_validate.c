@@ -17,9 +17,9 @@ static const option options[] = {
 static const command_line line = {
     .name = "validate",
     .operands = {"P.qcf", "S.qsf"},
-    .about = "Checks the samples of a QUBO: that they answer this very problem, how many are feasible (every site has\n"
-             "exactly one label), and whether each energy is what the problem gives. Exits with 1 if no sample is\n"
-             "feasible, with 3 if an energy is wrong.\n",
+    .about = "Checks the samples of a QUBO: that they answer this very problem, how many are feasible (one-hot: every site has\n"
+             "exactly one label; the other encodings: the bits are those of a labelling), and whether each energy is what\n"
+             "the problem gives. Exits with 1 if no sample is feasible, with 3 if an energy is wrong.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .examples = "  qstereo validate p.qcf s.qsf\n"
@@ -56,7 +56,7 @@ static void print_lines(const answer *both, const survey *seen)
     char energy[DECIMAL_SIZE];
     printf("%" PRIu32 " samples (%" PRIu64 " occurrences) by %.*s\n", samples->count, seen->occurrences,
            (int)samples->solver_size, samples->solver);
-    printf("%" PRIu32 " feasible\n", seen->feasible);
+    printf("%" PRIu32 " feasible: %s\n", seen->feasible, feasible_means(&both->problem.qubo));
     if (seen->feasible > 0) {
         decimal_write(seen->best_energy, both->problem.scale, energy);
         printf("best: sample %" PRIu32 ", energy %s\n", seen->best, energy);
@@ -68,15 +68,19 @@ static void print_lines(const answer *both, const survey *seen)
     printf("energies %s\n", seen->wrong == 0 ? "agree" : "DO NOT agree");
 }
 
-static int validate(const answer *both, bool json)
+static int validate(const answer *both, bool json, budget limit)
 {
-    survey seen = survey_samples(both);
+    survey seen;
+    int status = survey_samples(both, limit, &seen);
+    if (status != DONE) {
+        return status;
+    }
     if (json) {
         print_json(both, &seen);
     } else {
         print_lines(both, &seen);
     }
-    int status = survey_fail_wrong(both, &seen);
+    status = survey_fail_wrong(both, &seen);
     if (status == DONE && seen.feasible == 0) {
         return fail(ANSWER_NO, both->samples.name, "no sample is feasible");
     }
@@ -99,7 +103,7 @@ int cmd_validate(int argc, char **argv)
     if (status != DONE) {
         return status;
     }
-    status = validate(&both, given.values[JSON] != NULL);
+    status = validate(&both, given.values[JSON] != NULL, limit);
     answer_close(&both);
     return status;
 }

@@ -18,6 +18,7 @@ typedef struct command {
 } command;
 
 int cmd_encode(int argc, char **argv);
+int cmd_reduce(int argc, char **argv);
 int cmd_info(int argc, char **argv);
 int cmd_solve(int argc, char **argv);
 int cmd_validate(int argc, char **argv);

@@ -9,6 +9,7 @@
 #include "gap.h"
 #include "json.h"
 #include "messages.h"
+#include "table.h"
 
 int comparison_add(comparison *to, const char *solver, size_t solver_size, result **added)
 {
@@ -90,32 +91,30 @@ void comparison_json(const comparison *shown)
     json_end();
 }
 
-/* The table as text, so that each column is as wide as what stands in it. */
-enum { METHOD, ENERGY, GAP, PERCENT, FEASIBLE, RMS, BAD_HALF, BAD_ONE, SECONDS, NOTE, COLUMNS, CELL_SIZE = 256 };
-typedef char row[COLUMNS][CELL_SIZE];
+enum { METHOD, ENERGY, GAP, PERCENT, FEASIBLE, RMS, BAD_HALF, BAD_ONE, SECONDS, NOTE, COLUMNS };
 
-static void fill_errors(const map_errors *errors, row cells)
+static void fill_errors(const map_errors *errors, table_cell *cells)
 {
     if (errors->pixels > 0) {
-        (void)snprintf(cells[RMS], CELL_SIZE, "%.4f", errors->of[ERROR_RMS]);
-        (void)snprintf(cells[BAD_HALF], CELL_SIZE, "%.2f", errors->of[ERROR_BAD_HALF]);
-        (void)snprintf(cells[BAD_ONE], CELL_SIZE, "%.2f", errors->of[ERROR_BAD_ONE]);
+        (void)snprintf(cells[RMS], TABLE_CELL_SIZE, "%.4f", errors->of[ERROR_RMS]);
+        (void)snprintf(cells[BAD_HALF], TABLE_CELL_SIZE, "%.2f", errors->of[ERROR_BAD_HALF]);
+        (void)snprintf(cells[BAD_ONE], TABLE_CELL_SIZE, "%.2f", errors->of[ERROR_BAD_ONE]);
     }
 }
 
-static void fill_row(const comparison *of, const result *shown, int64_t bound, row cells)
+static void fill_row(const comparison *of, const result *shown, int64_t bound, table_cell *cells)
 {
     for (size_t i = 0; i < COLUMNS; i++) {
-        (void)snprintf(cells[i], CELL_SIZE, "%s", i == NOTE ? "" : "-");
+        (void)snprintf(cells[i], TABLE_CELL_SIZE, "%s", i == NOTE ? "" : "-");
     }
-    (void)snprintf(cells[METHOD], CELL_SIZE, "%s", shown->solver);
+    (void)snprintf(cells[METHOD], TABLE_CELL_SIZE, "%s", shown->solver);
     if (shown->refusal != QS_OK) {
-        (void)snprintf(cells[NOTE], CELL_SIZE, shown->refusal == QS_E_ENCODING ? "not for this pairwise cost" : "costs too large");
+        (void)snprintf(cells[NOTE], TABLE_CELL_SIZE, shown->refusal == QS_E_ENCODING ? "not for this pairwise cost" : "costs too large");
         return;
     }
-    (void)snprintf(cells[FEASIBLE], CELL_SIZE, "%" PRIu32 "/%" PRIu32, shown->feasible, shown->samples);
+    (void)snprintf(cells[FEASIBLE], TABLE_CELL_SIZE, "%" PRIu32 "/%" PRIu32, shown->feasible, shown->samples);
     if (shown->microseconds >= 0) {
-        (void)snprintf(cells[SECONDS], CELL_SIZE, "%.3f", (double)shown->microseconds / 1e6);
+        (void)snprintf(cells[SECONDS], TABLE_CELL_SIZE, "%.3f", (double)shown->microseconds / 1e6);
     }
     if (shown->feasible == 0) {
         return;
@@ -124,52 +123,29 @@ static void fill_row(const comparison *of, const result *shown, int64_t bound, r
     if (bound != QS_NO_BOUND) {
         decimal_write(shown->energy - bound, of->scale, cells[GAP]);
         if (shown->energy != 0) {
-            (void)snprintf(cells[PERCENT], CELL_SIZE, "%.4f", gap_percent(shown->energy, bound));
+            (void)snprintf(cells[PERCENT], TABLE_CELL_SIZE, "%.4f", gap_percent(shown->energy, bound));
         }
     }
     fill_errors(&shown->errors, cells);
     if (is_proven(shown, bound)) {
-        (void)snprintf(cells[NOTE], CELL_SIZE, "optimal");
-    }
-}
-
-static void print_row(const comparison *of, row cells, const size_t widths[COLUMNS])
-{
-    printf("%-*s", (int)widths[METHOD], cells[METHOD]);
-    for (size_t i = METHOD + 1; i < NOTE; i++) {
-        if (of->scored || i < RMS || i > BAD_ONE) {
-            printf("  %*s", (int)widths[i], cells[i]);
-        }
-    }
-    printf("%s%s\n", cells[NOTE][0] != '\0' ? "  " : "", cells[NOTE]);
-}
-
-static void widen(size_t widths[COLUMNS], row cells)
-{
-    for (size_t i = 0; i < COLUMNS; i++) {
-        size_t length = strlen(cells[i]);
-        widths[i] = length > widths[i] ? length : widths[i];
+        (void)snprintf(cells[NOTE], TABLE_CELL_SIZE, "optimal");
     }
 }
 
 void comparison_print(const comparison *shown)
 {
-    static row heading = {"method",  "energy",  "gap",     "gap %", "feasible", "rms",
-                          "bad-0.5", "bad-1.0", "seconds", ""};
-    size_t widths[COLUMNS] = {0};
-    row cells;
+    static const table_cell heading[COLUMNS] = {"method",  "energy",  "gap",     "gap %", "feasible", "rms",
+                                                "bad-0.5", "bad-1.0", "seconds", ""};
+    static table_cell cells[(RESULTS_MAX + 1) * COLUMNS];
+    bool hidden[COLUMNS] = {false};
     char text[DECIMAL_SIZE];
     int64_t bound = best_bound(shown);
-    widen(widths, heading);
+    memcpy(cells, heading, sizeof heading);
     for (size_t i = 0; i < shown->count; i++) {
-        fill_row(shown, &shown->results[i], bound, cells);
-        widen(widths, cells);
+        fill_row(shown, &shown->results[i], bound, &cells[(i + 1) * COLUMNS]);
     }
-    print_row(shown, heading, widths);
-    for (size_t i = 0; i < shown->count; i++) {
-        fill_row(shown, &shown->results[i], bound, cells);
-        print_row(shown, cells, widths);
-    }
+    hidden[RMS] = hidden[BAD_HALF] = hidden[BAD_ONE] = !shown->scored;
+    table_print(cells, shown->count + 1, COLUMNS, hidden);
     if (bound == QS_NO_BOUND) {
         puts("no lower bound: none of these solvers has one");
         return;

@@ -2,6 +2,7 @@
 
 #include <inttypes.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "decimal.h"
 #include "json.h"
@@ -29,17 +30,66 @@ static void print_range(const char *name, int64_t least, int64_t most, uint32_t 
     }
 }
 
-static void print_labels(const qs_labels *labels, uint32_t sites)
+/* What breaking the rules of an encoding costs: a and b of one-hot groups, or kappa of walls. The cuts' penalties are their arcs. */
+typedef struct penalties {
+    bool single, pair; /* which of the two there are */
+    int64_t single_min, single_max, pair_min, pair_max;
+} penalties;
+
+/* kappa is the weight of the couplings of a chain with itself: there are none where no site has three labels left. */
+static penalties chain_penalties(const qs_index *index)
+{
+    penalties found = {.single = false};
+    for (uint32_t group = 0; group < index->qubo->groups; group++) {
+        for (uint32_t i = index->near_start[group]; i < index->near_start[group + 1]; i++) {
+            const qs_neighbour *near = &index->near[i];
+            if (near->group != group) {
+                continue;
+            }
+            int64_t kappa = llabs((long long)near->weight * qs_index_block(index, near->block & ~QS_TRANSPOSED, 0, 1));
+            found.single_min = !found.single || kappa < found.single_min ? kappa : found.single_min;
+            found.single_max = !found.single || kappa > found.single_max ? kappa : found.single_max;
+            found.single = true;
+        }
+    }
+    return found;
+}
+
+static penalties find_penalties(const problem_file *described, const qs_qubo_summary *summary)
+{
+    const qs_qubo *qubo = &described->qubo;
+    qs_encoding encoding = qubo->has_labels ? qubo->labels.encoding : QS_ENCODING_DEFAULT;
+    if (encoding == QS_DOMAIN_WALL) {
+        return chain_penalties(&described->index);
+    }
+    bool there = encoding != QS_ST_CUT && encoding != QS_ST_CUT_ARCS;
+    return (penalties){there, there, summary->penalty_min, summary->penalty_max, summary->pair_penalty_min, summary->pair_penalty_max};
+}
+
+static void print_penalties(const penalties *printed, bool walls, uint32_t scale)
+{
+    if (printed->single) {
+        print_range(walls ? "penalty kappa" : "penalty a", printed->single_min, printed->single_max, scale);
+    }
+    if (printed->pair) {
+        print_range("penalty b", printed->pair_min, printed->pair_max, scale);
+    }
+}
+
+static void print_labels(const qs_labels *labels)
 {
     char lambda[DECIMAL_SIZE] = "differs by edge";
     const qs_frame *frame = &labels->frame;
     if (labels->weight >= 0) {
         decimal_write(labels->weight, labels->scale, lambda);
     }
-    printf("%-17s%" PRIu32, "sites", sites);
+    printf("%-17s%" PRIu32, "sites", labels->sites);
     if (labels->width > 0) {
         printf(", grid %" PRIu32 " x %" PRIu32 " at (%" PRIu32 ", %" PRIu32 ") of a picture %" PRIu32 " x %" PRIu32,
                labels->width, labels->height, frame->x, frame->y, frame->picture_width, frame->picture_height);
+    }
+    if (labels->fixed_bytes > 0) {
+        printf("\n%-17s%" PRIu32 ", fixed %" PRIu32, "sites open", labels->open, labels->sites - labels->open);
     }
     printf("\n%-17s%" PRIu32 ", disparities %" PRIu32 " to %" PRIu64 "\n", "labels", labels->labels, frame->first,
            (uint64_t)frame->first + labels->labels - 1);
@@ -53,6 +103,9 @@ static void print_labels(const qs_labels *labels, uint32_t sites)
     }
     printf("%-17s%s, penalty %s, gap %" PRIu32 "\n", "encoding", name_of(&encoding_names, (int)labels->encoding),
            name_of(&penalty_names, (int)labels->penalty), labels->gap);
+    if (labels->excess_bytes > 0) {
+        printf("%-17scosts that no optimum pays are cut\n", "truncated");
+    }
 }
 
 void describe_problem(const problem_file *described)
@@ -67,13 +120,13 @@ void describe_problem(const problem_file *described)
     to_hex(digest, hex);
     printf("%s: a QUBO (.qcf version %d), %zu bytes\n", described->name, QS_FORMAT_VERSION, described->file.size);
     if (qubo->has_labels) {
-        print_labels(&qubo->labels, qubo->groups);
+        print_labels(&qubo->labels);
     }
     printf("%-17s%" PRIu32 " in %" PRIu32 " groups\n", "variables", qubo->variables, qubo->groups);
     printf("%-17s%" PRIu64 ", from %" PRIu64 " couplings of groups\n", "quadratic terms", summary.quadratic_terms,
            qubo->couplings);
-    print_range("penalty a", summary.penalty_min, summary.penalty_max, scale);
-    print_range("penalty b", summary.pair_penalty_min, summary.pair_penalty_max, scale);
+    penalties found = find_penalties(described, &summary);
+    print_penalties(&found, qubo->has_labels && qubo->labels.encoding == QS_DOMAIN_WALL, scale);
     print_range("offset", summary.offset, summary.offset, scale);
     print_range("linear", summary.linear_min, summary.linear_max, scale);
     print_range("quadratic", summary.quadratic_min, summary.quadratic_max, scale);
@@ -99,9 +152,10 @@ static void json_grid(const qs_qubo *qubo)
     }
 }
 
-static void json_meaning(const qs_labels *labels, uint32_t sites)
+static void json_meaning(const qs_labels *labels)
 {
-    json_count("sites", sites);
+    json_count("sites", labels->sites);
+    json_count("sites_open", labels->open);
     json_count("labels", labels->labels);
     json_count("disparity_min", labels->frame.first);
     json_count("disparity_max", (uint64_t)labels->frame.first + labels->labels - 1);
@@ -110,6 +164,7 @@ static void json_meaning(const qs_labels *labels, uint32_t sites)
     json_count("truncation", labels->pairwise.truncation);
     json_name("penalty", name_of(&penalty_names, (int)labels->penalty));
     json_count("gap", labels->gap);
+    json_truth("truncated", labels->excess_bytes > 0);
     if (labels->weight >= 0) {
         json_units("lambda", labels->weight, labels->scale);
     } else {
@@ -120,27 +175,36 @@ static void json_meaning(const qs_labels *labels, uint32_t sites)
 /* A file whose variables have no stated meaning has the same keys. */
 static void json_no_meaning(void)
 {
-    static const char *const keys[] = {"sites",      "labels",     "disparity_min", "disparity_max", "encoding",
-                                       "smoothness", "truncation", "penalty",       "gap",           "lambda"};
+    static const char *const keys[] = {"sites",      "sites_open", "labels", "disparity_min", "disparity_max", "encoding",
+                                       "smoothness", "truncation", "penalty", "gap",          "truncated",     "lambda"};
     for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
         json_null(keys[i]);
     }
 }
 
-static void json_summary(const qs_qubo *qubo, uint32_t scale)
+static void json_range(const char *least_key, const char *most_key, bool there, int64_t least, int64_t most, uint32_t scale)
 {
+    if (there) {
+        json_units(least_key, least, scale);
+        json_units(most_key, most, scale);
+    } else {
+        json_null(least_key);
+        json_null(most_key);
+    }
+}
+
+static void json_summary(const problem_file *described)
+{
+    uint32_t scale = described->scale;
     qs_qubo_summary summary;
-    qs_qubo_summarise(qubo, &summary);
+    qs_qubo_summarise(&described->qubo, &summary);
+    penalties found = find_penalties(described, &summary);
     json_count("quadratic_terms", summary.quadratic_terms);
-    json_units("penalty_min", summary.penalty_min, scale);
-    json_units("penalty_max", summary.penalty_max, scale);
-    json_units("pair_penalty_min", summary.pair_penalty_min, scale);
-    json_units("pair_penalty_max", summary.pair_penalty_max, scale);
+    json_range("penalty_min", "penalty_max", found.single, found.single_min, found.single_max, scale);
+    json_range("pair_penalty_min", "pair_penalty_max", found.pair, found.pair_min, found.pair_max, scale);
     json_units("offset", summary.offset, scale);
-    json_units("linear_min", summary.linear_min, scale);
-    json_units("linear_max", summary.linear_max, scale);
-    json_units("quadratic_min", summary.quadratic_min, scale);
-    json_units("quadratic_max", summary.quadratic_max, scale);
+    json_range("linear_min", "linear_max", true, summary.linear_min, summary.linear_max, scale);
+    json_range("quadratic_min", "quadratic_max", true, summary.quadratic_min, summary.quadratic_max, scale);
 }
 
 static void json_digest(const char *key, const uint8_t digest[QS_DIGEST_SIZE])
@@ -150,12 +214,11 @@ static void json_digest(const char *key, const uint8_t digest[QS_DIGEST_SIZE])
     json_name(key, hex);
 }
 
-void describe_problem_json(const problem_file *described)
+void describe_problem_keys(const problem_file *described)
 {
     const qs_qubo *qubo = &described->qubo;
     uint8_t digest[QS_DIGEST_SIZE];
     qs_digest(described->file.bytes, described->file.size, digest);
-    json_begin();
     json_name("format", "qcf");
     json_count("version", QS_FORMAT_VERSION);
     json_count("file_bytes", described->file.size);
@@ -166,11 +229,17 @@ void describe_problem_json(const problem_file *described)
     json_count("scale", described->scale);
     json_grid(qubo);
     if (qubo->has_labels) {
-        json_meaning(&qubo->labels, qubo->groups);
+        json_meaning(&qubo->labels);
     } else {
         json_no_meaning();
     }
-    json_summary(qubo, described->scale);
+    json_summary(described);
+}
+
+void describe_problem_json(const problem_file *described)
+{
+    json_begin();
+    describe_problem_keys(described);
     json_end();
 }
 

@@ -4,8 +4,11 @@
 
 #include "inputs.h"
 
+/* After problem_index; the second prints an object, the third its keys alone. */
 void describe_problem(const problem_file *described);
 void describe_problem_json(const problem_file *described);
+void describe_problem_keys(const problem_file *described);
+
 void describe_samples(const samples_file *described);
 void describe_samples_json(const samples_file *described);
 

@@ -1,29 +1,33 @@
 #include "encode_request.h"
 
-#include <inttypes.h>
-#include <stdio.h>
 #include <string.h>
 
-#include "decimal.h"
 #include "messages.h"
-#include "names.h"
-#include "numbers.h"
 #include "options.h"
 #include "output.h"
 #include "pair_options.h"
 
-enum { OUTPUT, PAIR, ENCODING = PAIR + PAIR_OPTIONS, PENALTY, GAP, JSON };
+enum {
+    OUTPUT,
+    PAIR,
+    ENCODING = PAIR + PAIR_OPTIONS,
+    CODING,
+    REDUCE = CODING + CODING_OPTIONS,
+    REDUCING,
+    JSON = REDUCING + REDUCING_OPTIONS,
+    MEMORY_LIMIT
+};
 
 static const option options[] = {
     [OUTPUT] = {"output", 'o', true, "FILE", NULL, "the QUBO file (.qcf) to write, - is standard output"},
     [PAIR] = PAIR_OPTION_ROWS,
     [ENCODING] = {"encoding", 0, false, "NAME", NULL,
-                  "one-hot or one-hot-sparse (default one-hot-sparse for potts, else one-hot)"},
-    [PENALTY] = {"penalty", 0, false, "NAME", "local",
-                 "local (least proven, by site), paper (one alpha for all) or an alpha of your own"},
-    [GAP] = {"gap", 0, false, "G", NULL,
-             "integer units from the optimum to any infeasible state with --penalty local (default 1)"},
+                  "see above (default one-hot-sparse for potts, else one-hot)"},
+    [CODING] = CODING_OPTION_ROWS,
+    [REDUCE] = {"reduce", 0, false, NULL, NULL, "leave out labels that are proven to be in no optimum, as reduce does; with these two:"},
+    [REDUCING] = REDUCING_OPTION_ROWS,
     [JSON] = {"json", 0, false, NULL, NULL, "print what info --json prints of the file"},
+    [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
 
 static const command_line line = {
@@ -31,71 +35,43 @@ static const command_line line = {
     .operands = {"LEFT", "RIGHT"},
     .about = "Turns a rectified stereo pair into a QUBO: a site for each pixel of the left picture, a label for each\n"
              "disparity d, which matches pixel (x, y) with (x - d, y) of the right picture. Pixels of which a match\n"
-             "would lie outside the right picture are left out.\n",
+             "would lie outside the right picture are left out.\n"
+             "\n"
+             "one-hot is the paper's and holds every smoothness; one-hot-sparse (fewer terms, the same minimum) and\n"
+             "domain-wall (fewest variables) hold potts and linear, multiway-cut potts, st-cut and st-cut-arcs linear\n"
+             "without truncation.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .examples = "  qstereo encode left.png right.png -o p.qcf --disparity 0:15 --lambda 20\n"
-                "  qstereo encode left.png right.png -o p.qcf --roi 160,120,40,40 --penalty paper\n",
+                "  qstereo encode left.png right.png -o p.qcf --roi 160,120,40,40 --penalty paper\n"
+                "  qstereo encode left.png right.png -o p.qcf --encoding domain-wall --truncate --gap 20\n"
+                "  qstereo encode left.png right.png -o p.qcf --reduce --target 500 --encoding domain-wall\n",
 };
 
-static int read_encoding(const char *name, encode_request *asked)
+static qs_encoding default_encoding(const pair *of)
 {
-    int value;
-    if (name == NULL) {
-        return DONE;
-    }
-    int status = name_read(&encoding_names, name, "", &value);
-    if (status == DONE && value == QS_ONE_HOT_SPARSE && asked->pair.pairwise.smoothness != QS_POTTS) {
-        return fail_usage("--encoding one-hot-sparse holds --smoothness potts only: use --encoding one-hot");
-    }
-    asked->options.encoding = (qs_encoding)value;
-    return status;
+    return of->pairwise.smoothness == QS_POTTS ? QS_ONE_HOT_SPARSE : QS_ONE_HOT;
 }
 
-/* An alpha has to be a whole number of the integer units that lambda has chosen. */
-static int read_alpha(const char *text, uint32_t scale, int64_t *alpha)
+static int read_coding(const char *const *values, encode_request *asked)
 {
-    char held[128];
-    fraction given;
-    decimal_status status = decimal_read(text, QS_ENERGY_MAX, scale, &given);
-    if (status == DECIMAL_OK && scale % given.denominator != 0) {
-        status = DECIMAL_TOO_FINE;
-    }
-    if (status == DECIMAL_OK && given.numerator > (uint64_t)QS_ENERGY_MAX / (scale / given.denominator)) {
-        status = DECIMAL_TOO_LARGE;
-    }
-    (void)snprintf(held, sizeof held,
-                   "any multiple above 0 of 1/%" PRIu32 ", the integer unit of this --lambda, up to 2^53 units", scale);
-    if (status != DECIMAL_OK) {
-        return decimal_fail("--penalty", text, status, held);
-    }
-    *alpha = (int64_t)(given.numerator * (scale / given.denominator));
-    return *alpha > 0 ? DONE : fail_usage("--penalty %s: not above 0", text);
+    const qs_stereo *stereo = &asked->pair.stereo;
+    const coded_problem of = {
+        .pairwise = asked->pair.pairwise,
+        .labels = stereo->disparity_max - stereo->disparity_min + 1,
+        .scale = stereo->scale,
+        .preset = default_encoding(&asked->pair),
+    };
+    return coding_read(values[ENCODING], &values[CODING], &of, &asked->options);
 }
 
-static int read_penalty(const char *text, encode_request *asked)
+static int read_reducing(const char *const *values, encode_request *asked)
 {
-    int value = QS_PENALTY_GIVEN;
-    int status;
-    if (strchr("0123456789.+-", text[0]) != NULL) {
-        status = read_alpha(text, asked->pair.stereo.scale, &asked->options.alpha);
-    } else {
-        status = name_read(&penalty_names, text, ", or a number", &value);
+    asked->reduce = values[REDUCE] != NULL;
+    if (!asked->reduce && (values[REDUCING + REDUCING_TARGET] != NULL || values[REDUCING + REDUCING_TIME_LIMIT] != NULL)) {
+        return fail_usage("--%s goes with --reduce", values[REDUCING + REDUCING_TARGET] != NULL ? "target" : "time-limit");
     }
-    asked->options.penalty = (qs_penalty)value;
-    return status;
-}
-
-static int read_gap(const char *text, encode_request *asked)
-{
-    asked->options.gap = 1;
-    if (text == NULL) {
-        return DONE;
-    }
-    if (asked->options.penalty != QS_PENALTY_LOCAL) {
-        return fail_usage("--gap goes with --penalty local: no other keeps a gap");
-    }
-    return number_read("--gap", text, 1, INT32_MAX, &asked->options.gap);
+    return reducing_read(&values[REDUCING], asked->options.encode.encoding, &asked->how);
 }
 
 static int read_values(const arguments *given, encode_request *asked)
@@ -104,16 +80,15 @@ static int read_values(const arguments *given, encode_request *asked)
     memset(asked, 0, sizeof *asked);
     asked->output = values[OUTPUT];
     asked->json = values[JSON] != NULL;
-    int status = pair_read(given->operands[0], given->operands[1], &values[PAIR],
-                           "--lambda, --penalty, --gap or --truncation", &asked->pair);
+    int status = pair_read(given->operands[0], given->operands[1], &values[PAIR], ENCODE_WEIGHTS, &asked->pair);
     if (status == DONE) {
-        status = read_encoding(values[ENCODING], asked);
+        status = read_coding(values, asked);
     }
     if (status == DONE) {
-        status = read_penalty(values[PENALTY], asked);
+        status = read_reducing(values, asked);
     }
     if (status == DONE) {
-        status = read_gap(values[GAP], asked);
+        status = budget_read(values[MEMORY_LIMIT], &asked->limit);
     }
     if (status == DONE && asked->json && output_is_standard(asked->output)) {
         return fail_usage("--json and the file cannot both go to standard output");

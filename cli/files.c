@@ -153,9 +153,18 @@ void file_free(file_bytes *file)
     *file = (file_bytes){NULL, 0};
 }
 
+growing_file growing_begin(uint64_t most)
+{
+    return (growing_file){.file = {NULL, 0}, .most = most};
+}
+
 bool growing_append(void *grown, const void *bytes, size_t size)
 {
     growing_file *to = grown;
+    if (size > to->most - to->file.size) {
+        to->over = true;
+        return false;
+    }
     if (to->capacity - to->file.size < size) {
         size_t larger = (to->capacity + size) * 2;
         uint8_t *moved = realloc(to->file.bytes, larger);
@@ -169,4 +178,20 @@ bool growing_append(void *grown, const void *bytes, size_t size)
     memcpy(to->file.bytes + to->file.size, bytes, size);
     to->file.size += size;
     return true;
+}
+
+int growing_end(growing_file *grown, const char *place, budget *limit)
+{
+    int status = DONE;
+    if (grown->over) {
+        status = budget_fail(limit, place);
+    } else if (grown->refused) {
+        status = fail_memory(place);
+    }
+    if (status != DONE) {
+        file_free(&grown->file);
+        return status;
+    }
+    limit->left -= grown->file.size;
+    return DONE;
 }

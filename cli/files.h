@@ -34,14 +34,22 @@ bool file_was_read(const char *path);
 
 void file_free(file_bytes *file);
 
-/* A file that is being made in memory; zero = empty. */
+/* A file that is being made in memory. */
 typedef struct growing_file {
     file_bytes file;
     size_t capacity;
-    bool refused; /* there was no memory for some of it */
+    uint64_t most; /* bytes that it may have */
+    bool refused;  /* there was no memory for some of it */
+    bool over;     /* or it would have been larger than that */
 } growing_file;
 
-/* Appends to a growing_file, as the library's sinks do. Returns false where there is no memory. */
+/* Empty; `most` as above. */
+growing_file growing_begin(uint64_t most);
+
+/* Appends to a growing_file, as the library's sinks do. Returns false where there is no room. */
 bool growing_append(void *grown, const void *bytes, size_t size);
+
+/* Takes the size of a file that has been made from the budget. Returns DONE or NO_RESOURCE: there was no room for all of it; then it is freed. */
+int growing_end(growing_file *grown, const char *place, budget *limit);
 
 #endif

@@ -112,6 +112,21 @@ void problem_close(problem_file *closed)
     file_free(&closed->file);
 }
 
+uint64_t labels_left(const qs_labels *labels)
+{
+    uint64_t left = labels->sites - labels->open;
+    size_t bytes = (size_t)labels->open * (((size_t)labels->labels + 7) / 8);
+    if (labels->fixed_bytes == 0) {
+        return left + (uint64_t)labels->open * labels->labels;
+    }
+    for (size_t i = 0; i < bytes; i++) {
+        for (unsigned bits = labels->sets[i]; bits != 0; bits &= bits - 1) {
+            left++;
+        }
+    }
+    return left;
+}
+
 int answer_open_samples(answer *both, const char *samples_path, budget *limit)
 {
     file_bytes file;

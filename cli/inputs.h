@@ -35,6 +35,9 @@ int problem_open(const char *path, budget *limit, problem_file *opened);
 int problem_index(problem_file *problem, budget *limit);
 void problem_close(problem_file *closed);
 
+/* The labels that are left to all sites together; a fixed site has one. */
+uint64_t labels_left(const qs_labels *labels);
+
 /* Opens both files, checks that they belong together, and indexes the problem. */
 int answer_open(const char *problem_path, const char *samples_path, budget *limit, answer *opened);
 /* Opens the samples only, for the problem that is there already. */

@@ -10,6 +10,7 @@
 
 static const command commands[] = {
     {"encode", cmd_encode, "turn a stereo pair into a QUBO file (.qcf)"},
+    {"reduce", cmd_reduce, "leave out of a .qcf what is proven, so that little is left to solve"},
     {"info", cmd_info, "say what a .qcf or .qsf holds"},
     {"solve", cmd_solve, "solve a .qcf on this machine, with a lower bound of every energy"},
     {"validate", cmd_validate, "check the samples of a .qsf: which are feasible, are the energies true"},

@@ -11,11 +11,13 @@
         what, names, sizeof names / sizeof names[0], sizeof names / sizeof names[0] - (untyped)                        \
     }
 
-static const named encodings[] = {{"one-hot", QS_ONE_HOT}, {"one-hot-sparse", QS_ONE_HOT_SPARSE}};
+static const named encodings[] = {{"one-hot", QS_ONE_HOT},           {"one-hot-sparse", QS_ONE_HOT_SPARSE},
+                                  {"domain-wall", QS_DOMAIN_WALL},   {"multiway-cut", QS_MULTIWAY_CUT},
+                                  {"st-cut", QS_ST_CUT},             {"st-cut-arcs", QS_ST_CUT_ARCS}};
 static const named smoothnesses[] = {
     {"potts", QS_POTTS}, {"linear", QS_TRUNCATED_LINEAR}, {"quadratic", QS_TRUNCATED_QUADRATIC}, {"table", QS_TABLE}};
 static const named penalties[] = {
-    {"local", QS_PENALTY_LOCAL}, {"paper", QS_PENALTY_PAPER}, {"given", QS_PENALTY_GIVEN}};
+    {"local", QS_PENALTY_LOCAL}, {"minimal", QS_PENALTY_MINIMAL}, {"paper", QS_PENALTY_PAPER}, {"given", QS_PENALTY_GIVEN}};
 static const named costs[] = {{"ad", QS_COST_AD}};
 
 const name_table encoding_names = TABLE("encoding", encodings, 0);

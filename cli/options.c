@@ -23,11 +23,21 @@ static int print_option(FILE *file, const option *known)
     return width;
 }
 
+static size_t operand_count(const command_line *line)
+{
+    size_t count = 0;
+    while (count < OPERANDS_MAX && line->operands[count] != NULL) {
+        count++;
+    }
+    return count;
+}
+
 static void print_usage(const command_line *line)
 {
+    size_t count = operand_count(line);
     printf("usage: qstereo %s", line->name);
-    for (size_t i = 0; i < OPERANDS_MAX && line->operands[i] != NULL; i++) {
-        printf(" %s", line->operands[i]);
+    for (size_t i = 0; i < count; i++) {
+        printf(i + line->optional < count ? " %s" : " [%s]", line->operands[i]);
     }
     for (size_t i = 0; i < line->option_count; i++) {
         if (line->options[i].required) {
@@ -194,7 +204,7 @@ static int check_complete(const cursor *at)
 {
     const command_line *line = at->line;
     size_t inputs = 0;
-    if (at->operand_count < OPERANDS_MAX && line->operands[at->operand_count] != NULL) {
+    if (at->operand_count + line->optional < operand_count(line)) {
         return fail_usage("the operand %s is missing", line->operands[at->operand_count]);
     }
     for (size_t i = 0; i < line->option_count; i++) {

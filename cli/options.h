@@ -22,7 +22,8 @@ enum { OPERANDS_MAX = 4, OPTIONS_MAX = 32, GIVEN_MAX = 256 };
 
 typedef struct command_line {
     const char *name;
-    const char *operands[OPERANDS_MAX]; /* what they are called; each must be given */
+    const char *operands[OPERANDS_MAX]; /* what they are called; each must be given, but for */
+    size_t optional;                    /* so many of the last ones */
     const char *about;                  /* whole lines */
     const option *options;
     size_t option_count;
@@ -30,7 +31,7 @@ typedef struct command_line {
 } command_line;
 
 typedef struct arguments {
-    const char *operands[OPERANDS_MAX];
+    const char *operands[OPERANDS_MAX]; /* NULL = not given */
     /* By index in the table: the last argument given, else the preset; of a flag NULL or "". */
     const char *values[OPTIONS_MAX];
     /* Every option given, in order. */

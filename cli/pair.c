@@ -1,6 +1,7 @@
 #include "pair.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "messages.h"
 #include "picture.h"
@@ -106,4 +107,18 @@ int pair_encode(const pair *encoded, const qs_problem *problem, const qs_encode_
     qs_status written = qs_encode(problem, options, sink, workspace, workspace_size, size);
     free(workspace);
     return written == QS_OK || written == QS_E_IO ? DONE : fail_encode(encoded, written);
+}
+
+int pair_hold(const pair *held, const qs_problem *problem, const qs_encode_options *options, budget *limit, problem_file *made)
+{
+    growing_file grown = growing_begin(limit->left);
+    const qs_sink sink = {growing_append, &grown};
+    memset(made, 0, sizeof *made);
+    int status = pair_encode(held, problem, options, &sink, NULL);
+    if (status != DONE) {
+        file_free(&grown.file);
+        return status;
+    }
+    status = growing_end(&grown, input_name(held->left), limit);
+    return status == DONE ? problem_take(held->left, grown.file, limit, made) : status;
 }

@@ -3,7 +3,7 @@
 #ifndef PAIR_H
 #define PAIR_H
 
-#include "qstereo.h"
+#include "inputs.h"
 
 typedef struct pair {
     const char *left, *right; /* names of the pictures */
@@ -22,5 +22,8 @@ void pair_close(pair *closed);
 /* Writes the problem as a .qcf; size may be NULL. Bytes that the sink refuses are no failure here: its owner knows of them. */
 int pair_encode(const pair *encoded, const qs_problem *problem, const qs_encode_options *options, const qs_sink *sink,
                 uint64_t *size);
+
+/* The same in memory, opened, under the name of the left picture. problem_close frees what was allocated in any case. */
+int pair_hold(const pair *held, const qs_problem *problem, const qs_encode_options *options, budget *limit, problem_file *made);
 
 #endif

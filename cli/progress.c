@@ -5,13 +5,15 @@
 #include <inttypes.h>
 #include <signal.h>
 #include <stdio.h>
+#include <string.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "decimal.h"
 #include "gap.h"
 
-enum { PERIOD = 200000, LINE_SIZE = 80 };
+/* A line longer than the shortest of terminals is cut. */
+enum { PERIOD = 200000, LINE_WIDTH = 79, LINE_SIZE = 512 };
 
 /* To the beginning of the line, and nothing behind. */
 static const char clear_line[] = "\r\033[K";
@@ -31,32 +33,64 @@ progress progress_begin(const char *solver, uint32_t scale, int64_t limit)
     return (progress){solver, scale, now, limit, now + PERIOD, isatty(STDERR_FILENO) != 0, false};
 }
 
-static void show(progress *shown, const qs_progress *now, int64_t elapsed)
+/* Appends to a line of LINE_SIZE: ", bound B, gap G", where there is a bound. */
+static void append_bound(const progress *shown, int64_t energy, int64_t lower_bound, char *line)
 {
-    char line[LINE_SIZE], energy[DECIMAL_SIZE], bound[DECIMAL_SIZE], gap[GAP_SIZE];
-    decimal_write(now->energy, shown->scale, energy);
-    int used = snprintf(line, sizeof line, "%s: %.1f s, iteration %" PRIu64 ", energy %s", shown->solver,
-                        (double)elapsed / 1e6, now->iteration, energy);
-    if (now->lower_bound != QS_NO_BOUND && used < LINE_SIZE) {
-        decimal_write(now->lower_bound, shown->scale, bound);
-        gap_write(now->energy, now->lower_bound, shown->scale, gap);
-        (void)snprintf(line + used, sizeof line - (size_t)used, ", bound %s, gap %s", bound, gap);
+    char bound[DECIMAL_SIZE], gap[GAP_SIZE];
+    size_t used = strlen(line);
+    if (lower_bound != QS_NO_BOUND) {
+        decimal_write(lower_bound, shown->scale, bound);
+        gap_write(energy, lower_bound, shown->scale, gap);
+        (void)snprintf(line + used, LINE_SIZE - used, ", bound %s, gap %s", bound, gap);
     }
+}
+
+static void show(progress *shown, const char *line)
+{
     line_stands = 1;
-    fprintf(stderr, "%s%s", clear_line, line);
+    fprintf(stderr, "%s%.*s", clear_line, LINE_WIDTH, line);
     (void)fflush(stderr);
+    shown->shown = true;
+    shown->next = microseconds() + PERIOD;
+}
+
+static bool is_due(const progress *watched, int64_t time)
+{
+    return watched->terminal && time >= watched->next;
+}
+
+static bool has_time(const progress *watched, int64_t time)
+{
+    return watched->limit == 0 || time - watched->begin < watched->limit;
 }
 
 bool progress_watch(void *context, const qs_progress *now)
 {
     progress *watched = context;
     int64_t time = microseconds();
-    if (watched->terminal && time >= watched->next) {
-        show(watched, now, time - watched->begin);
-        watched->shown = true;
-        watched->next = time + PERIOD;
+    char line[LINE_SIZE], energy[DECIMAL_SIZE];
+    if (is_due(watched, time)) {
+        decimal_write(now->energy, watched->scale, energy);
+        (void)snprintf(line, sizeof line, "%s: %.1f s, iteration %" PRIu64 ", energy %s", watched->solver,
+                       (double)(time - watched->begin) / 1e6, now->iteration, energy);
+        append_bound(watched, now->energy, now->lower_bound, line);
+        show(watched, line);
     }
-    return watched->limit == 0 || time - watched->begin < watched->limit;
+    return has_time(watched, time);
+}
+
+bool progress_watch_reduction(void *context, const qs_reduction *now)
+{
+    progress *watched = context;
+    int64_t time = microseconds();
+    char line[LINE_SIZE];
+    if (is_due(watched, time)) {
+        (void)snprintf(line, sizeof line, "%s: %.1f s, iteration %" PRIu64 ", %" PRIu64 " variables left", watched->solver,
+                       (double)(time - watched->begin) / 1e6, now->iterations, now->variables);
+        append_bound(watched, now->upper_bound, now->lower_bound, line);
+        show(watched, line);
+    }
+    return has_time(watched, time);
 }
 
 int64_t progress_end(progress *ended)

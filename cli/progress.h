@@ -17,6 +17,9 @@ progress progress_begin(const char *solver, uint32_t scale, int64_t limit);
 /* Tells the solver to stop when its time is over: the qs_watch of a progress. */
 bool progress_watch(void *context, const qs_progress *now);
 
+/* The same of a reduction: its qs_reduce_watch. */
+bool progress_watch_reduction(void *context, const qs_reduction *now);
+
 /* Clears the line. Returns the microseconds since the beginning. */
 int64_t progress_end(progress *ended);
 

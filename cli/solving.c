@@ -15,11 +15,14 @@ static int fail_model(const char *name, qs_status status)
 {
     switch (status) {
     case QS_E_UNSUPPORTED:
-        return fail(BAD_INPUT, name, "does not say which labels its variables stand for (one-hot, in a chunk labl), "
-                                     "which these solvers need: qstereo-bridge solves any QUBO");
+        return fail(BAD_INPUT, name, "does not say which labels its variables stand for (in a chunk labl), "
+                                     "which this command needs: qstereo-bridge solves any QUBO");
     case QS_E_CORRUPT:
         return fail(BAD_INPUT, name, "its couplings are not those of the labelling problem that it says it is: "
                                      "qstereo-bridge solves any QUBO");
+    case QS_E_ENCODING:
+        return fail(BAD_INPUT, name, "is a cut of a graph, from which the costs are not read back: this command reads one-hot, "
+                                     "one-hot-sparse and domain-wall, so encode the pair in one of them");
     case QS_E_OVERFLOW:
         return fail(BAD_INPUT, name, "has costs above 2^31 - 1 units, too large for these solvers");
     default:
@@ -67,11 +70,12 @@ static int allocate_found(const laid_out *problem, budget *limit, solved *found)
 }
 
 /* Whatever a solver says, what counts is what the QUBO gives. */
-static int check_energy(const laid_out *problem, const solved *found)
+static int check_energy(const laid_out *problem, solved *found)
 {
     const problem_file *file = problem->problem;
     char said[DECIMAL_SIZE], given[DECIMAL_SIZE];
-    int64_t energy = qs_qubo_energy(&file->index, found->bits);
+    found->qubo_energy = qs_qubo_energy(&file->index, found->bits);
+    int64_t energy = found->qubo_energy + qs_sample_excess(&file->qubo, found->labelling);
     if (energy == found->solution.energy) {
         return DONE;
     }

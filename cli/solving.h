@@ -26,6 +26,7 @@ typedef struct solved {
     int64_t microseconds; /* of the solver alone */
     uint16_t *labelling;  /* of the problem's sites; to be freed */
     uint8_t *bits;        /* the sample of it; to be freed */
+    int64_t qubo_energy;  /* H of the sample: less than the solution's energy where the costs were truncated */
 } solved;
 
 /* Solves; the energy has been recomputed from the sample. The limit is for the solver's work and what it found.

@@ -21,6 +21,7 @@
 #include "qstereo/model.h"
 #include "qstereo/problem.h"
 #include "qstereo/qubo.h"
+#include "qstereo/recode.h"
 #include "qstereo/sample.h"
 #include "qstereo/samples.h"
 #include "qstereo/score.h"

@@ -124,6 +124,7 @@ qs_status qs_anneal(const qs_model *model, const qs_solve_options *options, void
         memcpy(labelling, start, sizeof *start * model->sites);
         s.energy = start_energy;
     }
+    s.energy -= qs_local_keep(model, labelling);
     *solution = s;
     return status;
 }

@@ -149,6 +149,7 @@ qs_status qs_best_with(const qs_model *model, const qs_solve_options *options, c
         status = improve(&s, s.moved);
     }
     if (status == QS_OK) {
+        s.solution.energy -= qs_local_keep(model, labelling);
         s.solution.converged = s.solution.energy == s.solution.lower_bound;
         *solution = s.solution;
     }

@@ -4,6 +4,7 @@
 
 #include "decode.h"
 #include "lanes.h"
+#include "local.h"
 #include "told.h"
 
 enum { DEFAULT_ITERATIONS = 50, FINEST = 12 };
@@ -94,6 +95,7 @@ qs_status qs_bp(const qs_model *model, const qs_solve_options *options, void *wo
         s.iterations++;
         go = qs_told(options, &s) && !qs_limit_reached(options, &s, DEFAULT_ITERATIONS);
     }
+    s.energy -= qs_local_keep(model, labelling);
     *solution = s;
     return QS_OK;
 }

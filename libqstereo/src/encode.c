@@ -3,10 +3,13 @@
 #include <stdbool.h>
 #include <string.h>
 
+#include "bounds.h"
 #include "bytes.h"
 #include "chunk.h"
 #include "costs.h"
 #include "edges.h"
+#include "left.h"
+#include "magnitude.h"
 
 enum { UNSEEN = -2 };
 
@@ -39,18 +42,15 @@ static uint32_t labels_of(const plan *p)
     return p->problem->labels;
 }
 
+/* Whether a penalty is made site by site, with a gap. */
+static bool proven(qs_penalty penalty)
+{
+    return penalty == QS_PENALTY_LOCAL || penalty == QS_PENALTY_MINIMAL;
+}
+
 static bool sparse(const plan *p)
 {
     return p->encoding == QS_ONE_HOT_SPARSE;
-}
-
-/* magnitude += x * y, saturated above QS_ENERGY_MAX. */
-static void grow(uint64_t *magnitude, uint64_t x, uint64_t y)
-{
-    const uint64_t most = (uint64_t)QS_ENERGY_MAX + 1, small = UINT32_MAX;
-    bool fits = (x <= small && y <= small) || x == 0 || y <= UINT64_MAX / 2 / x; /* mostly without a division */
-    uint64_t sum = fits ? *magnitude + (x * y <= most ? x * y : most) : most;
-    *magnitude = sum < most ? sum : most;
 }
 
 /* ---- Workspace: what the table and a list of edges need, then the costs. ---- */
@@ -79,14 +79,19 @@ static void lay_out(plan *p, void *workspace)
     p->costs = p->col_max + maxima_size(p->problem) / sizeof(int32_t);
 }
 
-/* ---- The block: V, or minus the identity. ---- */
+/* ---- The block: V, or minus the band of one-hot-sparse. ---- */
+
+static int64_t band(const plan *p)
+{
+    return qs_band(&p->problem->pairwise, labels_of(p));
+}
 
 /* The constant off-diagonal part: every entry whose labels are at least `reach` apart is `fill`. */
 static int64_t toeplitz_fill(const plan *p, int64_t *reach)
 {
     uint32_t labels = labels_of(p);
     if (sparse(p) || labels == 1) {
-        *reach = 1;
+        *reach = sparse(p) && band(p) > 1 ? band(p) : 1;
         return 0;
     }
     int64_t fill = qs_pairwise_cost(p->problem, 0, labels - 1), d = 1;
@@ -99,7 +104,7 @@ static int64_t toeplitz_fill(const plan *p, int64_t *reach)
 
 static int64_t toeplitz_entry(const plan *p, int64_t apart)
 {
-    return sparse(p) ? -(int64_t)(apart == 0) : qs_pairwise_cost(p->problem, 0, (uint32_t)(apart < 0 ? -apart : apart));
+    return sparse(p) ? -qs_band_entry(band(p), apart) : qs_pairwise_cost(p->problem, 0, (uint32_t)(apart < 0 ? -apart : apart));
 }
 
 static void put_block(qs_writer *writer, const void *context)
@@ -134,10 +139,10 @@ static void plan_toeplitz(plan *p)
     for (int64_t apart = 1 - reach; apart < reach; apart++) {
         uint64_t length = labels - (uint64_t)(apart < 0 ? -apart : apart);
         int64_t entry = toeplitz_entry(p, apart);
-        grow(&p->block_sum, length, (uint64_t)(entry < 0 ? -entry : entry));
+        qs_grow(&p->block_sum, length, (uint64_t)(entry < 0 ? -entry : entry));
         cells -= length;
     }
-    grow(&p->block_sum, cells, (uint64_t)fill);
+    qs_grow(&p->block_sum, cells, (uint64_t)fill);
     p->block_max = labels > 1 ? qs_pairwise_cost(p->problem, 0, (uint32_t)labels - 1) : 0;
 }
 
@@ -152,7 +157,7 @@ static void plan_table(plan *p)
             p->row_max[a] = cost > p->row_max[a] ? cost : p->row_max[a];
             p->col_max[b] = cost > p->col_max[b] ? cost : p->col_max[b];
             p->block_max = cost > p->block_max ? cost : p->block_max;
-            grow(&p->block_sum, 1, (uint64_t)cost);
+            qs_grow(&p->block_sum, 1, (uint64_t)cost);
         }
     }
 }
@@ -204,7 +209,7 @@ static void plan_run(void *context, const qs_edge_run *run)
     p->runs_size += RUN_HEAD + (run->list ? 8 * pairs : 0) + (same ? 0 : pairs * weight_bytes(largest));
     p->couplings += pairs;
     p->weight_sum += sum;
-    grow(&p->magnitude, sum, p->block_sum);
+    qs_grow(&p->magnitude, sum, p->block_sum);
 }
 
 typedef struct run_output {
@@ -279,8 +284,8 @@ static void end_run(penalty_runs *runs)
     runs->ended++;
     runs->largest = runs->b > runs->largest ? runs->b : runs->largest;
     runs->largest = runs->a > runs->largest ? runs->a : runs->largest;
-    grow(&runs->magnitude, runs->a, runs->count * (1 + labels));
-    grow(&runs->magnitude, runs->b, runs->count * (labels * (labels - 1) / 2));
+    qs_grow(&runs->magnitude, runs->a, runs->count * (1 + labels));
+    qs_grow(&runs->magnitude, runs->b, runs->count * (labels * (labels - 1) / 2));
 }
 
 /* W: the most that a site's edges can cost, given the sums of their weights where it comes first and second; saturated. */
@@ -288,13 +293,13 @@ static uint64_t reach_cost(const plan *p, uint64_t first, uint64_t second)
 {
     uint64_t reach = 0;
     if (p->problem->pairwise.smoothness != QS_TABLE) {
-        grow(&reach, first + second, (uint64_t)p->block_max);
+        qs_grow(&reach, first + second, (uint64_t)p->block_max);
         return reach;
     }
     for (uint32_t d = 0; d < labels_of(p); d++) {
         uint64_t cost = 0;
-        grow(&cost, first, (uint64_t)p->row_max[d]);
-        grow(&cost, second, (uint64_t)p->col_max[d]);
+        qs_grow(&cost, first, (uint64_t)p->row_max[d]);
+        qs_grow(&cost, second, (uint64_t)p->col_max[d]);
         reach = cost > reach ? cost : reach;
     }
     return reach;
@@ -305,10 +310,9 @@ static void push_sites(void *context, uint32_t count, int64_t first, int64_t sec
     penalty_runs *runs = context;
     const plan *p = runs->p;
     uint64_t a = p->alpha, b = 2 * p->alpha;
-    if (p->penalty == QS_PENALTY_LOCAL) {
-        uint64_t reach = reach_cost(p, (uint64_t)first, (uint64_t)second);
-        a = sparse(p) ? p->gap : reach + p->gap;
-        b = sparse(p) ? a + reach + p->gap : a + p->gap;
+    if (proven(p->penalty)) {
+        qs_site_edges edges = {(uint64_t)(first + second), reach_cost(p, (uint64_t)first, (uint64_t)second)};
+        qs_one_hot_bound(p->encoding, p->penalty, &p->problem->pairwise, labels_of(p), p->gap, edges, &a, &b);
     }
     if (runs->count > 0 && (a != runs->a || b != runs->b)) {
         end_run(runs);
@@ -322,7 +326,7 @@ static void push_sites(void *context, uint32_t count, int64_t first, int64_t sec
 static penalty_runs visit_penalties(const plan *p, qs_writer *writer)
 {
     penalty_runs runs = {.p = p, .writer = writer};
-    if (p->penalty == QS_PENALTY_LOCAL) {
+    if (proven(p->penalty)) {
         qs_reach_visit_all(p->problem, p->sums, push_sites, &runs);
     } else {
         push_sites(&runs, p->sites, 0, 0);
@@ -344,7 +348,7 @@ static void plan_penalties(plan *p)
     penalty_runs runs = visit_penalties(p, NULL);
     p->penalty_bytes = qs_bytes_of(runs.largest);
     p->penalty_runs = runs.ended;
-    grow(&p->magnitude, 1, runs.magnitude);
+    qs_grow(&p->magnitude, 1, runs.magnitude);
 }
 
 /* ---- The linear terms. ---- */
@@ -365,7 +369,7 @@ static void survey_strip(survey *s, const qs_strip *strip, uint32_t labels)
         }
         s->largest = largest > s->largest ? largest : s->largest;
         /* The paper's costs are never negative; where they are, only the shifted ones give a bound. */
-        grow(&s->paper, 1, largest + (strip->least[i] > 0 ? (uint64_t)strip->least[i] : 0));
+        qs_grow(&s->paper, 1, largest + (strip->least[i] > 0 ? (uint64_t)strip->least[i] : 0));
     }
 }
 
@@ -411,7 +415,7 @@ static void put_linear(qs_writer *writer, const void *context)
         qs_put(writer, strip.costs, count * p->linear_bytes);
         least_sum += strip.least_sum;
     }
-    *p->offset = least_sum + (sparse(p) ? (int64_t)p->weight_sum : 0);
+    *p->offset = least_sum + (sparse(p) ? (int64_t)p->weight_sum * band(p) : 0);
 }
 
 /* ---- The rest of the file. ---- */
@@ -450,14 +454,19 @@ static void put_labels(qs_writer *writer, const void *context)
         frame.picture_height = problem->grid.width > 0 ? problem->grid.height : 0;
     }
     bool truncates = problem->pairwise.smoothness == QS_TRUNCATED_LINEAR || problem->pairwise.smoothness == QS_TRUNCATED_QUADRATIC;
-    uint32_t fields[16] = {
-        p->encoding, problem->pairwise.smoothness, truncates ? problem->pairwise.truncation : 0, problem->labels,
-        problem->scale, p->penalty, (uint32_t)p->gap, (uint32_t)(p->weight == UNSEEN ? 0 : p->weight),
-        problem->grid.width, problem->grid.width > 0 ? problem->grid.height : 0, frame.picture_width, frame.picture_height,
-        frame.x, frame.y, frame.first, problem->grid.mask != NULL};
-    for (int i = 0; i < 16; i++) {
-        qs_put_u32(writer, fields[i]);
-    }
+    qs_labels labels = {
+        .encoding = p->encoding,
+        .pairwise = {problem->pairwise.smoothness, truncates ? problem->pairwise.truncation : 0, NULL},
+        .penalty = p->penalty,
+        .labels = problem->labels,
+        .scale = problem->scale,
+        .gap = (uint32_t)p->gap,
+        .weight = (int32_t)(p->weight == UNSEEN ? 0 : p->weight),
+        .width = problem->grid.width,
+        .height = problem->grid.width > 0 ? problem->grid.height : 0,
+        .frame = frame,
+    };
+    qs_put_labl_fields(writer, &labels, problem->grid.mask != NULL);
     if (problem->grid.mask) {
         put_mask(writer, &problem->grid);
     }
@@ -504,23 +513,23 @@ static qs_status choose(plan *p, const qs_encode_options *options)
         p->encoding = potts ? QS_ONE_HOT_SPARSE : QS_ONE_HOT;
     }
     p->penalty = options->penalty;
-    p->gap = options->gap == 0 || options->penalty != QS_PENALTY_LOCAL ? 1 : options->gap;
+    p->gap = options->gap == 0 || !proven(options->penalty) ? 1 : options->gap;
     p->alpha = (uint64_t)options->alpha;
     bool given = p->penalty == QS_PENALTY_GIVEN;
-    if (p->encoding > QS_ONE_HOT_SPARSE || p->penalty > QS_PENALTY_GIVEN || options->gap > INT32_MAX || (given && options->alpha <= 0)) {
+    if (p->encoding > QS_ST_CUT_ARCS || p->penalty > QS_PENALTY_MINIMAL || options->gap > INT32_MAX || (given && options->alpha <= 0)) {
         return QS_E_ARGUMENT;
     }
     if (given && options->alpha > QS_ENERGY_MAX) {
         return QS_E_OVERFLOW;
     }
-    return sparse(p) && !potts ? QS_E_ENCODING : QS_OK;
+    return !qs_one_hot_holds(p->encoding, p->penalty, &p->problem->pairwise) ? QS_E_ENCODING : QS_OK;
 }
 
 /* The paper's alpha: above what any labelling costs. */
 static void plan_alpha(plan *p, uint64_t costs)
 {
     uint64_t bound = costs;
-    grow(&bound, p->weight_sum, (uint64_t)p->block_max);
+    qs_grow(&bound, p->weight_sum, (uint64_t)p->block_max);
     p->alpha = bound + 1;
 }
 
@@ -536,7 +545,7 @@ static void plan_costs(plan *p)
     if (p->penalty == QS_PENALTY_PAPER) {
         plan_alpha(p, s.paper);
     }
-    grow(&p->magnitude, 1, s.sum);
+    qs_grow(&p->magnitude, 1, s.sum);
 }
 
 static qs_status make_plan(plan *p)
@@ -556,8 +565,11 @@ static qs_status make_plan(plan *p)
     if (p->couplings > QS_VARIABLES_MAX) {
         return QS_E_LIMIT;
     }
-    uint64_t most = (uint64_t)QS_ENERGY_MAX;
-    return p->magnitude <= most && p->weight_sum <= most && p->block_max <= INT32_MAX ? QS_OK : QS_E_OVERFLOW;
+    uint64_t most = (uint64_t)QS_ENERGY_MAX, band_sum = 0;
+    if (sparse(p)) {
+        qs_grow(&band_sum, p->weight_sum, (uint64_t)band(p));
+    }
+    return band_sum <= most && p->magnitude <= most && p->weight_sum <= most && p->block_max <= INT32_MAX ? QS_OK : QS_E_OVERFLOW;
 }
 
 static qs_status write_file(plan *p, const qs_sink *sink, uint64_t *size)
@@ -577,7 +589,7 @@ static qs_status write_file(plan *p, const qs_sink *sink, uint64_t *size)
     if (writer.failed) {
         return QS_E_IO;
     }
-    grow(&p->magnitude, 1, (uint64_t)(offset < 0 ? -offset : offset));
+    qs_grow(&p->magnitude, 1, (uint64_t)(offset < 0 ? -offset : offset));
     if (p->magnitude > (uint64_t)QS_ENERGY_MAX) {
         return QS_E_OVERFLOW;
     }

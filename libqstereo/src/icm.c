@@ -41,6 +41,7 @@ qs_status qs_icm(const qs_model *model, const qs_solve_options *options, void *w
         s.iterations++;
         go = qs_told(options, &s) && !qs_limit_reached(options, &s, 0);
     }
+    s.energy -= qs_local_keep(model, labelling);
     *solution = s;
     return QS_OK;
 }

@@ -114,3 +114,15 @@ bool qs_local_mend(const qs_model *model, uint16_t *labelling, uint32_t site)
     labelling[site] = best.label;
     return true;
 }
+
+int64_t qs_local_keep(const qs_model *model, uint16_t *labelling)
+{
+    int64_t gain = 0;
+    for (uint32_t p = 0; model->kept && p < model->sites; p++) {
+        uint16_t was = labelling[p];
+        if (qs_local_mend(model, labelling, p)) {
+            gain += qs_local_cost(model, labelling, p, was) - qs_local_cost(model, labelling, p, labelling[p]);
+        }
+    }
+    return gain;
+}

@@ -4,11 +4,13 @@
 
 #include "blocks.h"
 #include "bytes.h"
+#include "local.h"
 #include "pairwise.h"
+#include "sites.h"
 
-/* Parts of the workspace, all of 32-bit integers. */
+/* Parts of the workspace: 32-bit integers, at last bytes. */
 typedef struct layout {
-    uint64_t unary, right, down, link_start, cursor, links, table, end;
+    uint64_t unary, right, down, link_start, cursor, links, table, site_of, kept, end;
 } layout;
 
 static bool is_grid(const qs_qubo *qubo)
@@ -19,7 +21,7 @@ static bool is_grid(const qs_qubo *qubo)
 /* Sites of the model. */
 static uint32_t sites_of(const qs_qubo *qubo)
 {
-    return is_grid(qubo) ? qubo->labels.width * qubo->labels.height : qubo->groups;
+    return is_grid(qubo) ? qubo->labels.width * qubo->labels.height : qubo->labels.sites;
 }
 
 static layout lay_out(const qs_qubo *qubo)
@@ -33,7 +35,9 @@ static layout lay_out(const qs_qubo *qubo)
     l.cursor = l.link_start + (grid ? 0 : 4 * (sites + 1));
     l.links = l.cursor + (grid ? 0 : 4 * sites);
     l.table = l.links + (grid ? 0 : 2 * sizeof(qs_link) * qubo->couplings);
-    l.end = l.table + (table ? 4 * labels * labels : 0);
+    l.site_of = l.table + (table ? 4 * labels * labels : 0);
+    l.kept = l.site_of + 4 * (uint64_t)qubo->groups;
+    l.end = l.kept + (qubo->labels.fixed_bytes > 0 ? sites * labels : 0);
     return l;
 }
 
@@ -42,156 +46,298 @@ size_t qs_model_workspace(const qs_qubo *qubo)
     return qs_size(lay_out(qubo).end);
 }
 
+/* A model under construction: its arrays, to be written. */
+typedef struct building {
+    const qs_index *index;
+    const qs_labels *labels;
+    qs_model model;
+    int32_t *unary, *right, *down, *table;
+    uint32_t *link_start, *cursor;
+    qs_link *links;
+    uint32_t *site_of; /* of each group: its site in the model */
+    uint8_t *kept;
+    int64_t tau; /* of a sparse block: what two labels cost at most */
+} building;
+
+static building begin(const qs_index *index, void *workspace)
+{
+    const qs_qubo *qubo = index->qubo;
+    const qs_labels *labels = &qubo->labels;
+    layout l = lay_out(qubo);
+    char *base = workspace;
+    building b = {.index = index, .labels = labels};
+    b.model = (qs_model){.sites = sites_of(qubo), .labels = labels->labels, .constant = qubo->offset, .pairwise = labels->pairwise,
+                         .width = labels->width, .height = labels->height, .mask = labels->mask};
+    b.unary = (int32_t *)(void *)(base + l.unary);
+    b.right = (int32_t *)(void *)(base + l.right);
+    b.down = (int32_t *)(void *)(base + l.down);
+    b.link_start = (uint32_t *)(void *)(base + l.link_start);
+    b.cursor = (uint32_t *)(void *)(base + l.cursor);
+    b.links = (qs_link *)(void *)(base + l.links);
+    b.table = (int32_t *)(void *)(base + l.table);
+    b.site_of = (uint32_t *)(void *)(base + l.site_of);
+    b.kept = (uint8_t *)(base + l.kept);
+    return b;
+}
+
+/* ---- Sites and their labels. ---- */
+
 static bool is_masked(const qs_labels *labels, uint32_t cell)
 {
     return labels->mask && (labels->mask[cell / 8] >> cell % 8 & 1) == 0;
 }
 
-/* The costs of the groups' variables, each site's less its least; false where one does not fit. */
-static bool copy_costs(const qs_index *index, qs_model *model, int32_t *unary)
+/* Notes of each group its site, and of each site its labels. */
+static void place_sites(const building *b)
 {
-    const qs_qubo *qubo = index->qubo;
-    uint32_t labels = model->labels, group = 0;
-    for (uint32_t p = 0; p < model->sites; p++) {
-        int32_t *costs = unary + (size_t)p * labels;
-        if (is_grid(qubo) && is_masked(&qubo->labels, p)) {
-            memset(costs, 0, sizeof *costs * labels);
-            continue;
-        }
-        uint32_t first = index->start[group++];
-        int64_t least = INT64_MAX;
-        for (uint32_t d = 0; d < labels; d++) {
-            int64_t cost = qs_qubo_linear(qubo, first + d);
-            least = cost < least ? cost : least;
-        }
-        for (uint32_t d = 0; d < labels; d++) {
-            int64_t cost = qs_qubo_linear(qubo, first + d) - least;
-            if (cost > INT32_MAX) {
-                return false;
-            }
-            costs[d] = (int32_t)cost;
-        }
-        model->constant += least;
+    uint32_t at = 0, labels = b->labels->labels;
+    if (b->model.kept) {
+        memset(b->kept, 1, (size_t)b->model.sites * labels); /* masked cells, too */
     }
-    return true;
+    for (qs_site site = {.labels = b->labels}; qs_site_next(&site); at++) {
+        while (is_grid(b->index->qubo) && is_masked(b->labels, at)) {
+            at++;
+        }
+        for (uint32_t d = 0; b->model.kept && d < labels; d++) {
+            b->kept[(size_t)at * labels + d] = qs_site_has(&site, d);
+        }
+        if (site.is_open) {
+            b->site_of[site.open] = at;
+        }
+    }
 }
 
-/* The cell of each group in turn: groups are the unmasked cells in raster order. */
-static uint32_t next_cell(const qs_labels *labels, uint32_t cell)
+/* The first label left to a group's site from `label` on; as many as there are labels = none. */
+static uint32_t next_label(const building *b, uint32_t group, uint32_t label)
 {
-    while (is_masked(labels, cell)) {
-        cell++;
+    const uint8_t *kept = b->kept + (size_t)b->site_of[group] * b->labels->labels;
+    while (b->model.kept && label < b->labels->labels && !kept[label]) {
+        label++;
     }
-    return cell;
+    return label;
 }
 
-/* Whether a coupling is what the encodings make of a grid's edge. */
-static bool is_edge(const qs_neighbour *near)
+static bool is_wall(const building *b)
 {
-    return near->block == 0 && near->weight >= 0;
+    return b->labels->encoding == QS_DOMAIN_WALL;
 }
 
-/* Weights of a grid's edges. A group's later neighbours can only be the group of the next cell and that of the cell below. */
-static bool copy_grid(const qs_index *index, const qs_model *model, int32_t *right, int32_t *down, int64_t *weights)
+/* Labels left to a group's site. */
+static uint32_t size_of(const building *b, uint32_t group)
 {
-    const qs_qubo *qubo = index->qubo;
-    const qs_labels *labels = &qubo->labels;
-    memset(right, 0, sizeof *right * model->sites);
-    memset(down, 0, sizeof *down * model->sites);
-    uint32_t group_below = 0, cell_below = 0; /* group_below = the number of sites before cell_below */
-    for (uint32_t group = 0, cell = 0; group < qubo->groups; group++, cell++) {
-        cell = next_cell(labels, cell);
-        while (cell_below < cell + model->width && cell_below < model->sites) {
-            group_below += !is_masked(labels, cell_below++);
-        }
-        for (uint32_t n = index->near_start[group]; n < index->near_start[group + 1]; n++) {
-            const qs_neighbour *near = &index->near[n];
-            if (near->group <= group) {
-                continue;
-            }
-            bool to_right = near->group == group + 1 && (cell + 1) % model->width != 0 && !is_masked(labels, cell + 1);
-            bool to_below = near->group == group_below && cell + model->width < model->sites && !is_masked(labels, cell + model->width);
-            int32_t *weight = to_right ? &right[cell] : &down[cell];
-            if (!is_edge(near) || (!to_right && !to_below) || near->weight > INT32_MAX - *weight) {
-                return false;
-            }
-            *weight += near->weight;
-            *weights += near->weight;
-        }
-    }
-    return true;
+    return b->index->start[group + 1] - b->index->start[group] + is_wall(b);
 }
 
-/* Each site, in order, is entered in the lists of its neighbours: so the lists are sorted. */
-static bool enter_sites(const qs_index *index, const qs_model *model, uint32_t *cursor, qs_link *links)
+/* Whether they are neighbours, one after another. */
+static bool is_range(const building *b, uint32_t group)
 {
-    memcpy(cursor, index->near_start, sizeof *cursor * model->sites);
-    for (uint32_t p = 0; p < model->sites; p++) {
-        for (uint32_t n = index->near_start[p]; n < index->near_start[p + 1]; n++) {
-            const qs_neighbour *near = &index->near[n];
-            if (near->group == p || (near->block & ~QS_TRANSPOSED) != 0 || near->weight < 0) {
-                return false;
-            }
-            links[cursor[near->group]++] = (qs_link){p, 0, near->weight};
-        }
-    }
-    return true;
-}
-
-/* An edge is numbered at its first site. Its second site, coming later, finds the number by a cursor that each first site keeps. */
-static bool copy_links(const qs_index *index, qs_model *model, uint32_t *start, uint32_t *cursor, qs_link *links, int64_t *weights)
-{
-    memcpy(start, index->near_start, sizeof *start * (model->sites + (size_t)1));
-    if (!enter_sites(index, model, cursor, links)) {
-        return false;
-    }
-    for (uint32_t p = 0; p < model->sites; p++) {
-        uint32_t n = start[p];
-        for (; n < start[p + 1] && links[n].site < p; n++) {
-            links[n].edge = links[cursor[links[n].site]++].edge;
-        }
-        cursor[p] = n;
-        for (; n < start[p + 1]; n++) {
-            links[n].edge = model->edges++;
-            *weights += links[n].weight;
-        }
-    }
-    return true;
-}
-
-/* The block must be the pairwise cost that the labels' chunk names. Of a Toeplitz block the first row and column say all. */
-static bool block_agrees(const qs_index *index, const qs_model *model)
-{
-    const qs_qubo *qubo = index->qubo;
-    bool sparse = qubo->labels.encoding == QS_ONE_HOT_SPARSE, table = model->pairwise.smoothness == QS_TABLE;
-    if (qubo->couplings == 0) {
-        return true;
-    }
-    const uint8_t *block = qubo->blocks + index->block_at[0];
-    if (qubo->block_count != 1 || qs_block_is_table(block) != table || (sparse && model->pairwise.smoothness != QS_POTTS)) {
-        return false;
-    }
-    for (uint32_t d = 0; !table && d < model->labels; d++) {
-        int64_t cost = sparse ? -(int64_t)(d == 0) : qs_model_pairwise(model, 0, d);
-        if (qs_index_block(index, 0, 0, d) != cost || qs_index_block(index, 0, d, 0) != cost) {
+    uint32_t first = next_label(b, group, 0), size = size_of(b, group);
+    for (uint32_t d = first; d < first + size; d++) {
+        if (next_label(b, group, d) != d) {
             return false;
         }
     }
     return true;
 }
 
-static bool copy_table(const qs_index *index, const qs_model *model, int32_t *table)
+/* ---- The blocks: what the encoding makes of the pairwise cost. ---- */
+
+static int64_t value(const building *b, uint32_t d, uint32_t e)
 {
-    for (uint32_t a = 0; index->qubo->couplings > 0 && a < model->labels; a++) {
-        for (uint32_t b = 0; b < model->labels; b++) {
-            int32_t entry = qs_index_block(index, 0, a, b);
-            if (entry < 0) {
+    return qs_pairwise_value(&b->model.pairwise, b->labels->labels, d, e);
+}
+
+/* The smoothness that the encoding can hold; in a table the blocks hold the costs. */
+static bool encoding_fits(const building *b)
+{
+    qs_smoothness smoothness = b->labels->pairwise.smoothness;
+    return b->labels->encoding == QS_ONE_HOT || smoothness == QS_POTTS || smoothness == QS_TRUNCATED_LINEAR;
+}
+
+/* The entry of the labels d and e; of a wall also of the labels left before them. */
+static int64_t expected_entry(const building *b, uint32_t before_d, uint32_t d, uint32_t before_e, uint32_t e)
+{
+    switch (b->labels->encoding) {
+    case QS_DOMAIN_WALL: return value(b, d, e) - value(b, before_d, e) - value(b, d, before_e) + value(b, before_d, before_e);
+    case QS_ONE_HOT_SPARSE: return value(b, d, e) - b->tau;
+    default: return value(b, d, e);
+    }
+}
+
+/* Notes an entry of a table; false where it is below 0 or has been noted otherwise. */
+static bool note_entry(const building *b, uint32_t d, uint32_t e, int32_t entry)
+{
+    int32_t *noted = &b->table[(size_t)d * b->labels->labels + e];
+    bool fits = entry >= 0 && (*noted < 0 || *noted == entry);
+    *noted = fits ? entry : *noted;
+    return fits;
+}
+
+/* Whether the entries of some rows are what they must be: of a wall row and column 0 are the second labels left. */
+static bool rows_agree(const building *b, uint32_t group, const qs_neighbour *near, uint32_t rows, uint32_t columns)
+{
+    uint32_t before_d = next_label(b, group, 0), d = is_wall(b) ? next_label(b, group, before_d + 1) : before_d;
+    for (uint32_t i = 0; i < rows; i++) {
+        uint32_t before_e = next_label(b, near->group, 0), e = is_wall(b) ? next_label(b, near->group, before_e + 1) : before_e;
+        for (uint32_t j = 0; j < columns; j++) {
+            int32_t entry = qs_index_block(b->index, near->block, i, j);
+            bool table = b->labels->pairwise.smoothness == QS_TABLE;
+            if (table ? !note_entry(b, d, e, entry) : entry != expected_entry(b, before_d, d, before_e, e)) {
                 return false;
             }
-            table[(size_t)a * model->labels + b] = entry;
+            before_e = e;
+            e = next_label(b, near->group, e + 1);
+        }
+        before_d = d;
+        d = next_label(b, group, d + 1);
+    }
+    return true;
+}
+
+/* A coupling with a later group. Where both sites' labels are ranges the cost depends on the difference alone, and of a Toeplitz block the first row and column say all. */
+static bool block_agrees(const building *b, uint32_t group, const qs_neighbour *near)
+{
+    const qs_index *index = b->index;
+    uint32_t rows = index->start[group + 1] - index->start[group], columns = index->start[near->group + 1] - index->start[near->group];
+    bool toeplitz = !qs_block_is_table(index->qubo->blocks + index->block_at[near->block]) && b->labels->pairwise.smoothness != QS_TABLE;
+    if (toeplitz && is_range(b, group) && is_range(b, near->group)) {
+        return rows_agree(b, group, near, 1, columns) && rows_agree(b, group, near, rows, 1);
+    }
+    return rows_agree(b, group, near, rows, columns);
+}
+
+/* The chain of a wall: a negative weight on each pair of neighbours. */
+static bool chain_agrees(const building *b, uint32_t group, const qs_neighbour *near)
+{
+    uint32_t variables = b->index->start[group + 1] - b->index->start[group];
+    bool table = qs_block_is_table(b->index->qubo->blocks + b->index->block_at[near->block]);
+    for (uint32_t i = 0; i < (table ? variables : 1); i++) { /* of a Toeplitz block the first row says all above the diagonal */
+        for (uint32_t j = i + 1; j < variables; j++) {
+            int64_t entry = (int64_t)qs_index_block(b->index, near->block, i, j) * near->weight;
+            if (j == i + 1 ? entry >= 0 : entry != 0) {
+                return false;
+            }
+        }
+    }
+    return is_wall(b);
+}
+
+/* The labels of two groups' sites are the same as those of two others. */
+static bool same_labels(const building *b, uint32_t g, uint32_t h)
+{
+    size_t labels = b->labels->labels;
+    return !b->model.kept || memcmp(b->kept + b->site_of[g] * labels, b->kept + b->site_of[h] * labels, labels) == 0;
+}
+
+/* All blocks beside the pairwise cost; most pairs are like the one before and need no other look. */
+static bool couplings_agree(const building *b)
+{
+    const qs_index *index = b->index;
+    uint32_t last_group = 0;
+    const qs_neighbour *last = NULL;
+    for (uint32_t g = 0; g < index->qubo->groups; g++) {
+        bool chained = !is_wall(b) || size_of(b, g) < 3;
+        for (uint32_t n = index->near_start[g]; n < index->near_start[g + 1]; n++) {
+            const qs_neighbour *near = &index->near[n];
+            if (near->group == g) {
+                chained = true;
+                if (!chain_agrees(b, g, near)) {
+                    return false;
+                }
+                continue;
+            }
+            if (near->weight < 0) {
+                return false;
+            }
+            if ((near->block & QS_TRANSPOSED) != 0 ||
+                (last && last->block == near->block && same_labels(b, g, last_group) && same_labels(b, near->group, last->group))) {
+                continue;
+            }
+            if (!block_agrees(b, g, near)) {
+                return false;
+            }
+            last = near;
+            last_group = g;
+        }
+        if (!chained) {
+            return false;
         }
     }
     return true;
+}
+
+/* Entries that no block has are of labels that meet nowhere. */
+static void finish_table(const building *b)
+{
+    for (size_t i = 0; i < (size_t)b->labels->labels * b->labels->labels; i++) {
+        b->table[i] = b->table[i] < 0 ? 0 : b->table[i];
+    }
+}
+
+/* ---- The edges. ---- */
+
+/* Weights of a grid's edges: of a site with its right and its lower neighbour. */
+static bool copy_grid(const building *b)
+{
+    const qs_index *index = b->index;
+    memset(b->right, 0, sizeof *b->right * b->model.sites);
+    memset(b->down, 0, sizeof *b->down * b->model.sites);
+    for (uint32_t group = 0; group < index->qubo->groups; group++) {
+        for (uint32_t n = index->near_start[group]; n < index->near_start[group + 1]; n++) {
+            const qs_neighbour *near = &index->near[n];
+            if (near->group <= group) {
+                continue;
+            }
+            uint32_t cell = b->site_of[group], other = b->site_of[near->group];
+            bool to_right = other == cell + 1 && other % b->model.width != 0, to_below = other == cell + b->model.width;
+            int32_t *weight = to_right ? &b->right[cell] : &b->down[cell];
+            if ((!to_right && !to_below) || near->weight > INT32_MAX - *weight) {
+                return false;
+            }
+            *weight += near->weight;
+        }
+    }
+    return true;
+}
+
+/* Each site, in order, is entered in the lists of its neighbours: so the lists are sorted. */
+static void enter_sites(const building *b)
+{
+    const qs_index *index = b->index;
+    memset(b->link_start, 0, sizeof *b->link_start * (b->model.sites + (size_t)1));
+    for (uint32_t g = 0; g < index->qubo->groups; g++) {
+        for (uint32_t n = index->near_start[g]; n < index->near_start[g + 1]; n++) {
+            b->link_start[b->site_of[g] + 1] += index->near[n].group != g;
+        }
+    }
+    for (uint32_t p = 0; p < b->model.sites; p++) {
+        b->cursor[p] = b->link_start[p];
+        b->link_start[p + 1] += b->link_start[p];
+    }
+    for (uint32_t g = 0; g < index->qubo->groups; g++) {
+        for (uint32_t n = index->near_start[g]; n < index->near_start[g + 1]; n++) {
+            const qs_neighbour *near = &index->near[n];
+            if (near->group != g) {
+                b->links[b->cursor[b->site_of[near->group]]++] = (qs_link){b->site_of[g], 0, near->weight};
+            }
+        }
+    }
+}
+
+/* An edge is numbered at its first site. Its second site, coming later, finds the number by a cursor that each first site keeps. */
+static void copy_links(building *b)
+{
+    enter_sites(b);
+    for (uint32_t p = 0; p < b->model.sites; p++) {
+        uint32_t n = b->link_start[p];
+        for (; n < b->link_start[p + 1] && b->links[n].site < p; n++) {
+            b->links[n].edge = b->links[b->cursor[b->links[n].site]++].edge;
+        }
+        b->cursor[p] = n;
+        for (; n < b->link_start[p + 1]; n++) {
+            b->links[n].edge = b->model.edges++;
+        }
+    }
 }
 
 static int64_t largest_pairwise(const qs_model *model)
@@ -207,52 +353,159 @@ static int64_t largest_pairwise(const qs_model *model)
     return largest;
 }
 
+/* ---- The costs. ---- */
+
+/* What the edges and the chain have put into the linear terms of a wall's variable, which is 1 from label d on; `before` is the label left before d. */
+static int64_t wall_share(const building *b, uint32_t group, uint32_t rank, uint32_t before, uint32_t d)
+{
+    const qs_index *index = b->index;
+    int64_t share = 0;
+    for (uint32_t n = index->near_start[group]; n < index->near_start[group + 1]; n++) {
+        const qs_neighbour *near = &index->near[n];
+        if (near->group == group) {
+            share -= rank > 1 ? (int64_t)qs_index_block(index, near->block, rank - 2, rank - 1) * near->weight : 0;
+        } else {
+            uint32_t lowest = next_label(b, near->group, 0);
+            share += near->weight * (value(b, d, lowest) - value(b, before, lowest));
+        }
+    }
+    return share;
+}
+
+/* What the encoding has put into the offset for the edges: in a sparse block the most that they cost, in a wall what the lowest labels do. */
+static int64_t edges_share(const building *b, uint32_t group)
+{
+    const qs_index *index = b->index;
+    int64_t share = 0;
+    for (uint32_t n = index->near_start[group]; n < index->near_start[group + 1]; n++) {
+        const qs_neighbour *near = &index->near[n];
+        if (near->group > group && b->labels->encoding != QS_ONE_HOT) {
+            int64_t most = is_wall(b) ? value(b, next_label(b, group, 0), next_label(b, near->group, 0)) : b->tau;
+            share += near->weight * most;
+        }
+    }
+    return share;
+}
+
+/* Two passes over an open site's labels, the first for their least cost, which moves into the constant; false where one does not fit. */
+static bool copy_site(building *b, uint32_t group, const uint8_t *excess)
+{
+    const qs_index *index = b->index;
+    uint32_t labels = b->labels->labels, from = index->start[group];
+    int32_t *costs = b->unary + (size_t)b->site_of[group] * labels;
+    int64_t least = 0;
+    for (int pass = 0; pass < 2; pass++) {
+        uint32_t rank = 0, before = 0;
+        int64_t wall = 0;
+        for (uint32_t d = next_label(b, group, 0); d < labels; before = d, d = next_label(b, group, d + 1), rank++) {
+            if (is_wall(b) && rank > 0) {
+                wall += qs_qubo_linear(index->qubo, from + rank - 1) - wall_share(b, group, rank, before, d);
+            }
+            int64_t cost = is_wall(b) ? wall : qs_qubo_linear(index->qubo, from + rank);
+            cost += excess ? (int64_t)qs_load_unsigned(excess + (size_t)rank * b->labels->excess_bytes, b->labels->excess_bytes) : 0;
+            if (pass == 0) {
+                least = rank == 0 || cost < least ? cost : least;
+            } else if (cost - least > INT32_MAX) {
+                return false;
+            } else {
+                costs[d] = (int32_t)(cost - least);
+            }
+        }
+    }
+    b->model.constant += least - edges_share(b, group);
+    return true;
+}
+
+/* What a label that is not left costs: one more than all edges of its site can. */
+static int32_t cost_out(const qs_model *model, uint32_t site)
+{
+    int64_t weights = 0;
+    qs_beside beside;
+    for (uint32_t at = 0; qs_local_neighbour(model, site, at, &beside); at++) {
+        weights += beside.weight;
+    }
+    bool fits = weights == 0 || model->pairwise_max < INT32_MAX / weights;
+    return fits ? (int32_t)(weights * model->pairwise_max + 1) : INT32_MAX;
+}
+
+/* Costs of all sites: of those that are not open 0 for their one label. */
+static bool copy_costs(building *b)
+{
+    const qs_labels *l = b->labels;
+    const uint8_t *excess = l->excess;
+    size_t labels = l->labels;
+    memset(b->unary, 0, sizeof *b->unary * b->model.sites * labels);
+    for (uint32_t group = 0; group < b->index->qubo->groups; group++) {
+        if (!copy_site(b, group, excess)) {
+            return false;
+        }
+        excess += excess ? (size_t)size_of(b, group) * l->excess_bytes : 0;
+    }
+    for (uint32_t p = 0; b->model.kept && p < b->model.sites; p++) {
+        int32_t out = cost_out(&b->model, p);
+        for (uint32_t d = 0; d < labels; d++) {
+            b->unary[p * labels + d] = b->kept[p * labels + d] ? b->unary[p * labels + d] : out;
+        }
+    }
+    return true;
+}
+
+static qs_status build(building *b)
+{
+    qs_model *model = &b->model;
+    if (!encoding_fits(b)) {
+        return QS_E_CORRUPT;
+    }
+    if (b->labels->fixed_bytes > 0) {
+        model->kept = b->kept;
+    }
+    if (model->pairwise.smoothness == QS_TABLE) {
+        memset(b->table, 0xff, 4 * (size_t)model->labels * model->labels); /* -1: not seen yet */
+        model->pairwise.table = b->table;
+    } else {
+        b->tau = model->pairwise.smoothness == QS_POTTS ? 1 : value(b, 0, model->labels - 1);
+    }
+    place_sites(b);
+    if (!couplings_agree(b) || (model->width > 0 && !copy_grid(b))) {
+        return QS_E_CORRUPT;
+    }
+    if (model->width > 0) {
+        model->right = b->right;
+        model->down = b->down;
+    } else {
+        copy_links(b);
+        model->link_start = b->link_start;
+        model->links = b->links;
+    }
+    if (model->pairwise.smoothness == QS_TABLE) {
+        finish_table(b);
+    }
+    model->pairwise_max = largest_pairwise(model);
+    model->unary = b->unary;
+    return copy_costs(b) ? QS_OK : QS_E_OVERFLOW;
+}
+
 qs_status qs_model_build(const qs_index *index, void *workspace, size_t workspace_size, qs_model *model)
 {
     if (!index || !workspace || !model) {
         return QS_E_ARGUMENT;
     }
     const qs_qubo *qubo = index->qubo;
-    layout l = lay_out(qubo);
     if (!qubo->has_labels) {
         return QS_E_UNSUPPORTED;
     }
-    if (workspace_size < l.end) {
+    if (qubo->labels.encoding > QS_DOMAIN_WALL) {
+        return QS_E_ENCODING;
+    }
+    if (workspace_size < lay_out(qubo).end) {
         return QS_E_WORKSPACE;
     }
-    char *base = workspace;
-    qs_model built = {.sites = sites_of(qubo), .labels = qubo->labels.labels, .constant = qubo->offset, .pairwise = qubo->labels.pairwise,
-                      .width = qubo->labels.width, .height = qubo->labels.height, .mask = qubo->labels.mask};
-    int32_t *unary = (int32_t *)(void *)(base + l.unary), *table = (int32_t *)(void *)(base + l.table);
-    int32_t *right = (int32_t *)(void *)(base + l.right), *down = (int32_t *)(void *)(base + l.down);
-    uint32_t *start = (uint32_t *)(void *)(base + l.link_start), *cursor = (uint32_t *)(void *)(base + l.cursor);
-    qs_link *links = (qs_link *)(void *)(base + l.links);
-    int64_t weights = 0;
-    if (built.pairwise.smoothness == QS_TABLE) {
-        memset(table, 0, 4 * (size_t)built.labels * built.labels);
-        built.pairwise.table = table;
+    building b = begin(index, workspace);
+    qs_status status = build(&b);
+    if (status == QS_OK) {
+        *model = b.model;
     }
-    bool grid = built.width > 0;
-    if (!block_agrees(index, &built) || (built.pairwise.table && !copy_table(index, &built, table)) ||
-        !(grid ? copy_grid(index, &built, right, down, &weights) : copy_links(index, &built, start, cursor, links, &weights))) {
-        return QS_E_CORRUPT;
-    }
-    if (grid) {
-        built.right = right;
-        built.down = down;
-    } else {
-        built.link_start = start;
-        built.links = links;
-    }
-    built.pairwise_max = largest_pairwise(&built);
-    built.unary = unary;
-    if (!copy_costs(index, &built, unary)) {
-        return QS_E_OVERFLOW;
-    }
-    /* In one-hot-sparse the edges' weights stand in the offset. */
-    built.constant -= qubo->labels.encoding == QS_ONE_HOT_SPARSE ? weights : 0;
-    *model = built;
-    return QS_OK;
+    return status;
 }
 
 int64_t qs_model_pairwise(const qs_model *model, uint32_t a, uint32_t b)

@@ -619,6 +619,7 @@ qs_status qs_expansion(const qs_model *model, const qs_solve_options *options, v
     start_duals(&e);
     *solution = (qs_solution){.lower_bound = QS_NO_BOUND};
     expand_all(&e, options, times, solution);
+    solution->energy -= qs_local_keep(model, labelling);
     return QS_OK;
 }
 
@@ -838,5 +839,6 @@ qs_status qs_swap(const qs_model *model, const qs_solve_options *options, void *
     }
     *solution = (qs_solution){.lower_bound = QS_NO_BOUND};
     swap_all(&s, options, solution);
+    solution->energy -= qs_local_keep(model, labelling);
     return QS_OK;
 }

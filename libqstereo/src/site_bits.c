@@ -21,7 +21,8 @@ uint32_t qs_site_read(const qs_site *site, const uint8_t *bits)
 {
     uint32_t from = (uint32_t)site->variable, end = end_of(site), ones = leading_ones(bits, from, end);
     if (qs_is_cut(site->labels->encoding)) {
-        return ones > 0 && ones <= site->count && qs_bit_next(bits, from + ones, end) == end ? ones - 1 : site->count;
+        /* All at 1 is the sentinel. */
+        return ones > 0 && qs_bit_next(bits, from + ones, end) == end ? ones - 1 : site->count;
     }
     if (site->labels->encoding == QS_DOMAIN_WALL) {
         return qs_bit_next(bits, from + ones, end) == end ? ones : site->count;

@@ -170,6 +170,7 @@ qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options
         s.converged = s.energy == s.lower_bound;
         go = qs_told(options, &s) && !last;
     }
+    s.energy -= qs_local_keep(model, labelling);
     *solution = s;
     return QS_OK;
 }

@@ -3,8 +3,11 @@
 Nothing here uses the project's code, so that it can be held against it.
 """
 import os
+import pty
+import signal
 import struct
 import subprocess
+import time
 from hashlib import sha256
 from pathlib import Path
 
@@ -81,6 +84,17 @@ def energy(left, right, disparities, lam, smooth=lambda step: (step != 0) * 1):
 def one_hot(indices, labels):
     """The bits of a labelling, a row of numbers 0 and 1."""
     return (np.asarray(indices).reshape(-1, 1) == np.arange(labels)).astype(int).ravel()
+
+
+def bits_of(indices, labels, encoding):
+    """The bits of a labelling of all open sites with all labels, as docs/FORMAT.md has them."""
+    indices = np.asarray(indices).reshape(-1, 1)
+    if encoding == "domain-wall":
+        return (indices > np.arange(labels - 1)).astype(int).ravel()
+    if encoding == "st-cut":
+        return np.append((indices >= np.arange(labels + 1)).astype(int).ravel(), [1, 0])
+    terminals = np.eye(labels, dtype=int).ravel() if encoding == "multiway-cut" else []
+    return np.append(one_hot(indices, labels), terminals).astype(int)
 
 
 def _crc32c(data):
@@ -164,6 +178,25 @@ def best_of_all(left, right, labels, lam, smooth):
 def started(*arguments, **options):
     """Starts qstereo and returns its process."""
     return subprocess.Popen([QSTEREO, *map(str, arguments)], **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options})
+
+
+def on_terminal(*arguments, interrupt_after=None):
+    """Runs qstereo with standard error on a terminal; returns its status and what stood there."""
+    master, terminal = pty.openpty()
+    process = started(*arguments, stderr=terminal)
+    os.close(terminal)
+    if interrupt_after is not None:
+        time.sleep(interrupt_after)
+        process.send_signal(signal.SIGINT)
+    process.communicate(timeout=60)
+    shown = b""
+    try:
+        while data := os.read(master, 65536):
+            shown += data
+    except OSError:  # Linux ends a terminal that nobody has open with EIO
+        pass
+    os.close(master)
+    return process.returncode, shown.decode()
 
 
 def reseal(data):

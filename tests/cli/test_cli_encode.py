@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from cli_tools import energy, one_hot, random_pair, run, write_pgm, write_qsf
+from cli_tools import bits_of, chunks_of, energy, one_hot, random_pair, read_pnm, run, write_pgm, write_qsf
 
 
 def encode(pair, output, *options):
@@ -34,6 +34,111 @@ def test_energies_are_those_of_F(tmp_path, pair, smoothness, truncation, encodin
     assert json.loads(done.out)["best_energy"] == min(energies)
     assert (facts["encoding"], facts["smoothness"], facts["scale"], facts["lambda"]) == (encoding, smoothness, 2, 2.5)
     assert facts["truncation"] == int(truncation or 0)
+
+
+ENCODINGS = [("one-hot", "potts"), ("one-hot", "quadratic"), ("one-hot-sparse", "potts"), ("one-hot-sparse", "linear"),
+             ("domain-wall", "potts"), ("domain-wall", "linear"), ("multiway-cut", "potts"), ("st-cut", "linear")]
+PLAIN = {**SMOOTH, "linear": np.abs, "quadratic": np.square}
+
+
+@pytest.mark.parametrize("encoding, smoothness", ENCODINGS)
+@pytest.mark.parametrize("truncate", [[], ["--truncate"]])
+def test_every_encoding_has_the_energies_of_F(tmp_path, pair, encoding, smoothness, truncate):
+    """Of the labellings of lowest cost, which no truncation touches, H of the file is F; and each decodes to itself."""
+    facts = encode(pair, tmp_path / "p.qcf", "--encoding", encoding, "--smoothness", smoothness, "--lambda", "2.5", "--disparity", "1:4",
+                   *truncate)
+    theta = np.stack([np.abs(pair.left[:, 4:] - pair.right[:, 4 - d:12 - d]) for d in range(1, 5)])
+    maps = [theta.argmin(0) + 1, np.full((5, 8), 2)][:1 if truncate else 2]
+    energies = [energy(pair.left, pair.right, m, 2.5, PLAIN[smoothness]) for m in maps]
+    bits = [bits_of(m - 1, 4, encoding) for m in maps]
+    assert facts["variables"] == len(bits[0]) and facts["encoding"] == encoding and facts["smoothness"] == smoothness
+    assert (facts["sites"], facts["sites_open"], facts["truncated"]) == (40, 40, bool(truncate))
+    samples = write_qsf(tmp_path / "s.qsf", tmp_path / "p.qcf", bits, np.multiply(energies, 2))
+    done = run("validate", tmp_path / "p.qcf", samples, "--json")
+    assert done.status == 0, done.err
+    assert json.loads(done.out)["feasible"] == len(maps) and json.loads(done.out)["best_energy"] == min(energies)
+    done = run("decode", tmp_path / "p.qcf", samples, "-o", tmp_path / "m.pgm", "--scale", "2", "--json")
+    assert done.status == 0, done.err
+    assert json.loads(done.out)["energy"] == min(energies)
+    assert (read_pnm((tmp_path / "m.pgm").read_bytes())[0][:, 4:] // 2 == maps[int(np.argmin(energies))]).all()
+
+
+@pytest.mark.parametrize("encoding, smoothness", [*ENCODINGS, ("st-cut-arcs", "linear")])
+def test_counts_are_those_of_the_formulas(tmp_path, pair, encoding, smoothness):
+    facts = encode(pair, tmp_path / "p.qcf", "--encoding", encoding, "--smoothness", smoothness, "--disparity", "0:3")
+    n, m, k = 9, 5, 4
+    sites, edges = n * m, 2 * n * m - n - m
+    variables = {"domain-wall": sites * (k - 1), "multiway-cut": sites * k + k * k, "st-cut": sites * k + sites + 2,
+                 "st-cut-arcs": 7 * n * m * k + 9 * n * m - 2 * n * k - 2 * m * k - 2 * n - 2 * m + 2}
+    assert facts["variables"] == variables.get(encoding, sites * k)
+    wall = {"potts": 3 * k - 5, "linear": k - 1}[smoothness] * edges + (k - 2) * sites if encoding == "domain-wall" else 0
+    terms = {("one-hot", "potts"): sites * k * (k - 1) // 2 + edges * k * (k - 1),
+             ("one-hot-sparse", "potts"): sites * k * (k - 1) // 2 + edges * k,
+             ("domain-wall", smoothness): wall, ("st-cut", "linear"): sites * (k + 2) + edges * (k + 1)}
+    assert facts["quadratic_terms"] == terms.get((encoding, smoothness), facts["quadratic_terms"])
+
+
+def test_penalties_of_encodings_without_one_hot_groups(tmp_path, pair):
+    """kappa = largest shifted cost of an inner label + W + gap; the cuts have no such penalty."""
+    facts = encode(pair, tmp_path / "p.qcf", "--encoding", "domain-wall", "--disparity", "0:3", "--lambda", "2.5", "--gap", "6")
+    theta = np.stack([np.abs(pair.left[:, 3:] - pair.right[:, 3 - d:12 - d]) for d in range(4)])
+    neighbours = np.full((5, 9), 4) - (np.add.outer(np.isin(range(5), [0, 4]) * 1, np.isin(range(9), [0, 8]) * 1))
+    kappa = theta[1:3].max(0) - theta.min(0) + 2.5 * neighbours + 3
+    assert (facts["penalty_min"], facts["penalty_max"]) == (kappa.min(), kappa.max())
+    assert facts["pair_penalty_min"] is None and facts["pair_penalty_max"] is None
+    text = run("info", tmp_path / "p.qcf").out.decode()
+    assert f"penalty kappa    {kappa.min():g} to {kappa.max():g}" in text and "penalty b" not in text
+    cut = encode(pair, tmp_path / "p.qcf", "--encoding", "st-cut", "--smoothness", "linear", "--disparity", "0:3")
+    assert [cut[key] for key in ("penalty_min", "penalty_max", "pair_penalty_min", "pair_penalty_max")] == [None] * 4
+    two = encode(pair, tmp_path / "p.qcf", "--encoding", "domain-wall", "--disparity", "0:1")
+    assert two["penalty_min"] is None
+
+
+def test_minimal_penalties_are_smaller_in_sparse(tmp_path, pair):
+    """b = a + W / 2 + gap, rounded up, in integer units of 0.5: W is 5 to 10 of them."""
+    facts = encode(pair, tmp_path / "p.qcf", "--disparity", "0:3", "--lambda", "1.5", "--penalty", "minimal", "--gap", "2")
+    assert (facts["penalty"], facts["gap"], facts["penalty_min"], facts["penalty_max"]) == ("minimal", 2, 1, 1)
+    assert (facts["pair_penalty_min"], facts["pair_penalty_max"]) == ((2 + 3 + 2) / 2, (2 + 6 + 2) / 2)
+
+
+def test_truncation_reports_F(tmp_path, pair):
+    """A labelling of the dearest labels: H is what the file says, F what is reported."""
+    facts = encode(pair, tmp_path / "p.qcf", "--disparity", "0:3", "--lambda", "2", "--truncate")
+    whole = encode(pair, tmp_path / "q.qcf", "--disparity", "0:3", "--lambda", "2")
+    theta = np.stack([np.abs(pair.left[:, 3:] - pair.right[:, 3 - d:12 - d]) for d in range(4)])
+    dearest = theta.argmax(0)
+    W = 2 * (np.full((5, 9), 4) - (np.add.outer(np.isin(range(5), [0, 4]) * 1, np.isin(range(9), [0, 8]) * 1)))
+    F = energy(pair.left, pair.right, dearest, 2)
+    H = F - np.maximum(theta.max(0) - theta.min(0) - W - 1, 0).sum()
+    assert H < F and facts["linear_max"] < whole["linear_max"] and facts["linear_max"] <= 4 * 2 + 1
+    samples = write_qsf(tmp_path / "s.qsf", tmp_path / "p.qcf", [one_hot(dearest, 4)], [H])
+    seen = json.loads(run("validate", tmp_path / "p.qcf", samples, "--json").out)
+    assert (seen["best_energy"], seen["lowest_energy"], seen["energies_agree"]) == (F, H, True)
+    for repair in ([], ["--repair"]):
+        facts = json.loads(run("decode", tmp_path / "p.qcf", samples, "-o", tmp_path / "m.pgm", "--json", *repair).out)
+        assert (facts["energy"], facts["repaired"]) == (F, 0)
+    lied = write_qsf(tmp_path / "lied.qsf", tmp_path / "p.qcf", [one_hot(dearest, 4)], [F])
+    assert run("validate", tmp_path / "p.qcf", lied).status == 3
+    assert "truncated" in run("info", tmp_path / "p.qcf").out.decode()
+    assert "trnc" in chunks_of(tmp_path / "p.qcf") and "trnc" not in chunks_of(tmp_path / "q.qcf")
+
+
+def test_the_best_sample_is_that_of_the_least_F(tmp_path, pair):
+    """Truncation brings two labellings to almost one H; the one with the lower H has the higher F."""
+    encode(pair, tmp_path / "p.qcf", "--disparity", "0:3", "--lambda", "2", "--truncate")
+    theta = np.stack([np.abs(pair.left[:, 3:] - pair.right[:, 3 - d:12 - d]) for d in range(4)])
+    W = 2 * (np.full((5, 9), 4) - (np.add.outer(np.isin(range(5), [0, 4]) * 1, np.isin(range(9), [0, 8]) * 1)))
+    cut = np.maximum(theta - theta.min(0) - W - 1, 0)
+    maps = np.random.default_rng(3).integers(0, 4, (60, 5, 9))
+    F = np.array([energy(pair.left, pair.right, m, 2) for m in maps])
+    H = F - np.array([np.take_along_axis(cut, m[None], 0).sum() for m in maps])
+    assert F.argmin() != H.argmin()
+    samples = write_qsf(tmp_path / "s.qsf", tmp_path / "p.qcf", [one_hot(m, 4) for m in maps], H)
+    seen = json.loads(run("validate", tmp_path / "p.qcf", samples, "--json").out)
+    assert (seen["best_sample"], seen["best_energy"], seen["lowest_energy"]) == (F.argmin(), F.min(), H.min())
+    for repair in ([], ["--repair"]):
+        facts = json.loads(run("decode", tmp_path / "p.qcf", samples, "-o", tmp_path / "m.pgm", "--json", *repair).out)
+        assert (facts["sample"], facts["energy"]) == (F.argmin(), F.min())
 
 
 @pytest.mark.parametrize("text, value", [("0", 0), ("20", 20), ("12.5", 12.5), ("1e-1", 0.1), ("2.5e1", 25), (".5", 0.5),
@@ -87,6 +192,29 @@ def test_human_lines_name_sites_and_file(tmp_path, pair):
     assert done.err == ""
 
 
+def test_human_lines_of_other_encodings(tmp_path, pair):
+    done = run("encode", *pair.paths, "-o", tmp_path / "p.qcf", "--disparity", "0:3", "--encoding", "domain-wall")
+    size = (tmp_path / "p.qcf").stat().st_size
+    assert f"{tmp_path / 'p.qcf'}: 45 sites x 4 labels, 135 variables in domain-wall, {size} bytes" in done.out.decode()
+    assert "3 columns" in done.out.decode() and done.err == ""
+
+
+def test_memory_limit(folder, pair):
+    wide = write_pgm(folder.parent / "wide.pgm", np.zeros((400, 500), int))
+    for options in (["--encoding", "domain-wall"], ["--reduce"], ["--truncate"]):
+        done = run("encode", wide, wide, "-o", folder / "p.qcf", "--memory-limit", "8", *options)
+        assert (done.status, "needs more than the memory limit of 8 MiB" in done.err) == (4, True)
+        assert not list(folder.iterdir())
+    assert run("encode", wide, wide, "-o", folder / "p.qcf", "--memory-limit", "1").status == 0
+
+
+def test_other_encodings_to_standard_output(tmp_path, pair):
+    encode(pair, tmp_path / "p.qcf", "--disparity", "0:3", "--encoding", "domain-wall")
+    for name in ("-", "/dev/stdout"):
+        done = run("encode", *pair.paths, "-o", name, "--disparity", "0:3", "--encoding", "domain-wall")
+        assert done.out == (tmp_path / "p.qcf").read_bytes()
+
+
 def test_standard_output_and_input(tmp_path, pair):
     encode(pair, tmp_path / "p.qcf", "--disparity", "0:3")
     whole = (tmp_path / "p.qcf").read_bytes()
@@ -119,18 +247,35 @@ USAGE = {
     "cost": (["--cost", "ssd"], "known ones: ad"),
     "smoothness": (["--smoothness", "pots"], "did you mean potts? The known ones: potts linear quadratic"),
     "smoothness table": (["--smoothness", "table"], "The known ones: potts linear quadratic"),
-    "encoding": (["--encoding", "onehot"], "did you mean one-hot? The known ones: one-hot one-hot-sparse"),
-    "penalty": (["--penalty", "loca"], "did you mean local? The known ones: local paper, or a number"),
+    "encoding": (["--encoding", "onehot"], "did you mean one-hot? The known ones: one-hot one-hot-sparse domain-wall multiway-cut st-cut st-cut-arcs"),
+    "penalty": (["--penalty", "loca"], "did you mean local? The known ones: local minimal paper, or a number"),
     "penalty zero": (["--penalty", "0"], "not above 0"),
     "penalty too fine": (["--penalty", "0.5"], "multiple above 0 of 1/1"),
     "penalty of another unit": (["--penalty", "0.5", "--lambda", "0.2"], "multiple above 0 of 1/5"),
     "penalty large": (["--penalty", "1e16"], "too large"),
     "gap": (["--gap", "0"], "--gap 0: not a whole number from 1"),
-    "gap of paper": (["--gap", "6", "--penalty", "paper"], "--gap goes with --penalty local"),
-    "gap of an alpha": (["--penalty", "3000", "--gap", "1"], "--gap goes with --penalty local"),
+    "gap of paper": (["--gap", "6", "--penalty", "paper"], "--gap goes with --penalty local or minimal"),
+    "gap of an alpha": (["--penalty", "3000", "--gap", "1"], "--gap goes with --penalty local or minimal"),
     "truncation of potts": (["--truncation", "3"], "linear and quadratic"),
     "truncation": (["--truncation", "0", "--smoothness", "linear"], "whole number from 1"),
-    "sparse linear": (["--encoding", "one-hot-sparse", "--smoothness", "linear"], "use --encoding one-hot"),
+    "sparse quadratic": (["--encoding", "one-hot-sparse", "--smoothness", "quadratic"],
+                         "--encoding one-hot-sparse cannot hold quadratic smoothness: one-hot can"),
+    "wall quadratic": (["--encoding", "domain-wall", "--smoothness", "quadratic", "--truncation", "4"],
+                       "cannot hold quadratic truncated at 4 smoothness: one-hot can"),
+    "multiway linear": (["--encoding", "multiway-cut", "--smoothness", "linear", "--truncation", "2"],
+                        "cannot hold linear truncated at 2 smoothness: one-hot, one-hot-sparse, domain-wall can"),
+    "cut of potts": (["--encoding", "st-cut"],
+                     "--encoding st-cut cannot hold potts smoothness: one-hot, one-hot-sparse, domain-wall, multiway-cut can"),
+    "cut of truncated linear": (["--encoding", "st-cut-arcs", "--smoothness", "linear", "--truncation", "14"],
+                                "st-cut-arcs cannot hold linear truncated at 14 smoothness"),
+    "paper of a wall": (["--encoding", "domain-wall", "--penalty", "paper"], "--encoding domain-wall has local and minimal only"),
+    "alpha of a cut": (["--encoding", "st-cut", "--smoothness", "linear", "--penalty", "30"], "--encoding st-cut has local and minimal only"),
+    "target alone": (["--target", "9"], "--target goes with --reduce"),
+    "time limit alone": (["--time-limit", "9"], "--time-limit goes with --reduce"),
+    "target zero": (["--reduce", "--target", "0"], "--target 0: not a whole number from 1"),
+    "target of a cut": (["--reduce", "--target", "9", "--encoding", "multiway-cut"], "--target goes with --encoding one-hot"),
+    "time limit": (["--reduce", "--time-limit", "0"], "--time-limit 0"),
+    "memory": (["--memory-limit", "0"], "--memory-limit 0: not a whole number from 1"),
     "unknown option": (["--lamda", "3"], "did you mean --lambda? The options: --output --disparity --lambda"),
 }
 
@@ -208,7 +353,8 @@ def test_too_many_variables(folder):
     assert not list(folder.iterdir())
 
 
-@pytest.mark.parametrize("options", [["--penalty", "4503599627370496"],
+@pytest.mark.parametrize("options", [["--penalty", "4503599627370496"], ["--penalty", "4503599627370496", "--truncate"],
+                                     ["--smoothness", "linear", "--disparity", "0:511", "--lambda", "2147483647", "--encoding", "domain-wall"],
                                      ["--smoothness", "quadratic", "--disparity", "0:511", "--lambda", "2147483647"]])
 def test_overflow(folder, options):
     _, _, left, right = random_pair(folder.parent, 530, 3)

@@ -4,7 +4,7 @@ import re
 import pytest
 from cli_tools import ROOT, has_opencv, run
 
-COMMANDS = ["encode", "info", "solve", "validate", "decode", "score", "match", "compare"]
+COMMANDS = ["encode", "reduce", "info", "solve", "validate", "decode", "score", "match", "compare"]
 MAN = (ROOT / "docs" / "qstereo.1").read_text()
 
 
@@ -84,8 +84,8 @@ def test_version():
 
 
 @pytest.mark.parametrize("arguments, words", [
-    (["encod"], "encod is no command: did you mean encode? The commands: encode info solve validate decode score match"),
-    (["fly"], "fly is no command. The commands: encode info solve validate decode score match"),
+    (["encod"], "encod is no command: did you mean encode? The commands: encode reduce info solve validate decode score match"),
+    (["fly"], "fly is no command. The commands: encode reduce info solve validate decode score match"),
     (["--verbose"], "--verbose is no command"),
     (["help", "fly"], "fly is no command"),
     (["info"], "the operand FILE is missing"),

@@ -23,8 +23,8 @@ def test_problem_of_two_sites(tmp_path):
     assert facts == {
         "schema": 1, "format": "qcf", "version": 1, "file_bytes": len(data), "digest": sha256(data).hexdigest(),
         "variables": 4, "groups": 2, "couplings": 1, "scale": 2, "width": 2, "height": 1, "x": 1, "y": 0,
-        "picture_width": 3, "picture_height": 1, "sites": 2, "labels": 2, "disparity_min": 0, "disparity_max": 1,
-        "encoding": "one-hot-sparse", "smoothness": "potts", "truncation": 0, "penalty": "local", "gap": 1, "lambda": 1.5,
+        "picture_width": 3, "picture_height": 1, "sites": 2, "sites_open": 2, "labels": 2, "disparity_min": 0, "disparity_max": 1,
+        "encoding": "one-hot-sparse", "smoothness": "potts", "truncation": 0, "penalty": "local", "gap": 1, "truncated": False, "lambda": 1.5,
         "quadratic_terms": 2 + 2, "penalty_min": 0.5, "penalty_max": 0.5, "pair_penalty_min": 2.5, "pair_penalty_max": 2.5,
         "offset": 3 + 10 + 1.5 + 2 * 0.5, "linear_min": -0.5, "linear_max": 27 - 0.5, "quadratic_min": -1.5, "quadratic_max": 2.5}
 

@@ -1,13 +1,12 @@
 """solve: the library's solvers on a .qcf, held against numpy and brute force."""
 import json
 import os
-import pty
 import signal
 import time
 
 import numpy as np
 import pytest
-from cli_tools import ROOT, SOLVERS, best_of_all, chunks_of, energy, random_pair, read_pnm, run, started, without_chunk, write_pgm
+from cli_tools import ROOT, SOLVERS, best_of_all, chunks_of, energy, on_terminal, random_pair, read_pnm, run, started, without_chunk, write_pgm
 
 GOLDEN = ROOT / "tests" / "golden"
 KEYS = {"schema", "solver", "energy", "lower_bound", "gap", "proven_optimal", "iterations", "seconds", "converged"}
@@ -134,25 +133,6 @@ def test_a_signal_while_solving(folder, large, number, status):
     out, err = process.communicate(timeout=20)
     assert (process.returncode, out, err) == (status, b"", b"")
     assert [path.name for path in folder.iterdir()] == ["s.qsf"] and (folder / "s.qsf").read_text() == "as it was"
-
-
-def on_terminal(*arguments, interrupt_after=None):
-    """Runs qstereo with standard error on a terminal; returns its status and what stood there."""
-    master, terminal = pty.openpty()
-    process = started(*arguments, stderr=terminal)
-    os.close(terminal)
-    if interrupt_after is not None:
-        time.sleep(interrupt_after)
-        process.send_signal(signal.SIGINT)
-    process.communicate(timeout=60)
-    shown = b""
-    try:
-        while data := os.read(master, 65536):
-            shown += data
-    except OSError:  # Linux ends a terminal that nobody has open with EIO
-        pass
-    os.close(master)
-    return process.returncode, shown.decode()
 
 
 def test_progress_on_a_terminal(folder, large):

@@ -320,8 +320,14 @@ static void refusals(void **unused)
     tiny t = {0};
     t.problem = (qs_problem){.labels = 3, .scale = 1, .weight = 4, .grid = {.width = 4, .height = 3}, .costs = t.costs};
     qs_problem p = t.problem;
-    p.pairwise.smoothness = QS_TRUNCATED_LINEAR;
+    p.pairwise.smoothness = QS_TRUNCATED_QUADRATIC;
     assert_int_equal(encode_status(&p, (qs_encode_options){.encoding = QS_ONE_HOT_SPARSE}), QS_E_ENCODING);
+    p.pairwise.smoothness = QS_TRUNCATED_LINEAR;
+    assert_int_equal(encode_status(&p, (qs_encode_options){.encoding = QS_ONE_HOT_SPARSE}), QS_OK);
+    assert_int_equal(encode_status(&p, (qs_encode_options){.encoding = QS_ONE_HOT_SPARSE, .penalty = QS_PENALTY_PAPER}), QS_E_ENCODING);
+    assert_int_equal(encode_status(&t.problem, (qs_encode_options){.encoding = QS_DOMAIN_WALL}), QS_E_ENCODING);
+    assert_int_equal(encode_status(&t.problem, (qs_encode_options){.encoding = QS_ST_CUT_ARCS + 1}), QS_E_ARGUMENT);
+    assert_int_equal(encode_status(&t.problem, (qs_encode_options){.penalty = QS_PENALTY_MINIMAL + 1}), QS_E_ARGUMENT);
     p = t.problem;
     p.weight = -1;
     assert_int_equal(encode_status(&p, (qs_encode_options){0}), QS_E_ARGUMENT);

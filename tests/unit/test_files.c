@@ -1,6 +1,6 @@
 /* Both file formats: what is written is read back; every truncation, every flipped bit and every breach of FORMAT.md is
  * refused with the right status. */
-#include "tiny.h"
+#include "slow.h"
 
 #include <string.h>
 
@@ -232,6 +232,165 @@ static void strange_chunks(void **unused)
     }
 }
 
+/* Five sites of three labels, one fixed, some labels gone, some costs cut. */
+static slow_qubo reduced;
+
+static void write_reduced(qs_encoding encoding, bool whole)
+{
+    static tiny t;
+    sample_problem(&t);
+    t.problem.pairwise.smoothness = encoding >= QS_ST_CUT ? QS_TRUNCATED_LINEAR : QS_POTTS;
+    slow_request request = {.problem = &t.problem, .encoding = encoding, .gap = 1, .truncate = true};
+    const uint8_t sets[5] = {7, 4, 5, 6, 7};
+    for (uint32_t p = 0; p < 5; p++) {
+        for (uint32_t d = 0; d < 3; d++) {
+            request.kept[p][d] = whole || sets[p] >> d & 1;
+            t.costs[p * 3 + d] = d == 1 ? 100000 : (int32_t)(d + p);
+        }
+    }
+    slow_encode(&request, &reduced);
+}
+
+static void broken_label_sets(void **unused)
+{
+    (void)unused;
+    for (qs_encoding encoding = QS_ONE_HOT; encoding <= QS_ST_CUT_ARCS; encoding++) {
+        write_reduced(encoding, false);
+        const breach breaches[] = {
+            {"kept", 0, 4, QS_E_CORRUPT},           {"kept", 0, 6, QS_E_CORRUPT},           {"kept", 0, 0, QS_E_CORRUPT},
+            {"kept", 4, 0, QS_E_CORRUPT},           {"kept", 4, 2, QS_E_CORRUPT},           {"kept", 4, 3, QS_E_CORRUPT},
+            {"kept", 8, 0xffff02ff, QS_OK},         {"kept", 8, 0xffff01ff, QS_OK},         {"kept", 8, 0xffff03ff, QS_E_CORRUPT},
+            {"kept", 8, 0xffff02fe, QS_E_CORRUPT},  {"kept", 8, 0xff0002ff, QS_E_CORRUPT},  {"kept", 8, 0xffffffff, QS_E_CORRUPT},
+            {"kept", 13, 0x07060507, QS_OK},        {"kept", 13, 0x07060307, QS_OK},        {"kept", 13, 0x07060503, QS_E_CORRUPT},
+            {"kept", 13, 0x07060407, QS_E_CORRUPT}, {"kept", 13, 0x07060007, QS_E_CORRUPT}, {"kept", 13, 0x07060d07, QS_E_CORRUPT},
+            {"kept", 13, 0x07060707, QS_E_CORRUPT}, {"kept", 13, 0x87060507, QS_E_CORRUPT},
+            {"trnc", 0, 2, QS_E_CORRUPT},           {"trnc", 0, 3, QS_E_CORRUPT},           {"trnc", 0, 8, QS_E_CORRUPT},
+            {"trnc", 0, 0, QS_E_CORRUPT},           {"trnc", 4, 1, QS_E_CORRUPT},           {"trnc", 8, 77, QS_OK},
+        };
+        expect_breaches(reduced.file, reduced.size, breaches, sizeof breaches / sizeof *breaches, open_qubo);
+        if (encoding == QS_DOMAIN_WALL) {
+            truncations(reduced.file, reduced.size, open_qubo);
+            flips(reduced.file, reduced.size, open_qubo);
+        }
+    }
+}
+
+/* The side chunks of the file in another order, some left out, some twice. */
+static qs_status open_with(const char *const *types, size_t count)
+{
+    uint8_t file[TINY_FILE];
+    size_t size = payload(reduced.file, reduced.size, "labl") - 16;
+    memcpy(file, reduced.file, size);
+    for (size_t i = 0; i < count; i++) {
+        const uint8_t *chunk = reduced.file + payload(reduced.file, reduced.size, types[i]) - 16;
+        size_t bytes = 20 + (size_t)qs_load_u64(chunk + 8);
+        memcpy(file + size, chunk, bytes);
+        size += bytes;
+    }
+    qs_store_u32(file + 12, (uint32_t)(6 + count));
+    qs_store_u64(file + 16, size);
+    seal(file, size);
+    return open_qubo(file, size);
+}
+
+static void side_chunks_in_order(void **unused)
+{
+    (void)unused;
+    static const struct {
+        const char *types[4];
+        size_t count;
+        qs_status status;
+    } cases[] = {
+        {{"labl", "kept", "trnc"}, 3, QS_OK},
+        {{"labl", "kept"}, 2, QS_OK},
+        {{"labl"}, 0, QS_OK},
+        {{"labl"}, 1, QS_E_CORRUPT},
+        {{"kept"}, 1, QS_E_CORRUPT},
+        {{"trnc"}, 1, QS_E_CORRUPT},
+        {{"labl", "trnc"}, 2, QS_E_CORRUPT},
+        {{"kept", "trnc"}, 2, QS_E_CORRUPT},
+        {{"labl", "trnc", "kept"}, 3, QS_E_CORRUPT},
+        {{"kept", "labl", "trnc"}, 3, QS_E_CORRUPT},
+        {{"trnc", "labl", "kept"}, 3, QS_E_CORRUPT},
+        {{"labl", "kept", "kept"}, 3, QS_E_CORRUPT},
+        {{"labl", "kept", "trnc", "trnc"}, 4, QS_E_CORRUPT},
+        {{"labl", "kept", "trnc", "kept"}, 4, QS_E_CORRUPT},
+        {{"labl", "labl", "kept", "trnc"}, 4, QS_E_CORRUPT},
+        {{"labl", "kept", "labl", "trnc"}, 4, QS_E_CORRUPT},
+    };
+    for (qs_encoding encoding = QS_ONE_HOT; encoding <= QS_ST_CUT_ARCS; encoding++) {
+        write_reduced(encoding, false);
+        for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+            assert_int_equal(open_with(cases[i].types, cases[i].count), cases[i].status);
+        }
+    }
+    /* With all labels left `kept` may be missing in the one-hot encodings alone; all others have it, with nothing in it, and trnc has all labels then. */
+    for (qs_encoding encoding = QS_ONE_HOT; encoding <= QS_ST_CUT_ARCS; encoding++) {
+        write_reduced(encoding, true);
+        const char *const bare[] = {"labl"}, *const both[] = {"labl", "trnc"};
+        assert_int_equal(open_with(bare, 1), encoding <= QS_ONE_HOT_SPARSE ? QS_OK : QS_E_CORRUPT);
+        assert_int_equal(open_with(both, 2), encoding <= QS_ONE_HOT_SPARSE ? QS_OK : QS_E_CORRUPT);
+        if (encoding > QS_ONE_HOT_SPARSE) {
+            const breach breaches[] = {{"kept", 4, 1, QS_E_CORRUPT}, {"kept", 0, 4, QS_E_CORRUPT}, {"kept", 0, 6, QS_E_CORRUPT}};
+            expect_breaches(reduced.file, reduced.size, breaches, 3, open_qubo);
+        }
+    }
+}
+
+/* The groups of one encoding are not those of another, but for the two one-hot ones, and a cut's is one of arcs that has none. */
+static void groups_are_those_of_the_encoding(void **unused)
+{
+    (void)unused;
+    for (uint32_t encoding = QS_ONE_HOT; encoding <= QS_ST_CUT_ARCS; encoding++) {
+        write_reduced((qs_encoding)encoding, false);
+        for (uint32_t said = QS_ONE_HOT; said <= QS_ST_CUT_ARCS; said++) {
+            bool fits = encoding == said || (encoding <= QS_ONE_HOT_SPARSE && said <= QS_ONE_HOT_SPARSE) || (encoding == QS_ST_CUT && said == QS_ST_CUT_ARCS);
+            const breach as = {"labl", 0, said, fits ? QS_OK : QS_E_CORRUPT};
+            expect_breaches(reduced.file, reduced.size, &as, 1, open_qubo);
+        }
+    }
+}
+
+/* More than 255 labels: two bytes for a fixed one. Nothing is left to decide, so that there are no variables. */
+static void wide_fixed_labels(void **unused)
+{
+    (void)unused;
+    write_reduced(QS_DOMAIN_WALL, false);
+    for (uint32_t width = 1; width <= 2; width++) {
+        uint8_t file[1024] = {0};
+        static const char *const heads[] = {"GRPS", "BLKS", "CPLS", "LINR", "PNLT", "OFFS", "labl", "kept"};
+        const size_t sizes[] = {0, 4, 4, 16, 8, 8, 64, 8 + width * 5};
+        size_t at = HEADER;
+        memcpy(file, reduced.file, 12);
+        for (int i = 0; i < 8; i++) {
+            memcpy(file + at, heads[i], 4);
+            file[at + 8] = (uint8_t)sizes[i];
+            uint8_t *data = file + at + 16;
+            if (i == 3) {
+                data[8] = 1;
+            } else if (i == 4) {
+                data[0] = 1;
+            } else if (i == 6) {
+                memcpy(data, reduced.file + payload(reduced.file, reduced.size, "labl"), 64);
+                qs_store_u32(data + 12, 300);
+                memset(data + 32, 0, 32);
+            } else if (i == 7) {
+                data[0] = 5;
+                data[4] = (uint8_t)width;
+            }
+            at += 20 + sizes[i];
+        }
+        qs_store_u32(file + 12, 8);
+        qs_store_u64(file + 16, at);
+        seal(file, at);
+        assert_int_equal(open_qubo(file, at), width == 2 ? QS_OK : QS_E_CORRUPT);
+        if (width == 2) {
+            const breach breaches[] = {{"kept", 8, 299, QS_OK}, {"kept", 8, 300, QS_E_CORRUPT}, {"kept", 8, 0xffff, QS_E_CORRUPT}};
+            expect_breaches(file, at, breaches, 3, open_qubo);
+        }
+    }
+}
+
 static void memory_limit(void **unused)
 {
     (void)unused;
@@ -422,6 +581,10 @@ int main(void)
         cmocka_unit_test(damaged_qubos),
         cmocka_unit_test(broken_promises),
         cmocka_unit_test(strange_chunks),
+        cmocka_unit_test(broken_label_sets),
+        cmocka_unit_test(side_chunks_in_order),
+        cmocka_unit_test(groups_are_those_of_the_encoding),
+        cmocka_unit_test(wide_fixed_labels),
         cmocka_unit_test(memory_limit),
         cmocka_unit_test(samples_round_trip),
         cmocka_unit_test(no_samples),

@@ -204,6 +204,124 @@ static void repair_never_raises(void **unused)
     }
 }
 
+/* The labels d of a site with x_pd = 1, where a wall's x is u_i - u_i+1; `at` is its first variable. */
+static uint32_t candidates(const uint8_t *bits, uint32_t site, uint32_t at, uint16_t *labels)
+{
+    uint32_t rank = 0, count = 0, size = size_of(site);
+    for (uint16_t d = 0; d < t.problem.labels; d++) {
+        bool wall = request.encoding == QS_DOMAIN_WALL, u = wall && (rank == 0 || bit(bits, at + rank - 1)), next = wall && rank + 1 < size && bit(bits, at + rank);
+        if (request.kept[site][d] && (size == 1 || (wall ? u && !next : bit(bits, at + rank)))) {
+            labels[count++] = d;
+        }
+        rank += request.kept[site][d];
+    }
+    return count;
+}
+
+static int64_t labelling_energy(const uint16_t *labelling)
+{
+    uint8_t bits[BYTES];
+    assert_int_equal(qs_sample_encode(&q.index, labelling, bits), QS_OK);
+    return qs_qubo_energy(&q.index, bits);
+}
+
+/* The sum of H over all choices of a candidate for each site by itself, and their number. */
+static int64_t sum_of_choices(uint16_t choices[][TINY_LABELS], const uint32_t *counts, uint32_t sites, int64_t *number)
+{
+    uint32_t at[TINY_SITES] = {0};
+    int64_t sum = 0;
+    *number = 0;
+    for (bool more = true; more;) {
+        uint16_t labelling[TINY_SITES];
+        for (uint32_t p = 0; p < sites; p++) {
+            labelling[p] = choices[p][at[p]];
+        }
+        sum += labelling_energy(labelling);
+        ++*number;
+        more = false;
+        for (uint32_t p = 0; p < sites && !more; p++) {
+            more = ++at[p] < counts[p];
+            at[p] = more ? at[p] : 0;
+        }
+    }
+    return sum;
+}
+
+/* The same over all orders of the labels, each site taking the first of its candidates in it. */
+static int64_t sum_of_orders(uint16_t choices[][TINY_LABELS], const uint32_t *counts, uint32_t sites, int64_t *number)
+{
+    uint32_t labels = t.problem.labels, swaps[TINY_LABELS] = {0};
+    uint16_t place[TINY_LABELS] = {0, 1, 2, 3, 4, 5}; /* of each label in the order */
+    int64_t sum = 0;
+    *number = 0;
+    for (uint32_t i = 0; i < labels;) { /* Heap's permutations */
+        bool fresh = i == 0;
+        if (fresh) {
+            uint16_t labelling[TINY_SITES];
+            for (uint32_t p = 0; p < sites; p++) {
+                labelling[p] = choices[p][0];
+                for (uint32_t c = 1; c < counts[p]; c++) {
+                    labelling[p] = place[choices[p][c]] < place[labelling[p]] ? choices[p][c] : labelling[p];
+                }
+            }
+            sum += labelling_energy(labelling);
+            ++*number;
+        }
+        for (i = 0; i < labels && swaps[i] >= i; i++) {
+            swaps[i] = 0;
+        }
+        if (i < labels) {
+            uint32_t with = i % 2 == 0 ? 0 : swaps[i];
+            uint16_t kept = place[with];
+            place[with] = place[i];
+            place[i] = kept;
+            swaps[i]++;
+            i = 0;
+        }
+    }
+    return sum;
+}
+
+/* What is made certain step by step ends no higher than chance is expected to. */
+static void repair_is_no_worse_than_chance(void **unused)
+{
+    (void)unused;
+    static uint64_t memory[4096];
+    uint64_t state = 37;
+    uint32_t better[2] = {0};
+    for (int round = 0; round < 2 * ROUNDS; round++) {
+        make(&state, round % 2 == 0 ? QS_ONE_HOT_SPARSE : QS_DOMAIN_WALL);
+        uint32_t labels = t.problem.labels, tau = t.problem.pairwise.truncation;
+        bool potts = t.problem.pairwise.smoothness == QS_POTTS, wall = request.encoding == QS_DOMAIN_WALL;
+        if (wall ? !potts && (tau == 0 || tau >= labels - 1) : request.penalty != QS_PENALTY_MINIMAL) {
+            continue; /* repaired in another way */
+        }
+        for (int i = 0; i < 20; i++) {
+            uint8_t bits[BYTES] = {0};
+            uint16_t choices[TINY_SITES][TINY_LABELS];
+            uint32_t counts[TINY_SITES], at = 0, sites = qs_problem_sites(&t.problem);
+            for (uint32_t v = 0; v < q.qubo.variables; v++) {
+                bits[v / 8] |= (uint8_t)(tiny_random(&state, 2) << v % 8);
+            }
+            bool full = true;
+            for (uint32_t p = 0; p < sites; p++) {
+                counts[p] = candidates(bits, p, at, choices[p]);
+                full = full && counts[p] > 0;
+                at += size_of(p) > 1 ? variables_of(size_of(p)) : 0;
+            }
+            if (!full) {
+                continue;
+            }
+            int64_t number, sum = potts ? sum_of_orders(choices, counts, sites, &number) : sum_of_choices(choices, counts, sites, &number);
+            assert_int_equal(qs_sample_repair(&q.index, bits, memory, sizeof memory, NULL), QS_OK);
+            int64_t energy = qs_qubo_energy(&q.index, bits);
+            assert_true(energy * number <= sum);
+            better[potts] += energy * number < sum;
+        }
+    }
+    assert_true(better[0] > 1000 && better[1] > 1000);
+}
+
 /* The least H of all states is the least F of the labels left, and every infeasible state lies the gap above it: the second opinion on the penalties. */
 static void minima_agree(void **unused)
 {
@@ -328,6 +446,7 @@ int main(void)
         cmocka_unit_test(labellings_come_and_go),
         cmocka_unit_test(states_are_told_from_labellings),
         cmocka_unit_test(repair_never_raises),
+        cmocka_unit_test(repair_is_no_worse_than_chance),
         cmocka_unit_test(minima_agree),
         cmocka_unit_test(ising_ranges),
         cmocka_unit_test(block_sums),

@@ -1,5 +1,5 @@
 /* The model, and the solvers as their callers see them, beside every labelling of tiny problems. */
-#include "tiny.h"
+#include "slow.h"
 
 #include <string.h>
 
@@ -98,7 +98,8 @@ static void strange_models(void **unused)
         assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_E_CORRUPT);
         q.qubo.labels.encoding = QS_ONE_HOT_SPARSE;
         q.qubo.labels.pairwise.smoothness = QS_TRUNCATED_LINEAR;
-        assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_E_CORRUPT);
+        qs_model linear; /* of two labels it is the same cost */
+        assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &linear), model.labels == 2 ? QS_OK : QS_E_CORRUPT);
         q.qubo.labels.pairwise.smoothness = QS_TABLE;
         assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_E_CORRUPT);
         q.qubo.has_labels = false;
@@ -113,6 +114,128 @@ static void strange_models(void **unused)
             assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_E_CORRUPT);
         }
     }
+}
+
+static slow_qubo written;
+static slow_request request;
+
+/* A model of a file in which some labels are left. */
+static void make_reduced(uint64_t *state, qs_encoding encoding)
+{
+    do {
+        tiny_make(&t, state, BITS, false);
+    } while (!slow_fits(&t.problem, encoding));
+    request = (slow_request){.problem = &t.problem, .encoding = encoding, .gap = 1, .truncate = tiny_random(state, 3) == 0};
+    slow_choose_labels(&request, state);
+    slow_encode(&request, &written);
+    assert_true(qs_model_workspace(&written.qubo) <= sizeof model_memory);
+    assert_int_equal(qs_model_build(&written.index, model_memory, qs_model_workspace(&written.qubo), &model), QS_OK);
+}
+
+/* The site of each of the model's, -1 where it is masked. */
+static void sites_of_model(int site[TINY_SITES])
+{
+    int next = 0;
+    for (uint32_t p = 0; p < model.sites; p++) {
+        bool masked = model.mask && (model.mask[p / 8] >> p % 8 & 1) == 0;
+        site[p] = masked ? -1 : next++;
+    }
+    assert_int_equal(next, qs_problem_sites(&t.problem));
+}
+
+/* Energies of all labellings of the labels left are the problem's; the others are told, and cost more than their site's edges can. */
+static void reduced_models_have_the_problems_energy(void **unused)
+{
+    (void)unused;
+    uint64_t state = 41;
+    const qs_encoding encodings[] = {QS_ONE_HOT, QS_ONE_HOT_SPARSE, QS_DOMAIN_WALL};
+    for (int round = 0; round < 3 * ROUNDS; round++) {
+        make_reduced(&state, encodings[round % 3]);
+        int site[TINY_SITES];
+        uint16_t labelling[TINY_SITES], of_model[TINY_SITES] = {0}, back[TINY_SITES];
+        sites_of_model(site);
+        slow_first(&request, labelling);
+        int left = 100;
+        do {
+            for (uint32_t p = 0; p < model.sites; p++) {
+                of_model[p] = site[p] < 0 ? 0 : labelling[site[p]];
+            }
+            assert_int_equal(qs_model_energy(&model, of_model), slow_energy(&t.problem, labelling));
+        } while (--left > 0 && slow_next(&request, labelling));
+        qs_model_sites(&model, of_model, back);
+        for (uint32_t p = 0; p < model.sites; p++) {
+            const int32_t *unary = model.unary + p * model.labels;
+            int64_t weights = 0;
+            if (model.width > 0) {
+                weights = model.right[p] + (int64_t)model.down[p] + (p > 0 ? model.right[p - 1] : 0) + (p >= model.width ? model.down[p - model.width] : 0);
+            }
+            for (uint32_t n = 0; model.width == 0 && n < model.link_start[p + 1] - model.link_start[p]; n++) {
+                weights += model.links[model.link_start[p] + n].weight;
+            }
+            for (uint32_t d = 0; d < model.labels; d++) {
+                bool is_left = site[p] < 0 || request.kept[site[p]][d];
+                assert_int_equal(!model.kept || model.kept[p * model.labels + d], is_left);
+                assert_true(is_left ? unary[d] >= 0 : unary[d] == weights * model.pairwise_max + 1);
+            }
+        }
+    }
+}
+
+/* What one word of a wall's or another file's blocks, weights and terms decides is looked at. */
+static void reduced_files_that_are_not_what_they_say(void **unused)
+{
+    (void)unused;
+    uint64_t state = 42;
+    uint32_t refused = 0;
+    const qs_encoding encodings[] = {QS_ONE_HOT, QS_ONE_HOT_SPARSE, QS_DOMAIN_WALL};
+    for (int round = 0; round < 3 * ROUNDS; round++) {
+        make_reduced(&state, encodings[round % 3]);
+        if (written.qubo.couplings == 0) {
+            continue;
+        }
+        uint32_t b = tiny_random(&state, written.qubo.block_count);
+        uint8_t *block = written.file + (written.qubo.blocks - written.file) + written.index.block_at[b];
+        uint32_t rows = block[0], columns = block[4], r = tiny_random(&state, rows), c = tiny_random(&state, columns), was;
+        bool chain = false;
+        for (uint32_t g = 0; g < written.qubo.groups; g++) {
+            for (uint32_t n = written.index.near_start[g]; n < written.index.near_start[g + 1]; n++) {
+                chain = chain || (written.index.near[n].group == g && written.index.near[n].block == b);
+            }
+        }
+        uint8_t *entry = block + 12 + 4 * (r * columns + c);
+        bool matters = !chain || c > r;
+        memcpy(&was, entry, sizeof was);
+        memset(entry, 0, sizeof was);
+        *entry = chain && c == r + 1 ? 0 : (uint8_t)(was ^ 0x40);
+        bool table = model.pairwise.smoothness == QS_TABLE;
+        qs_model changed;
+        qs_status status = qs_model_build(&written.index, model_memory, sizeof model_memory, &changed);
+        if (!table) {
+            assert_int_equal(status, matters ? QS_E_CORRUPT : QS_OK);
+        }
+        refused += status == QS_E_CORRUPT;
+        memcpy(entry, &was, sizeof was);
+        if (written.qubo.labels.width > 1 && written.qubo.labels.height > 1 && written.qubo.labels.width != written.qubo.labels.height) {
+            uint32_t width = written.qubo.labels.width;
+            written.qubo.labels.width = written.qubo.labels.height;
+            written.qubo.labels.height = width;
+            status = qs_model_build(&written.index, model_memory, sizeof model_memory, &changed);
+            assert_true(status == QS_E_CORRUPT || status == QS_OK); /* what is left may fit either shape */
+        }
+    }
+    assert_true(refused > ROUNDS);
+}
+
+/* Cuts have no model. */
+static void cuts_have_no_model(void **unused)
+{
+    (void)unused;
+    uint64_t state = 43;
+    tiny_make(&t, &state, BITS, true);
+    request = (slow_request){.problem = &t.problem, .encoding = QS_MULTIWAY_CUT, .gap = 1};
+    memset(request.kept, 1, sizeof request.kept);
+    slow_encode(&request, &written);
+    assert_int_equal(qs_model_build(&written.index, model_memory, sizeof model_memory, &model), QS_E_ENCODING);
 }
 
 static const struct {
@@ -144,6 +267,13 @@ static bool watch(void *context, const qs_progress *progress)
     assert_int_equal(qs_model_energy(&model, w->labelling), progress->energy);
     assert_true(progress->energy >= w->optimum);
     assert_true(progress->lower_bound <= w->optimum);
+    return ++w->calls < w->patience;
+}
+
+static bool watch_anything(void *context, const qs_progress *progress)
+{
+    witness *w = context;
+    assert_int_equal(qs_model_energy(&model, w->labelling), progress->energy);
     return ++w->calls < w->patience;
 }
 
@@ -209,6 +339,46 @@ static void watches_stop(void **unused)
             assert_int_equal(solvers[i].solve(&model, &options, memory, sizeof memory, labelling, &solution), QS_OK);
             assert_true(w.calls <= w.patience);
             assert_int_equal(solution.energy, qs_model_energy(&model, labelling));
+        }
+    }
+}
+
+/* Stopped at any moment, begun anywhere: no solver returns a label that is not left, and its energy is the problem's. */
+static void labels_that_are_out_stay_out(void **unused)
+{
+    (void)unused;
+    uint64_t state = 30;
+    for (int round = 0; round < 3 * ROUNDS; round++) {
+        make_reduced(&state, (qs_encoding)(1 + round % 3));
+        int site[TINY_SITES];
+        sites_of_model(site);
+        uint16_t optimum[TINY_SITES];
+        int64_t least = INT64_MAX;
+        slow_first(&request, optimum);
+        do {
+            int64_t energy = slow_energy(&t.problem, optimum);
+            least = energy < least ? energy : least;
+        } while (tiny_random(&state, 400) > 0 && slow_next(&request, optimum));
+        for (size_t i = 0; i < SOLVERS; i++) {
+            uint16_t labelling[TINY_SITES], sites[TINY_SITES];
+            qs_solution solution;
+            witness w = {labelling, INT64_MIN, 0, round % 2 == 0 ? 1 : 1 + tiny_random(&state, 4)};
+            qs_solve_options options = {.iterations = 60, .watch = watch_anything, .context = &w};
+            qs_model_winner(&model, labelling);
+            for (uint32_t p = 0; round % 3 == 0 && p < model.sites; p++) {
+                labelling[p] = (uint16_t)tiny_random(&state, model.labels);
+            }
+            qs_status status = solvers[i].solve(&model, &options, memory, sizeof memory, labelling, &solution);
+            if (status == QS_E_ENCODING) {
+                continue;
+            }
+            assert_int_equal(status, QS_OK);
+            for (uint32_t p = 0; p < model.sites; p++) {
+                assert_true(site[p] < 0 || request.kept[site[p]][labelling[p]]);
+            }
+            qs_model_sites(&model, labelling, sites);
+            assert_int_equal(solution.energy, slow_energy(&t.problem, sites));
+            assert_true(solution.lower_bound <= least);
         }
     }
 }
@@ -283,7 +453,9 @@ int main(void)
         cmocka_unit_test(winner_takes_all),              cmocka_unit_test(strange_models),
         cmocka_unit_test(every_solver_keeps_its_word),   cmocka_unit_test(watches_stop),
         cmocka_unit_test(small_workspaces_are_refused),  cmocka_unit_test(icm_ends_in_a_local_minimum),
-        cmocka_unit_test(annealing_anneals),
+        cmocka_unit_test(annealing_anneals),             cmocka_unit_test(reduced_models_have_the_problems_energy),
+        cmocka_unit_test(cuts_have_no_model),            cmocka_unit_test(reduced_files_that_are_not_what_they_say),
+        cmocka_unit_test(labels_that_are_out_stay_out),
     };
     return cmocka_run_group_tests_name("solve", tests, NULL, NULL);
 }

@@ -32,13 +32,14 @@ typedef enum qs_encoding {
  * their weights. docs/MATHS.md has the bounds and their proofs. */
 typedef enum qs_penalty {
     /* The least proven for each site such that every infeasible state lies at least `gap` above the minimum and, in the one-hot encodings, can be improved by
-     * one flip. one-hot a = W + gap, b = a + gap; one-hot-sparse a = gap, b = a + W + gap; domain-wall kappa = max_d theta(d) + W + gap. */
+     * one flip. one-hot a = W + gap, b = a + gap; one-hot-sparse a = gap, b = a + W + gap (linear costs: b = a + R w + gap with w the sum of
+     * the weights and R = max_d sum_e max(0, T - |d - e|)); domain-wall kappa = max_d theta(d) + W + gap (linear: docs/MATHS.md). */
     QS_PENALTY_LOCAL = 0,
     /* The paper's one alpha for all: the least integer above sum_p max_d theta_p(d) + sum_pq weight_pq max V, of the costs as
-     * they are (not shifted); a = alpha, b = 2 alpha. One-hot encodings only. */
+     * they are (not shifted); a = alpha, b = 2 alpha. One-hot encodings and multiway-cut; not one-hot-sparse of a linear cost, which needs more. */
     QS_PENALTY_PAPER = 1,
-    QS_PENALTY_GIVEN = 2, /* a = alpha, b = 2 alpha with the caller's alpha; nothing is proven of it. One-hot encodings only */
-    /* The least proven for the gap alone: single flips may be caught in infeasible states. Smaller than local in one-hot-sparse: b = a + W / 2 + gap. */
+    QS_PENALTY_GIVEN = 2, /* a = alpha, b = 2 alpha with the caller's alpha; nothing is proven of it. One-hot encodings and multiway-cut */
+    /* The least proven for the gap alone: single flips may be caught in infeasible states. Smaller than local in one-hot-sparse: b = a + W / 2 + gap (linear costs: b = a + (6 T - 3) w / 4 + gap). */
     QS_PENALTY_MINIMAL = 3
 } qs_penalty;
 
@@ -58,7 +59,8 @@ size_t qs_encode_workspace(const qs_problem *problem);
  *
  * sink  NULL = nothing is written: a sizing pass, which does not see an overflow by the offset
  * size  out, may be NULL: bytes of the file
- * Returns QS_OK; QS_E_ARGUMENT; QS_E_LIMIT; QS_E_ENCODING (not one of the two, or one-hot-sparse for a quadratic cost or a table); QS_E_WORKSPACE;
+ * Returns QS_OK; QS_E_ARGUMENT; QS_E_LIMIT; QS_E_ENCODING (not one of the two; one-hot-sparse for a quadratic cost or a table, or with the paper's alpha for a
+ * linear one); QS_E_WORKSPACE;
  * QS_E_OVERFLOW (the terms' absolute values sum to over 2^53, or a site's costs lie further apart than 2^32 - 1); QS_E_IO. After
  * QS_E_OVERFLOW or QS_E_IO the sink may have taken a part of the file. */
 QS_MUST_CHECK qs_status qs_encode(const qs_problem *problem, const qs_encode_options *options, const qs_sink *sink,

@@ -42,9 +42,12 @@ typedef struct qs_model {
 /* Bytes of workspace for qs_model_build. */
 size_t qs_model_workspace(const qs_qubo *qubo);
 
-/* The model of a .qcf with the encoding one-hot or one-hot-sparse: from the file alone, so that every solver answers exactly the problem that
- * an annealer is given. Borrows the view and the workspace (aligned for any type).
- * Returns QS_OK; QS_E_ARGUMENT; QS_E_WORKSPACE; QS_E_UNSUPPORTED (the file does not say what its variables mean);
+/* The model of a .qcf with the encoding one-hot, one-hot-sparse or domain-wall: from the file alone, so that every solver answers exactly the problem that
+ * an annealer is given. Its sites and labels are those of the whole problem: a site that the file has fixed has its label at cost 0 and no edges left, and a label that is not left costs one more than all
+ * edges of its site can (at most 2^31 - 1; the solvers' answers have none in any case). What truncating the costs took is added again: energies are those of F. Edges that the file has folded into other
+ * terms have weight 0 here, so only energies of labellings of the labels left are the problem's. Borrows the view and the workspace (aligned for any type).
+ * Returns QS_OK; QS_E_ARGUMENT; QS_E_WORKSPACE; QS_E_UNSUPPORTED (the file does not say what its variables mean); QS_E_ENCODING (a cut: the same
+ * problem in another encoding has a model);
  * QS_E_CORRUPT (the couplings are not what the encoding says); QS_E_OVERFLOW (a linear term beyond 2^31 - 1). */
 QS_MUST_CHECK qs_status qs_model_build(const qs_index *index, void *workspace, size_t workspace_size, qs_model *model);
 

@@ -41,7 +41,7 @@ typedef struct qs_solution {
  * workspace  at least the solver's ..._workspace(model), aligned for any type
  * labelling  out: a label of each of the model's sites, the best found (whenever the watch is called it holds that of the energy
  *            that the watch is told); for icm, anneal, expansion and swap it is also
- *            the start (qs_model_winner makes a usual one)
+ *            the start (qs_model_winner makes a usual one). Every label that is returned is left to its site (model->kept), also by a solver that was stopped
  * Returns QS_OK (also when stopped), QS_E_ARGUMENT, QS_E_WORKSPACE, or QS_E_ENCODING: not usable for this pairwise cost (QS_E_OVERFLOW: costs too
  * large for the solver's arithmetic). */
 typedef qs_status qs_solver(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size,
@@ -52,8 +52,8 @@ typedef qs_status qs_solver(const qs_model *model, const qs_solve_options *optio
 QS_MUST_CHECK qs_status qs_icm(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
 size_t qs_icm_workspace(const qs_model *model);
 
-/* Simulated annealing on labels (Cerny 1985; Metropolis): each site in raster order is offered a label drawn from all, so that one-hot feasibility is never
- * left. Geometric schedule from half the largest cost of an edge to an eighth of that, then icm; never above the start. An iteration is a
+/* Simulated annealing on labels (Cerny 1985; Metropolis): each site in raster order is offered a label drawn from all, so that the search never leaves the
+ * labellings. Geometric schedule from half the largest cost of an edge to an eighth of that, then icm; never above the start. An iteration is a
  * sweep; default 1000. */
 QS_MUST_CHECK qs_status qs_anneal(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
 size_t qs_anneal_workspace(const qs_model *model);

@@ -1,0 +1,258 @@
+#include "complexity.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "coding.h"
+#include "decimal.h"
+#include "json.h"
+#include "names.h"
+#include "recoding.h"
+#include "table.h"
+
+/* What is measured, in the order of the table. */
+static const struct {
+    qs_encoding encoding;
+    qs_penalty penalty;
+} forms[] = {
+    {QS_ONE_HOT, QS_PENALTY_LOCAL},           {QS_ONE_HOT, QS_PENALTY_PAPER},       {QS_ONE_HOT_SPARSE, QS_PENALTY_LOCAL},
+    {QS_ONE_HOT_SPARSE, QS_PENALTY_MINIMAL},  {QS_DOMAIN_WALL, QS_PENALTY_LOCAL},   {QS_MULTIWAY_CUT, QS_PENALTY_LOCAL},
+    {QS_ST_CUT, QS_PENALTY_LOCAL},            {QS_ST_CUT_ARCS, QS_PENALTY_LOCAL},
+};
+enum { FORMS = sizeof forms / sizeof forms[0] };
+
+/* One QUBO. */
+typedef struct figures {
+    const char *why_not; /* NULL = it was made; else nothing but the counts is known, and these only where `counted` */
+    bool counted;
+    uint64_t variables, terms;
+    qs_qubo_summary summary;
+    double unit; /* 0 = every coefficient is 0 */
+} figures;
+
+/* Edges between open sites. */
+static uint64_t count_edges(const qs_model *model)
+{
+    uint64_t count = 0;
+    if (model->width == 0) {
+        for (uint64_t i = 0; i < 2 * (uint64_t)model->edges; i++) {
+            count += model->links[i].weight != 0;
+        }
+        return count / 2;
+    }
+    for (uint32_t site = 0; site < model->sites; site++) {
+        count += (uint64_t)(model->right[site] != 0) + (model->down[site] != 0);
+    }
+    return count;
+}
+
+/* The cuts of Ishikawa's graph, as if the smoothness were linear: k + 1 vertices a site, source and sink; k + 2 edges a site and k + 1 an edge of the problem. Each edge
+ * is a term, and where its two arcs have variables, five. Only while no label has left. */
+static void count_cut(const laid_out *problem, bool arcs, figures *counted)
+{
+    const qs_labels *labels = &problem->problem->qubo.labels;
+    uint64_t k = labels->labels, sites = labels->open;
+    if (problem->model.kept != NULL) {
+        return;
+    }
+    uint64_t vertices = sites * (k + 1) + 2;
+    uint64_t edges = sites * (k + 2) + count_edges(&problem->model) * (k + 1);
+    counted->counted = true;
+    counted->variables = arcs ? vertices + 2 * edges : vertices;
+    counted->terms = arcs ? 5 * edges : edges;
+}
+
+/* What is left of one real unit when h is brought into [-4, 4] and J into [-2, 1], the ranges of a quantum processor. */
+static double scaled_unit(const qs_ising *ising, uint32_t scale)
+{
+    const double least[] = {(double)ising->field_min / -4, (double)ising->field_max / 4, (double)ising->coupling_min / -2,
+                            (double)ising->coupling_max};
+    double largest = 0;
+    for (size_t i = 0; i < sizeof least / sizeof least[0]; i++) {
+        largest = least[i] > largest ? least[i] : largest;
+    }
+    return largest > 0 ? 4 * (double)scale / largest : 0; /* the four are of coefficients times 4 */
+}
+
+static qs_status look_at(const file_bytes *file, uint64_t left, figures *seen)
+{
+    qs_qubo qubo;
+    qs_index index;
+    qs_ising ising;
+    qs_status status = qs_qubo_open(file->bytes, file->size, left, &qubo, NULL);
+    if (status != QS_OK) {
+        return status;
+    }
+    size_t index_size = qs_index_workspace(&qubo), ising_size = qs_ising_workspace(&qubo);
+    if (ising_size > left - index_size) {
+        return QS_E_LIMIT;
+    }
+    void *workspace = malloc(index_size + 1);
+    void *sums = malloc(ising_size + 1);
+    status = workspace != NULL && sums != NULL ? qs_index_build(&qubo, workspace, index_size, &index) : QS_E_LIMIT;
+    if (status == QS_OK) {
+        status = qs_qubo_ising(&index, sums, ising_size, &ising);
+    }
+    if (status == QS_OK) {
+        qs_qubo_summarise(&qubo, &seen->summary);
+        seen->variables = qubo.variables;
+        seen->terms = seen->summary.quadratic_terms;
+        seen->unit = scaled_unit(&ising, qubo.labels.scale);
+    }
+    free(sums);
+    free(workspace);
+    return status;
+}
+
+static const char *reason(qs_status status)
+{
+    return status == QS_E_OVERFLOW ? "coefficients above 2^53" : status == QS_E_LIMIT ? "over the memory limit" : qs_status_text(status);
+}
+
+static void measure(const laid_out *problem, size_t form, bool truncate, budget limit, figures *measured)
+{
+    const qs_labels *labels = &problem->problem->qubo.labels;
+    qs_encoding encoding = forms[form].encoding;
+    const qs_recode_options options = {{encoding, forms[form].penalty, 0, 1}, truncate, NULL};
+    file_bytes file = {NULL, 0};
+    memset(measured, 0, sizeof *measured);
+    if (!encoding_holds(encoding, &labels->pairwise, labels->labels)) {
+        bool cut = encoding == QS_ST_CUT || encoding == QS_ST_CUT_ARCS;
+        measured->why_not = cut ? "linear smoothness without truncation only" : encoding == QS_MULTIWAY_CUT ? "potts only" : "potts and linear only";
+        if (cut) {
+            count_cut(problem, encoding == QS_ST_CUT_ARCS, measured);
+        }
+        return;
+    }
+    qs_status status = recode_quietly(problem, &options, &limit, &file);
+    if (status == QS_OK) {
+        status = look_at(&file, limit.left, measured);
+    }
+    measured->counted = status == QS_OK;
+    measured->why_not = status == QS_OK ? NULL : reason(status);
+    file_free(&file);
+}
+
+enum { NAME, VARIABLES, TERMS, LINEAR, QUADRATIC, UNIT, TRUNCATED, NOTE, COLUMNS };
+
+static void write_range(int64_t least, int64_t most, uint32_t scale, table_cell cell)
+{
+    char from[DECIMAL_SIZE], to[DECIMAL_SIZE];
+    decimal_write(least, scale, from);
+    decimal_write(most, scale, to);
+    (void)snprintf(cell, TABLE_CELL_SIZE, "%s..%s", from, to);
+}
+
+static void write_unit(const figures *of, table_cell cell)
+{
+    if (of->why_not == NULL && of->unit > 0) {
+        (void)snprintf(cell, TABLE_CELL_SIZE, "%.3g", of->unit);
+    }
+}
+
+static void fill_row(size_t form, const figures *whole, const figures *truncated, uint32_t scale, table_cell *cells)
+{
+    qs_penalty penalty = forms[form].penalty;
+    for (size_t i = 0; i < NOTE; i++) {
+        (void)snprintf(cells[i], TABLE_CELL_SIZE, "-");
+    }
+    (void)snprintf(cells[NAME], TABLE_CELL_SIZE, "%s%s%s", name_of(&encoding_names, (int)forms[form].encoding),
+                   penalty == QS_PENALTY_LOCAL ? "" : ", ", penalty == QS_PENALTY_LOCAL ? "" : name_of(&penalty_names, (int)penalty));
+    (void)snprintf(cells[NOTE], TABLE_CELL_SIZE, "%s", "");
+    if (whole->counted) {
+        (void)snprintf(cells[VARIABLES], TABLE_CELL_SIZE, "%" PRIu64, whole->variables);
+        (void)snprintf(cells[TERMS], TABLE_CELL_SIZE, "%" PRIu64, whole->terms);
+    }
+    if (whole->why_not == NULL) {
+        write_range(whole->summary.linear_min, whole->summary.linear_max, scale, cells[LINEAR]);
+        write_range(whole->summary.quadratic_min, whole->summary.quadratic_max, scale, cells[QUADRATIC]);
+    }
+    write_unit(whole, cells[UNIT]);
+    write_unit(truncated, cells[TRUNCATED]);
+}
+
+void complexity_print(const laid_out *problem, budget limit)
+{
+    static const table_cell heading[COLUMNS] = {"encoding", "variables", "terms", "linear", "quadratic", "unit", "truncated", ""};
+    static table_cell cells[(FORMS + 1) * COLUMNS];
+    const qs_labels *labels = &problem->problem->qubo.labels;
+    char smoothness[SMOOTHNESS_SIZE];
+    figures whole[FORMS], truncated;
+    smoothness_write(&labels->pairwise, smoothness);
+    printf("%s: %" PRIu32 " open sites, %" PRIu64 " labels left to them, %s smoothness\n"
+           "Coefficients of the QUBO in real units, penalties local with gap 1 where nothing else is said.\n"
+           "unit: what is left of an energy of 1 when h is scaled into [-4, 4] and J into [-2, 1].\n"
+           "truncated: the same with --truncate.\n\n",
+           problem->problem->name, labels->open, labels_left(labels) - (labels->sites - labels->open), smoothness);
+    memcpy(cells, heading, sizeof heading);
+    for (size_t form = 0; form < FORMS; form++) {
+        measure(problem, form, false, limit, &whole[form]);
+        measure(problem, form, true, limit, &truncated);
+        fill_row(form, &whole[form], &truncated, labels->scale, &cells[(form + 1) * COLUMNS]);
+    }
+    table_print(cells, FORMS + 1, COLUMNS, NULL);
+    for (size_t form = 0; form < FORMS; form++) {
+        if (whole[form].why_not != NULL) {
+            printf("%s: %s%s\n", cells[(form + 1) * COLUMNS + NAME],
+                   whole[form].why_not, whole[form].counted ? "; counted as for that" : "");
+        }
+    }
+}
+
+static void json_counts(const figures *of)
+{
+    if (of->counted) {
+        json_count("variables", of->variables);
+        json_count("quadratic_terms", of->terms);
+    } else {
+        json_null("variables");
+        json_null("quadratic_terms");
+    }
+}
+
+static void json_ranges(const figures *of, uint32_t scale)
+{
+    const qs_qubo_summary *s = &of->summary;
+    const int64_t values[] = {s->linear_min, s->linear_max, s->quadratic_min, s->quadratic_max};
+    static const char *const keys[] = {"linear_min", "linear_max", "quadratic_min", "quadratic_max"};
+    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
+        if (of->why_not == NULL) {
+            json_units(keys[i], values[i], scale);
+        } else {
+            json_null(keys[i]);
+        }
+    }
+    if (of->why_not == NULL && of->unit > 0) {
+        json_real("unit", of->unit);
+    } else {
+        json_null("unit");
+    }
+}
+
+static void json_figures(const laid_out *problem, size_t form, bool truncate, budget limit)
+{
+    figures measured;
+    measure(problem, form, truncate, limit, &measured);
+    json_item();
+    json_name("encoding", name_of(&encoding_names, (int)forms[form].encoding));
+    json_name("penalty", name_of(&penalty_names, (int)forms[form].penalty));
+    json_truth("truncated", truncate);
+    json_name("why_not", measured.why_not);
+    json_counts(&measured);
+    json_ranges(&measured, problem->problem->scale);
+    json_item_end();
+}
+
+void complexity_json(const laid_out *problem, budget limit)
+{
+    json_begin();
+    json_list("encodings");
+    for (size_t form = 0; form < FORMS; form++) {
+        json_figures(problem, form, false, limit);
+        json_figures(problem, form, true, limit);
+    }
+    json_list_end();
+    json_end();
+}

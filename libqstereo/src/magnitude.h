@@ -1,0 +1,23 @@
+/* Sums that are only asked whether they pass 2^53 (docs/FORMAT.md, the bound on all numbers). */
+#ifndef QS_MAGNITUDE_H
+#define QS_MAGNITUDE_H
+
+#include <stdbool.h>
+
+#include "../include/qstereo/problem.h"
+
+/* magnitude += x * y, saturated above QS_ENERGY_MAX. */
+static inline void qs_grow(uint64_t *magnitude, uint64_t x, uint64_t y)
+{
+    const uint64_t most = (uint64_t)QS_ENERGY_MAX + 1, small = UINT32_MAX;
+    bool fits = (x <= small && y <= small) || x == 0 || y <= UINT64_MAX / 2 / x; /* mostly without a division */
+    uint64_t sum = fits ? *magnitude + (x * y <= most ? x * y : most) : most;
+    *magnitude = sum < most ? sum : most;
+}
+
+static inline uint64_t qs_absolute(int64_t value)
+{
+    return value < 0 ? -(uint64_t)value : (uint64_t)value;
+}
+
+#endif
