@@ -1,5 +1,6 @@
 /* Label sets of a problem that is being reduced. A label that leaves stays in the arrays, at a cost that keeps it out of every labelling that a solver
- * may find (beside kept labels a kept one is cheaper by Goldstein's criterion even where costs are so large that this one is cut off), and the edges of a site with one label left become costs of its neighbours: so all solvers work on the problem as it is at any moment. */
+ * may find (where costs are so large that this one is cut off, by Goldstein's criterion: beside kept labels a kept one is cheaper), and the edges of a
+ * site with one label left become costs of its neighbours: so all solvers work on the problem as it is at any moment. */
 #ifndef QS_ELIMINATE_H
 #define QS_ELIMINATE_H
 
@@ -32,9 +33,9 @@ uint64_t qs_eliminate_workspace(const qs_model *model);
  * labelling  the winner's; then the caller's to replace by better ones of kept labels */
 void qs_eliminate_begin(qs_elimination *e, const qs_model *model, bool walls, void *workspace, uint8_t *kept, uint16_t *labelling);
 
-/* Labels leave whose excess (trws.h) proves that no labelling with them is as good as the present one, each part of the problem for itself; then those that
- * Goldstein's criterion takes out in turn. Returns the gap between labelling and bound that there was, in units, rounded down in each part; *room = the same times 2^shift,
- * not rounded. */
+/* Labels leave whose excess (trws.h) proves that no labelling with them is as good as the present one, each part of the problem for itself; then
+ * those that Goldstein's criterion takes out in turn. Returns the gap between labelling and bound that there was, in units, rounded down in each
+ * part; *room = the same times 2^shift, not rounded. */
 int64_t qs_eliminate_above(qs_elimination *e, const uint32_t *excess, const int64_t *shares, unsigned shift, int64_t *room);
 
 #endif

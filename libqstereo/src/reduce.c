@@ -8,7 +8,7 @@ enum {
     ITERATIONS = 2000,
     FIRST = 8,   /* the first iteration at which to look for the excess */
     WIDEST = 4,  /* times the largest cost: no excess is above that, for a label costs no more than that on its chains beside the others */
-    BETWEEN = 8, /* iterations between two looks for the excess, and the part of all done so far */
+    BETWEEN = 8, /* after the proof: so many iterations between two looks, and one for each so many done before */
     FEW = 2      /* of so many parts of the sites one or less is few: then passes go by the list of them, else two rows at once */
 };
 

@@ -21,7 +21,7 @@ typedef struct qs_trws_state {
     bool wide;         /* AVX2 */
     int32_t *messages; /* of a grid: of each site that to or from its right neighbour, then that of its lower one; else of each edge */
     int32_t *scratch;
-    const uint32_t *visits; /* sites that the passes visit, in order; NULL = all. The others have no edges and a label that costs nothing, so they add nothing */
+    const uint32_t *visits; /* sites that the passes visit, in order; NULL = all. The others have no edges and a label that costs 0: they add nothing */
     uint32_t visit_count;
 } qs_trws_state;
 

@@ -1,4 +1,5 @@
-/* The excess of labels on grids: of the row and of the column through each site. Plain C on the same costs as trws_grid.c: its messages are left the same, to the bit. */
+/* The excess of labels on grids: of the row and of the column through each site. Plain C on the same costs as trws_grid.c; it leaves the same messages,
+ * to the bit. */
 #include "trws.h"
 
 #include <string.h>
