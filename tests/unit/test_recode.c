@@ -240,7 +240,8 @@ static int64_t least_energy(const fixture *f, uint64_t *labellings)
 /* ---- All states. ---- */
 
 typedef struct sweep {
-    int64_t least;   /* H of any labelling */
+    int64_t least;   /* H of any labelling, */
+    int64_t extra;   /* and the most that truncation has taken from one of that H: those are to be the optima */
     int64_t invalid; /* H of any other state */
     uint64_t labellings;
     uint32_t stuck; /* other states that no flip lowers by the gap */
@@ -249,7 +250,7 @@ typedef struct sweep {
 static sweep sweep_states(const fixture *f, int64_t gap)
 {
     static int64_t energy[1 << 16];
-    sweep s = {INT64_MAX, INT64_MAX, 0, 0};
+    sweep s = {INT64_MAX, 0, INT64_MAX, 0, 0};
     uint32_t variables = f->qubo.variables;
     for (uint64_t state = 0; state < (uint64_t)1 << variables; state++) {
         energy[state] = energy_of(f, state);
@@ -260,6 +261,7 @@ static sweep sweep_states(const fixture *f, int64_t gap)
         if (decode(f, state, labelling, &extra)) {
             assert_int_equal(h + extra, problem_energy(f, labelling));
             s.labellings++;
+            s.extra = h < s.least || (h == s.least && extra > s.extra) ? extra : s.extra;
             s.least = h < s.least ? h : s.least;
             continue;
         }
@@ -279,6 +281,7 @@ static void check_states(const fixture *f, int64_t gap, bool flips)
     int64_t least = least_energy(f, &labellings);
     sweep s = sweep_states(f, gap);
     assert_int_equal(s.least, least);
+    assert_int_equal(s.extra, 0);
     assert_int_equal(s.labellings, labellings);
     assert_true(s.invalid == INT64_MAX || s.invalid >= least + gap);
     assert_true(!flips || s.stuck == 0);
@@ -503,7 +506,7 @@ static void counts_by_formula(void **unused)
         check_counts(&f, QS_ONE_HOT_SPARSE, n * m * k, n * m * k * (k - 1) / 2 + edges * k);
         check_counts(&f, QS_DOMAIN_WALL, n * m * (k - 1), n * m * (k - 2) + edges * (3 * k - 5));
         check_counts(&f, QS_MULTIWAY_CUT, n * m * k + k * k,
-                     n * m * k * (k - 1) / 2 + edges * k * (k - 1) + k * k * (k - 1) / 2 + n * m * k * (k - 1) * 1 * k);
+                     n * m * k * (k - 1) / 2 + edges * k * (k - 1) + k * k * (k - 1) / 2 + n * m * k * k * (k - 1));
         make_grid(&f, cases[i].n, cases[i].m, cases[i].k, 7, QS_TRUNCATED_LINEAR);
         check_counts(&f, QS_DOMAIN_WALL, n * m * (k - 1), n * m * (k - 2) + edges * (k - 1));
         check_counts(&f, QS_ST_CUT, n * m * k + n * m + 2, n * m * (k + 2) + (k + 1) * edges);
@@ -812,6 +815,33 @@ static void refusals(void **unused)
     assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_ONE_HOT_SPARSE}, false), QS_E_ENCODING);
 }
 
+/* A sink that takes `left` more calls. */
+static bool failing_write(void *context, const void *bytes, size_t size)
+{
+    (void)bytes;
+    (void)size;
+    return (*(int *)context)-- > 0;
+}
+
+static void every_failing_write_is_told(void **unused)
+{
+    (void)unused;
+    static fixture f;
+    static uint64_t memory[MEMORY / 8];
+    make_grid(&f, 4, 3, 3, 5, QS_POTTS);
+    for (qs_encoding encoding = QS_ONE_HOT; encoding <= QS_MULTIWAY_CUT; encoding++) {
+        int calls = 0;
+        for (qs_status status = QS_E_IO; status != QS_OK; calls++) {
+            int left = calls;
+            qs_sink sink = {failing_write, &left};
+            status = qs_recode(&f.model, &f.source_qubo, &(qs_recode_options){.encode.encoding = encoding}, &sink, memory, sizeof memory, NULL);
+            assert_true(status == QS_E_IO || status == QS_OK);
+            assert_true(calls < 1000);
+        }
+        assert_true(calls > 7);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -832,6 +862,7 @@ int main(void)
         cmocka_unit_test(whole_problems_are_those_of_encode),
         cmocka_unit_test(nothing_left_to_decide),
         cmocka_unit_test(refusals),
+        cmocka_unit_test(every_failing_write_is_told),
     };
     return cmocka_run_group_tests_name("recode", tests, NULL, NULL);
 }
