@@ -50,7 +50,7 @@ typedef struct qs_draft {
     size_t group_run_count, penalty_run_count, pair_count;
     bool overflow; /* a coefficient does not fit */
     /* Set by who fills it: */
-    uint32_t lattice; /* the least number of pairs that are written as a lattice; where regular runs are shorter they are listed */
+    uint32_t lattice; /* the least number of pairs that are written as a lattice; fewer are listed */
     uint32_t block_count;
     qs_shape_of *shape;
     qs_entry_of *entry;

@@ -44,7 +44,7 @@ static void make_model(fixture *f)
     for (uint32_t c = 0; c < f->model.sites; c++) {
         bool masked = p->grid.width > 0 && p->grid.mask && p->grid.mask[c] == 0;
         if (!masked) {
-            f->left[f->sites] = ((uint64_t)1 << p->labels) - 1;
+            f->left[f->sites] = p->labels < 64 ? ((uint64_t)1 << p->labels) - 1 : UINT64_MAX;
             f->cell[f->sites++] = c;
         }
     }
@@ -237,6 +237,46 @@ static int64_t least_energy(const fixture *f, uint64_t *labellings)
     return least;
 }
 
+/* ---- What the file says of itself. ---- */
+
+/* The chunk kept, from the bytes. */
+static void check_kept(const fixture *f, bool all)
+{
+    const qs_labels *l = &f->qubo.labels;
+    uint32_t labels = f->t.problem.labels, open = 0;
+    assert_int_equal(l->sites, f->sites);
+    if (all && (labels > 1 || l->encoding <= QS_ONE_HOT_SPARSE)) {
+        assert_int_equal(l->fixed_bytes, 0);
+        return;
+    }
+    assert_int_equal(l->fixed_bytes, 1);
+    for (uint32_t p = 0; p < f->sites; p++) {
+        if (count_labels(f, p) == 1) {
+            assert_int_equal(l->fixed[p], nth_label(f, p, 0));
+        } else {
+            assert_int_equal(l->fixed[p], UINT8_MAX);
+            assert_int_equal(l->sets[open++], f->left[p]);
+        }
+    }
+    assert_int_equal(l->open, open);
+}
+
+static void check_file(const fixture *f)
+{
+    uint32_t labels = f->t.problem.labels;
+    bool all = true;
+    for (uint32_t p = 0; p < f->sites; p++) {
+        all &= count_labels(f, p) == labels;
+    }
+    check_kept(f, all);
+    assert_int_equal(f->qubo.labels.weight, f->source_qubo.labels.weight);
+    for (uint32_t g = 0; !all && g < f->qubo.groups; g++) {
+        for (uint32_t n = f->index.near_start[g]; n < f->index.near_start[g + 1]; n++) {
+            assert_int_not_equal(f->index.near[n].weight, 0);
+        }
+    }
+}
+
 /* ---- All states. ---- */
 
 typedef struct sweep {
@@ -324,6 +364,7 @@ static bool random_file(fixture *f, uint64_t *state, uint32_t bits, void (*smoot
         make_model(f); /* all labels again */
     }
     assert_int_equal(recode(f, options, tiny_random(state, 3) == 0), QS_OK);
+    check_file(f);
     return f->qubo.variables <= bits;
 }
 
@@ -416,9 +457,14 @@ static int64_t best_arcs(const fixture *f, uint32_t vertices, uint64_t state, in
     return best;
 }
 
-/* Arcs are coupled with vertices alone. */
+/* Arcs are coupled with vertices alone, and no run needs weights of its own. */
 static void arcs_stand_apart(const fixture *f, uint32_t vertices)
 {
+    const uint8_t *run = f->qubo.coupling_runs;
+    for (uint32_t r = 0; r < f->qubo.coupling_run_count; r++) {
+        assert_int_equal(run[8], 0); /* the width */
+        run += 36 + (run[4] == 1 ? 8 * (run[24] + 256 * run[25]) : 0);
+    }
     for (uint32_t z = vertices; z < f->qubo.groups; z++) {
         for (uint32_t n = f->index.near_start[z]; n < f->index.near_start[z + 1]; n++) {
             assert_true(f->index.near[n].group < vertices);
@@ -783,6 +829,48 @@ static void nothing_left_to_decide(void **unused)
     }
 }
 
+/* Labels that need two bytes in the file's chunk: 300 of them. */
+static void labels_beyond_a_byte(void **unused)
+{
+    (void)unused;
+    enum { MANY = 300, SITES = 3, VARIABLES = 3 + MANY };
+    static fixture f;
+    static int32_t costs[SITES * MANY];
+    static uint8_t kept[SITES * MANY];
+    static const uint32_t three[3] = {0, 150, 299};
+    memset(&f, 0, sizeof f);
+    for (uint32_t i = 0; i < SITES * MANY; i++) {
+        costs[i] = (int32_t)(i % 17);
+        kept[i] = i >= 2 * MANY;
+    }
+    f.t.edges[0] = (qs_edge){0, 1, 3};
+    f.t.edges[1] = (qs_edge){1, 2, 4};
+    f.t.problem = (qs_problem){.sites = SITES, .labels = MANY, .scale = 1, .edges = f.t.edges, .edge_count = 2, .costs = costs};
+    make_model(&f);
+    kept[299] = 1; /* of site 0 that label alone */
+    for (int i = 0; i < 3; i++) {
+        kept[MANY + three[i]] = 1;
+    }
+    static uint64_t memory[MEMORY / 8];
+    qs_recode_options options = {.encode.encoding = QS_ONE_HOT_SPARSE, .kept = kept};
+    qs_buffer buffer = {f.file, sizeof f.file, 0};
+    qs_sink sink = qs_buffer_sink(&buffer);
+    assert_int_equal(qs_recode(&f.model, &f.source_qubo, &options, &sink, memory, sizeof memory, NULL), QS_OK);
+    open_file(f.file, buffer.size, &f.qubo, f.memory, &f.index);
+    assert_int_equal(f.qubo.variables, VARIABLES);
+    assert_int_equal(f.qubo.labels.fixed_bytes, 2);
+    assert_int_equal(f.qubo.labels.fixed[0] | f.qubo.labels.fixed[1] << 8, 299);
+    for (uint32_t i = 0; i < 3; i++) {
+        for (uint32_t d = 0; d < MANY; d++) {
+            uint16_t labelling[SITES] = {299, (uint16_t)three[i], (uint16_t)d};
+            uint8_t bits[BYTES] = {0};
+            set_bit(bits, i);
+            set_bit(bits, 3 + d);
+            assert_int_equal(qs_qubo_energy(&f.index, bits), problem_energy(&f, labelling));
+        }
+    }
+}
+
 static void refusals(void **unused)
 {
     (void)unused;
@@ -861,6 +949,7 @@ int main(void)
         cmocka_unit_test(papers_example),
         cmocka_unit_test(whole_problems_are_those_of_encode),
         cmocka_unit_test(nothing_left_to_decide),
+        cmocka_unit_test(labels_beyond_a_byte),
         cmocka_unit_test(refusals),
         cmocka_unit_test(every_failing_write_is_told),
     };
