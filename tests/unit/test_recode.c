@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "../../libqstereo/src/sort.h"
+
 enum { ROUNDS = 500, BITS = 12, SOURCE_BITS = 24, MEMORY = 1 << 16, BYTES = 64 };
 
 /* A problem, its model, the labels left, and a file of it. */
@@ -623,6 +625,27 @@ static int64_t pairs_at_one(const fixture *f, uint64_t state)
     return pairs;
 }
 
+/* Half units are rounded up: W = 5, T = 3. */
+static void minimal_values(void **unused)
+{
+    (void)unused;
+    static fixture f;
+    static const qs_encode_options options = {QS_ONE_HOT_SPARSE, QS_PENALTY_MINIMAL, 0, 4};
+    int64_t a, b;
+    make_grid(&f, 2, 1, 5, 5, QS_POTTS);
+    assert_int_equal(recode(&f, options, false), QS_OK);
+    qs_index_penalty(&f.index, 0, &a, &b);
+    assert_int_equal(a, 4);
+    assert_int_equal(b, a + 3 + 4);
+    make_grid(&f, 2, 1, 5, 5, QS_TRUNCATED_LINEAR);
+    f.t.problem.pairwise.truncation = 3;
+    make_model(&f);
+    assert_int_equal(recode(&f, options, false), QS_OK);
+    qs_index_penalty(&f.index, 0, &a, &b);
+    assert_int_equal(a, 4);
+    assert_int_equal(b, a + (15 * 5 + 3) / 4 + 4);
+}
+
 /* A star K(1,4): the centre is free in two labels, two leaves are bound to each (and a 2 x 3 grid whose inner sites are so): the 2-hot sites cost as much as what they save. */
 static void sparse_bounds_are_tight(void **unused)
 {
@@ -887,6 +910,9 @@ static void refusals(void **unused)
     assert_int_equal(recode(&f, (qs_encode_options){.penalty = QS_PENALTY_GIVEN}, false), QS_E_ARGUMENT);
     assert_int_equal(recode(&f, (qs_encode_options){.penalty = QS_PENALTY_GIVEN, .alpha = INT64_MAX}, false), QS_E_OVERFLOW);
     assert_int_equal(recode(&f, (qs_encode_options){.penalty = QS_PENALTY_GIVEN, .alpha = (int64_t)1 << 50}, false), QS_E_OVERFLOW);
+    /* M = 4 sites x (4 a + 3 b) and some more, b = 2 a. */
+    assert_int_equal(recode(&f, (qs_encode_options){QS_ONE_HOT, QS_PENALTY_GIVEN, QS_ENERGY_MAX / 40, 0}, false), QS_E_OVERFLOW);
+    assert_int_equal(recode(&f, (qs_encode_options){QS_ONE_HOT, QS_PENALTY_GIVEN, QS_ENERGY_MAX / 41, 0}, false), QS_OK);
     /* kappa is a weight of 32 bits. */
     assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_DOMAIN_WALL, .gap = INT32_MAX}, false), QS_E_OVERFLOW);
     f.left[3] = 0;
@@ -901,6 +927,30 @@ static void refusals(void **unused)
     make_grid(&f, 2, 2, 3, 5, QS_TRUNCATED_QUADRATIC);
     assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_DOMAIN_WALL}, false), QS_E_ENCODING);
     assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_ONE_HOT_SPARSE}, false), QS_E_ENCODING);
+}
+
+static bool key_before(const void *context, uint32_t a, uint32_t b)
+{
+    const uint32_t *keys = context;
+    return keys[a] < keys[b];
+}
+
+static void equals_keep_their_order(void **unused)
+{
+    (void)unused;
+    uint64_t state = 18;
+    for (uint32_t count = 0; count < 70; count++) {
+        uint32_t keys[70], items[70], scratch[70];
+        for (uint32_t i = 0; i < count; i++) {
+            keys[i] = tiny_random(&state, 9);
+            items[i] = i;
+        }
+        qs_sort(items, scratch, count, key_before, keys);
+        for (uint32_t i = 1; i < count; i++) {
+            uint32_t before = keys[items[i - 1]], here = keys[items[i]];
+            assert_true(before < here || (before == here && items[i - 1] < items[i]));
+        }
+    }
 }
 
 /* A sink that takes `left` more calls. */
@@ -944,6 +994,7 @@ int main(void)
         cmocka_unit_test(st_cut_arcs),
         cmocka_unit_test(counts_by_formula),
         cmocka_unit_test(wall_bounds_are_tight),
+        cmocka_unit_test(minimal_values),
         cmocka_unit_test(sparse_bounds_are_tight),
         cmocka_unit_test(one_hot_bound_is_tight),
         cmocka_unit_test(papers_example),
@@ -951,6 +1002,7 @@ int main(void)
         cmocka_unit_test(nothing_left_to_decide),
         cmocka_unit_test(labels_beyond_a_byte),
         cmocka_unit_test(refusals),
+        cmocka_unit_test(equals_keep_their_order),
         cmocka_unit_test(every_failing_write_is_told),
     };
     return cmocka_run_group_tests_name("recode", tests, NULL, NULL);
