@@ -2,7 +2,8 @@
 #include "magnitude.h"
 #include "recoding.h"
 
-/* Kinds of edges, in the order of the arcs' variables: along a site's chain; from its last vertex to the sink; from the source to its first; between neighbours. */
+/* Kinds of edges, in the order of the arcs' variables: along a site's chain; from its last vertex to the sink; from the source to its
+ * first; between neighbours. */
 enum { CHAIN = 1, SINK = 2, SOURCE = 4, NEIGHBOURS = 8, ALL = 15 };
 
 /* Two vertices, u < v, with an arc each way. */

@@ -646,7 +646,8 @@ static void minimal_values(void **unused)
     assert_int_equal(b, a + (15 * 5 + 3) / 4 + 4);
 }
 
-/* A star K(1,4): the centre is free in two labels, two leaves are bound to each (and a 2 x 3 grid whose inner sites are so): the 2-hot sites cost as much as what they save. */
+/* A star K(1,4): the centre is free in two labels, two leaves are bound to each (and a 2 x 3 grid whose inner sites are so): the sites with
+ * two labels cost as much as they save. */
 static void sparse_bounds_are_tight(void **unused)
 {
     (void)unused;
@@ -685,8 +686,8 @@ static int64_t empty_sites(const fixture *f, uint64_t state)
     return empty;
 }
 
-/* The same star, the centre bound to one label and the leaves to the other: an empty centre costs a, a labelling W = 400. A third label that is gone changes nothing, and leaves that are fixed are no
- * concern of the centre's penalty. */
+/* The same star, the centre bound to one label and the leaves to the other: an empty centre costs a, a labelling W = 400. A third label that is
+ * gone changes nothing, and leaves that are fixed are no concern of the centre's penalty. */
 static void one_hot_bound_is_tight(void **unused)
 {
     (void)unused;
