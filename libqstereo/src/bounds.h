@@ -16,8 +16,8 @@ static inline int64_t qs_band_entry(int64_t tau, int64_t apart)
     return distance < tau ? tau - distance : 0;
 }
 
-/* Whether one-hot or one-hot-sparse holds a pairwise cost with that penalty. The paper's alpha does not hold the band of a linear cost: two neighbours with two labels each,
- * side by side, gain more than it asks. */
+/* Whether one-hot or one-hot-sparse holds a pairwise cost with that penalty. The paper's alpha does not hold the band of a linear cost:
+ * two neighbours with the same two adjacent labels each gain more than it asks. */
 bool qs_one_hot_holds(qs_encoding encoding, qs_penalty penalty, const qs_pairwise *pairwise);
 
 /* What a site's edges can cost. */

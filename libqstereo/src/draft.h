@@ -50,7 +50,7 @@ typedef struct qs_draft {
     size_t group_run_count, penalty_run_count, pair_count;
     bool overflow; /* a coefficient does not fit */
     /* Set by who fills it: */
-    uint32_t lattice; /* the least number of pairs that are written as a lattice; where regular runs are shorter they are listed */
+    uint32_t lattice; /* the least number of pairs that are written as a lattice; fewer are listed */
     uint32_t block_count;
     qs_shape_of *shape;
     qs_entry_of *entry;
@@ -79,6 +79,7 @@ typedef void qs_side_chunks(qs_writer *writer, const void *context);
  *
  * side_count  number of the chunks that `side` puts
  * Returns QS_OK, QS_E_OVERFLOW (before anything is written), QS_E_LIMIT, QS_E_IO. */
-QS_MUST_CHECK qs_status qs_draft_write(const qs_draft *draft, uint32_t side_count, qs_side_chunks *side, const void *context, const qs_sink *sink, uint64_t *size);
+QS_MUST_CHECK qs_status qs_draft_write(const qs_draft *draft, uint32_t side_count, qs_side_chunks *side, const void *context,
+                                       const qs_sink *sink, uint64_t *size);
 
 #endif

@@ -25,7 +25,8 @@ static uint32_t labels_left(const qs_model *model, const uint8_t *kept, uint32_t
     return count;
 }
 
-/* Walks the edges in the order of the file: right neighbours, then lower ones; of a graph each site's later neighbours. Zero but for the model = before the first. */
+/* Walks the edges in the order of the file: right neighbours, then lower ones; of a graph each site's later neighbours.
+ * Zero but for the model = before the first. */
 typedef struct edge_cursor {
     const qs_model *model;
     uint32_t site, link;

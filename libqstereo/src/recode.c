@@ -4,6 +4,9 @@
 #include "magnitude.h"
 #include "recoding.h"
 
+/* A lattice's head is as long as 4.5 pairs of a list. */
+enum { WORTH_A_LATTICE = 5 };
+
 /* ---- What fits what. ---- */
 
 /* min(|a - b|, tau) that never cuts. */
@@ -150,6 +153,7 @@ static qs_status write_file(const qs_recoding *r, const qs_qubo *qubo, const qs_
 static void fill(qs_recoding *r)
 {
     r->draft.offset = r->left.constant;
+    r->draft.lattice = WORTH_A_LATTICE;
     if (r->left.counts.open == 0 || r->left.overflow) {
         return;
     }

@@ -2,10 +2,8 @@
 #include "magnitude.h"
 #include "recoding.h"
 
-/* Regular runs shorter than this are shorter as lists. */
-enum { WORTH_A_LATTICE = 5 };
-
-/* Kinds of edges, in the order of the arcs' variables: along a site's chain; from its last vertex to the sink; from the source to its first; between neighbours. */
+/* Kinds of edges, in the order of the arcs' variables: along a site's chain; from its last vertex to the sink; from the source to its
+ * first; between neighbours. */
 enum { CHAIN = 1, SINK = 2, SOURCE = 4, NEIGHBOURS = 8, ALL = 15 };
 
 /* Two vertices, u < v, with an arc each way. */
@@ -187,5 +185,4 @@ void qs_recode_cut(qs_recoding *r)
     qs_draft_add(&r->draft, &r->draft.offset, bound);
     qs_draft_add(&r->draft, &r->draft.linear[s], -bound);
     qs_draft_add(&r->draft, &r->draft.linear[s + 1], bound);
-    r->draft.lattice = WORTH_A_LATTICE;
 }

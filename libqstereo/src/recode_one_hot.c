@@ -2,9 +2,6 @@
 #include "magnitude.h"
 #include "recoding.h"
 
-/* Regular runs shorter than this are shorter as lists. */
-enum { WORTH_A_LATTICE = 5 };
-
 /* Copies the costs; returns the sum of each site's largest one. */
 static uint64_t enter_costs(qs_recoding *r)
 {
@@ -59,7 +56,9 @@ void qs_recode_one_hot(qs_recoding *r)
     if (left->counts.whole && r->draft.block_count == 0) {
         qs_add_block(r, (qs_block_of){QS_PAIR_BLOCK, 0, 0}); /* which a whole problem has also where it has no edge */
     }
-    r->draft.lattice = left->counts.whole && m->width > 0 ? 1 : UINT32_MAX;
+    if (left->counts.whole) {
+        r->draft.lattice = m->width > 0 ? 1 : UINT32_MAX; /* a grid's runs, a graph's list */
+    }
     if (r->encoding == QS_ONE_HOT_SPARSE) {
         uint64_t edges = 0;
         qs_grow(&edges, weight_sum(left), qs_band(&m->pairwise, m->labels));
@@ -161,5 +160,4 @@ void qs_recode_multiway(qs_recoding *r)
     qs_number_sets(r);
     couple_terminals(r);
     qs_couple_neighbours(r);
-    r->draft.lattice = WORTH_A_LATTICE;
 }

@@ -115,12 +115,16 @@ static bool edge_before(const void *context, uint32_t a, uint32_t b)
     return first != other ? first < other : r->set[x->second] < r->set[y->second];
 }
 
-/* In a masked grid the runs of a whole problem end with the row (docs/FORMAT.md). */
-static bool ends_run(const qs_left *left, const qs_edge *before, const qs_edge *edge)
+/* In one-hot files of a whole masked grid each run is a row's own (docs/FORMAT.md). */
+static bool ends_run(const qs_recoding *r, const qs_edge *before, const qs_edge *edge)
 {
+    const qs_left *left = &r->left;
     const qs_model *m = left->model;
-    bool same_row = m->mask && left->cell[before->first] / m->width == left->cell[edge->first] / m->width;
-    return m->mask && left->counts.whole && !(same_row && edge->first == before->first + 1 && edge->second == before->second + 1);
+    if (!m->mask || !left->counts.whole || r->encoding > QS_ONE_HOT_SPARSE) {
+        return false;
+    }
+    bool same_row = left->cell[before->first] / m->width == left->cell[edge->first] / m->width;
+    return !(same_row && edge->first == before->first + 1 && edge->second == before->second + 1);
 }
 
 static void couple_set_pair(qs_recoding *r, const uint32_t *edges, size_t count)
@@ -134,7 +138,7 @@ static void couple_set_pair(qs_recoding *r, const uint32_t *edges, size_t count)
     }
     for (size_t i = 0; i < count; i++) {
         const qs_edge *edge = &left->edges[edges[i]];
-        bool ends = i > 0 && ends_run(left, &left->edges[edges[i - 1]], edge);
+        bool ends = i > 0 && ends_run(r, &left->edges[edges[i - 1]], edge);
         qs_draft_couple(&r->draft, edge->first, edge->second, block | (ends ? QS_NEW_RUN : 0), edge->weight);
     }
 }

@@ -81,17 +81,15 @@ static void couple_chains(qs_recoding *r)
 void qs_recode_wall(qs_recoding *r)
 {
     const qs_left *left = &r->left;
-    const qs_model *m = left->model;
     enter_sites(r);
     for (uint64_t e = 0; e < left->counts.edges; e++) {
         const qs_edge *edge = &left->edges[e];
         uint32_t first = left->label[left->start[edge->first]], second = left->label[left->start[edge->second]];
-        qs_draft_add(&r->draft, &r->draft.offset, edge->weight * qs_model_pairwise(m, first, second));
+        qs_draft_add(&r->draft, &r->draft.offset, edge->weight * qs_model_pairwise(left->model, first, second));
         add_edge(r, edge, true);
         add_edge(r, edge, false);
     }
     qs_number_sets(r);
     qs_couple_neighbours(r);
     couple_chains(r);
-    r->draft.lattice = left->counts.whole && m->width > 0 ? 1 : UINT32_MAX;
 }

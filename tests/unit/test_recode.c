@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "../../libqstereo/src/sort.h"
+
 enum { ROUNDS = 500, BITS = 12, SOURCE_BITS = 24, MEMORY = 1 << 16, BYTES = 64 };
 
 /* A problem, its model, the labels left, and a file of it. */
@@ -44,7 +46,7 @@ static void make_model(fixture *f)
     for (uint32_t c = 0; c < f->model.sites; c++) {
         bool masked = p->grid.width > 0 && p->grid.mask && p->grid.mask[c] == 0;
         if (!masked) {
-            f->left[f->sites] = ((uint64_t)1 << p->labels) - 1;
+            f->left[f->sites] = p->labels < 64 ? ((uint64_t)1 << p->labels) - 1 : UINT64_MAX;
             f->cell[f->sites++] = c;
         }
     }
@@ -237,10 +239,51 @@ static int64_t least_energy(const fixture *f, uint64_t *labellings)
     return least;
 }
 
+/* ---- What the file says of itself. ---- */
+
+/* The chunk kept, from the bytes. */
+static void check_kept(const fixture *f, bool all)
+{
+    const qs_labels *l = &f->qubo.labels;
+    uint32_t labels = f->t.problem.labels, open = 0;
+    assert_int_equal(l->sites, f->sites);
+    if (all && (labels > 1 || l->encoding <= QS_ONE_HOT_SPARSE)) {
+        assert_int_equal(l->fixed_bytes, 0);
+        return;
+    }
+    assert_int_equal(l->fixed_bytes, 1);
+    for (uint32_t p = 0; p < f->sites; p++) {
+        if (count_labels(f, p) == 1) {
+            assert_int_equal(l->fixed[p], nth_label(f, p, 0));
+        } else {
+            assert_int_equal(l->fixed[p], UINT8_MAX);
+            assert_int_equal(l->sets[open++], f->left[p]);
+        }
+    }
+    assert_int_equal(l->open, open);
+}
+
+static void check_file(const fixture *f)
+{
+    uint32_t labels = f->t.problem.labels;
+    bool all = true;
+    for (uint32_t p = 0; p < f->sites; p++) {
+        all &= count_labels(f, p) == labels;
+    }
+    check_kept(f, all);
+    assert_int_equal(f->qubo.labels.weight, f->source_qubo.labels.weight);
+    for (uint32_t g = 0; !all && g < f->qubo.groups; g++) {
+        for (uint32_t n = f->index.near_start[g]; n < f->index.near_start[g + 1]; n++) {
+            assert_int_not_equal(f->index.near[n].weight, 0);
+        }
+    }
+}
+
 /* ---- All states. ---- */
 
 typedef struct sweep {
-    int64_t least;   /* H of any labelling */
+    int64_t least;   /* H of any labelling, */
+    int64_t extra;   /* and the most that truncation has taken from one of that H: those are to be the optima */
     int64_t invalid; /* H of any other state */
     uint64_t labellings;
     uint32_t stuck; /* other states that no flip lowers by the gap */
@@ -249,7 +292,7 @@ typedef struct sweep {
 static sweep sweep_states(const fixture *f, int64_t gap)
 {
     static int64_t energy[1 << 16];
-    sweep s = {INT64_MAX, INT64_MAX, 0, 0};
+    sweep s = {INT64_MAX, 0, INT64_MAX, 0, 0};
     uint32_t variables = f->qubo.variables;
     for (uint64_t state = 0; state < (uint64_t)1 << variables; state++) {
         energy[state] = energy_of(f, state);
@@ -260,6 +303,7 @@ static sweep sweep_states(const fixture *f, int64_t gap)
         if (decode(f, state, labelling, &extra)) {
             assert_int_equal(h + extra, problem_energy(f, labelling));
             s.labellings++;
+            s.extra = h < s.least || (h == s.least && extra > s.extra) ? extra : s.extra;
             s.least = h < s.least ? h : s.least;
             continue;
         }
@@ -279,6 +323,7 @@ static void check_states(const fixture *f, int64_t gap, bool flips)
     int64_t least = least_energy(f, &labellings);
     sweep s = sweep_states(f, gap);
     assert_int_equal(s.least, least);
+    assert_int_equal(s.extra, 0);
     assert_int_equal(s.labellings, labellings);
     assert_true(s.invalid == INT64_MAX || s.invalid >= least + gap);
     assert_true(!flips || s.stuck == 0);
@@ -321,6 +366,7 @@ static bool random_file(fixture *f, uint64_t *state, uint32_t bits, void (*smoot
         make_model(f); /* all labels again */
     }
     assert_int_equal(recode(f, options, tiny_random(state, 3) == 0), QS_OK);
+    check_file(f);
     return f->qubo.variables <= bits;
 }
 
@@ -413,9 +459,14 @@ static int64_t best_arcs(const fixture *f, uint32_t vertices, uint64_t state, in
     return best;
 }
 
-/* Arcs are coupled with vertices alone. */
+/* Arcs are coupled with vertices alone, and no run needs weights of its own. */
 static void arcs_stand_apart(const fixture *f, uint32_t vertices)
 {
+    const uint8_t *run = f->qubo.coupling_runs;
+    for (uint32_t r = 0; r < f->qubo.coupling_run_count; r++) {
+        assert_int_equal(run[8], 0); /* the width */
+        run += 36 + (run[4] == 1 ? 8 * (run[24] + 256 * run[25]) : 0);
+    }
     for (uint32_t z = vertices; z < f->qubo.groups; z++) {
         for (uint32_t n = f->index.near_start[z]; n < f->index.near_start[z + 1]; n++) {
             assert_true(f->index.near[n].group < vertices);
@@ -503,7 +554,7 @@ static void counts_by_formula(void **unused)
         check_counts(&f, QS_ONE_HOT_SPARSE, n * m * k, n * m * k * (k - 1) / 2 + edges * k);
         check_counts(&f, QS_DOMAIN_WALL, n * m * (k - 1), n * m * (k - 2) + edges * (3 * k - 5));
         check_counts(&f, QS_MULTIWAY_CUT, n * m * k + k * k,
-                     n * m * k * (k - 1) / 2 + edges * k * (k - 1) + k * k * (k - 1) / 2 + n * m * k * (k - 1) * 1 * k);
+                     n * m * k * (k - 1) / 2 + edges * k * (k - 1) + k * k * (k - 1) / 2 + n * m * k * k * (k - 1));
         make_grid(&f, cases[i].n, cases[i].m, cases[i].k, 7, QS_TRUNCATED_LINEAR);
         check_counts(&f, QS_DOMAIN_WALL, n * m * (k - 1), n * m * (k - 2) + edges * (k - 1));
         check_counts(&f, QS_ST_CUT, n * m * k + n * m + 2, n * m * (k + 2) + (k + 1) * edges);
@@ -574,7 +625,29 @@ static int64_t pairs_at_one(const fixture *f, uint64_t state)
     return pairs;
 }
 
-/* A star K(1,4): the centre is free in two labels, two leaves are bound to each (and a 2 x 3 grid whose inner sites are so): the 2-hot sites cost as much as what they save. */
+/* Half units are rounded up: W = 5, T = 3. */
+static void minimal_values(void **unused)
+{
+    (void)unused;
+    static fixture f;
+    static const qs_encode_options options = {QS_ONE_HOT_SPARSE, QS_PENALTY_MINIMAL, 0, 4};
+    int64_t a, b;
+    make_grid(&f, 2, 1, 5, 5, QS_POTTS);
+    assert_int_equal(recode(&f, options, false), QS_OK);
+    qs_index_penalty(&f.index, 0, &a, &b);
+    assert_int_equal(a, 4);
+    assert_int_equal(b, a + 3 + 4);
+    make_grid(&f, 2, 1, 5, 5, QS_TRUNCATED_LINEAR);
+    f.t.problem.pairwise.truncation = 3;
+    make_model(&f);
+    assert_int_equal(recode(&f, options, false), QS_OK);
+    qs_index_penalty(&f.index, 0, &a, &b);
+    assert_int_equal(a, 4);
+    assert_int_equal(b, a + (15 * 5 + 3) / 4 + 4);
+}
+
+/* A star K(1,4): the centre is free in two labels, two leaves are bound to each (and a 2 x 3 grid whose inner sites are so): the sites with
+ * two labels cost as much as they save. */
 static void sparse_bounds_are_tight(void **unused)
 {
     (void)unused;
@@ -613,8 +686,8 @@ static int64_t empty_sites(const fixture *f, uint64_t state)
     return empty;
 }
 
-/* The same star, the centre bound to one label and the leaves to the other: an empty centre costs a, a labelling W = 400. A third label that is gone changes nothing, and leaves that are fixed are no
- * concern of the centre's penalty. */
+/* The same star, the centre bound to one label and the leaves to the other: an empty centre costs a, a labelling W = 400. A third label that is
+ * gone changes nothing, and leaves that are fixed are no concern of the centre's penalty. */
 static void one_hot_bound_is_tight(void **unused)
 {
     (void)unused;
@@ -780,6 +853,48 @@ static void nothing_left_to_decide(void **unused)
     }
 }
 
+/* Labels that need two bytes in the file's chunk: 300 of them. */
+static void labels_beyond_a_byte(void **unused)
+{
+    (void)unused;
+    enum { MANY = 300, SITES = 3, VARIABLES = 3 + MANY };
+    static fixture f;
+    static int32_t costs[SITES * MANY];
+    static uint8_t kept[SITES * MANY];
+    static const uint32_t three[3] = {0, 150, 299};
+    memset(&f, 0, sizeof f);
+    for (uint32_t i = 0; i < SITES * MANY; i++) {
+        costs[i] = (int32_t)(i % 17);
+        kept[i] = i >= 2 * MANY;
+    }
+    f.t.edges[0] = (qs_edge){0, 1, 3};
+    f.t.edges[1] = (qs_edge){1, 2, 4};
+    f.t.problem = (qs_problem){.sites = SITES, .labels = MANY, .scale = 1, .edges = f.t.edges, .edge_count = 2, .costs = costs};
+    make_model(&f);
+    kept[299] = 1; /* of site 0 that label alone */
+    for (int i = 0; i < 3; i++) {
+        kept[MANY + three[i]] = 1;
+    }
+    static uint64_t memory[MEMORY / 8];
+    qs_recode_options options = {.encode.encoding = QS_ONE_HOT_SPARSE, .kept = kept};
+    qs_buffer buffer = {f.file, sizeof f.file, 0};
+    qs_sink sink = qs_buffer_sink(&buffer);
+    assert_int_equal(qs_recode(&f.model, &f.source_qubo, &options, &sink, memory, sizeof memory, NULL), QS_OK);
+    open_file(f.file, buffer.size, &f.qubo, f.memory, &f.index);
+    assert_int_equal(f.qubo.variables, VARIABLES);
+    assert_int_equal(f.qubo.labels.fixed_bytes, 2);
+    assert_int_equal(f.qubo.labels.fixed[0] | f.qubo.labels.fixed[1] << 8, 299);
+    for (uint32_t i = 0; i < 3; i++) {
+        for (uint32_t d = 0; d < MANY; d++) {
+            uint16_t labelling[SITES] = {299, (uint16_t)three[i], (uint16_t)d};
+            uint8_t bits[BYTES] = {0};
+            set_bit(bits, i);
+            set_bit(bits, 3 + d);
+            assert_int_equal(qs_qubo_energy(&f.index, bits), problem_energy(&f, labelling));
+        }
+    }
+}
+
 static void refusals(void **unused)
 {
     (void)unused;
@@ -796,6 +911,9 @@ static void refusals(void **unused)
     assert_int_equal(recode(&f, (qs_encode_options){.penalty = QS_PENALTY_GIVEN}, false), QS_E_ARGUMENT);
     assert_int_equal(recode(&f, (qs_encode_options){.penalty = QS_PENALTY_GIVEN, .alpha = INT64_MAX}, false), QS_E_OVERFLOW);
     assert_int_equal(recode(&f, (qs_encode_options){.penalty = QS_PENALTY_GIVEN, .alpha = (int64_t)1 << 50}, false), QS_E_OVERFLOW);
+    /* M = 4 sites x (4 a + 3 b) and some more, b = 2 a. */
+    assert_int_equal(recode(&f, (qs_encode_options){QS_ONE_HOT, QS_PENALTY_GIVEN, QS_ENERGY_MAX / 40, 0}, false), QS_E_OVERFLOW);
+    assert_int_equal(recode(&f, (qs_encode_options){QS_ONE_HOT, QS_PENALTY_GIVEN, QS_ENERGY_MAX / 41, 0}, false), QS_OK);
     /* kappa is a weight of 32 bits. */
     assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_DOMAIN_WALL, .gap = INT32_MAX}, false), QS_E_OVERFLOW);
     f.left[3] = 0;
@@ -812,6 +930,57 @@ static void refusals(void **unused)
     assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_ONE_HOT_SPARSE}, false), QS_E_ENCODING);
 }
 
+static bool key_before(const void *context, uint32_t a, uint32_t b)
+{
+    const uint32_t *keys = context;
+    return keys[a] < keys[b];
+}
+
+static void equals_keep_their_order(void **unused)
+{
+    (void)unused;
+    uint64_t state = 18;
+    for (uint32_t count = 0; count < 70; count++) {
+        uint32_t keys[70], items[70], scratch[70];
+        for (uint32_t i = 0; i < count; i++) {
+            keys[i] = tiny_random(&state, 9);
+            items[i] = i;
+        }
+        qs_sort(items, scratch, count, key_before, keys);
+        for (uint32_t i = 1; i < count; i++) {
+            uint32_t before = keys[items[i - 1]], here = keys[items[i]];
+            assert_true(before < here || (before == here && items[i - 1] < items[i]));
+        }
+    }
+}
+
+/* A sink that takes `left` more calls. */
+static bool failing_write(void *context, const void *bytes, size_t size)
+{
+    (void)bytes;
+    (void)size;
+    return (*(int *)context)-- > 0;
+}
+
+static void every_failing_write_is_told(void **unused)
+{
+    (void)unused;
+    static fixture f;
+    static uint64_t memory[MEMORY / 8];
+    make_grid(&f, 4, 3, 3, 5, QS_POTTS);
+    for (qs_encoding encoding = QS_ONE_HOT; encoding <= QS_MULTIWAY_CUT; encoding++) {
+        int calls = 0;
+        for (qs_status status = QS_E_IO; status != QS_OK; calls++) {
+            int left = calls;
+            qs_sink sink = {failing_write, &left};
+            status = qs_recode(&f.model, &f.source_qubo, &(qs_recode_options){.encode.encoding = encoding}, &sink, memory, sizeof memory, NULL);
+            assert_true(status == QS_E_IO || status == QS_OK);
+            assert_true(calls < 1000);
+        }
+        assert_true(calls > 7);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -826,12 +995,16 @@ int main(void)
         cmocka_unit_test(st_cut_arcs),
         cmocka_unit_test(counts_by_formula),
         cmocka_unit_test(wall_bounds_are_tight),
+        cmocka_unit_test(minimal_values),
         cmocka_unit_test(sparse_bounds_are_tight),
         cmocka_unit_test(one_hot_bound_is_tight),
         cmocka_unit_test(papers_example),
         cmocka_unit_test(whole_problems_are_those_of_encode),
         cmocka_unit_test(nothing_left_to_decide),
+        cmocka_unit_test(labels_beyond_a_byte),
         cmocka_unit_test(refusals),
+        cmocka_unit_test(equals_keep_their_order),
+        cmocka_unit_test(every_failing_write_is_told),
     };
     return cmocka_run_group_tests_name("recode", tests, NULL, NULL);
 }

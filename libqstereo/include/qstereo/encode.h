@@ -21,7 +21,8 @@ typedef enum qs_encoding {
     QS_DOMAIN_WALL = 3,
     /* Heidari, Dinneen and Delmas 2022: one-hot with a terminal a label; Potts. nmk + k^2 variables. */
     QS_MULTIWAY_CUT = 4,
-    /* The minimum cut of Ishikawa's graph, a variable a vertex (Heidari 2021), and a variable an arc too (Cruz-Santos et al. 2019); linear without truncation.
+    /* The minimum cut of Ishikawa's graph, a variable a vertex (Heidari 2021), and a variable an arc too (Cruz-Santos et al. 2019); linear without truncation,
+     * which Potts is where there are two labels.
      * nmk + nm + 2 variables, and 7nmk + 9nm - 2nk - 2mk - 2n - 2m + 2. */
     QS_ST_CUT = 5,
     QS_ST_CUT_ARCS = 6
