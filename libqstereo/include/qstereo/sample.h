@@ -37,7 +37,8 @@ size_t qs_repair_workspace(const qs_index *index);
  * neighbours, then each empty group, in order, gets the one that costs least; of equals the lowest label. Multiway-cut: then the terminals get their own.
  * Potts in one-hot-sparse, minimal, and in domain-wall: one order of all labels is chosen, label by label, such that what is expected of the rest of the order is least; each site takes the
  * first of its candidates. Truncated linear there: each site in turn takes the candidate that is cheapest beside what is expected of its neighbours.
- * Linear in domain-wall and the cuts: the wrong steps are moved towards each other, or away, until they vanish.
+ * Linear in domain-wall and the cuts: the wrong steps are moved towards each other, or away, until they vanish; for that a
+ * domain-wall of linear costs has a coupling for every edge between open sites, also where its block is all 0.
  *
  * workspace  qs_repair_workspace, aligned for any type
  * repaired   out, may be NULL: what qs_sample_infeasible was
