@@ -39,13 +39,13 @@ def decided(tmp_path, shifted):
 
 
 @pytest.mark.parametrize("smoothness", SMOOTH)
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(4))
 def test_the_optimum_stays(folder, smoothness, seed):
     """Of tiny problems by trying each labelling; small greys and lambda bring ties."""
     random = np.random.default_rng(seed)
     left, right = (random.integers(0, 5 if seed % 2 else 60, (2, 5)) for _ in range(2))
     paths = [write_pgm(folder / f"{name}.pgm", grey) for name, grey in (("l", left), ("r", right))]
-    lam = [1.5, 2, 20][seed % 3]
+    lam = [1.5, 2, 20, 3][seed]
     best = best_of_all(left, right, 3, lam, SMOOTH[smoothness])
     options = ["--disparity", "0:2", "--lambda", lam, "--smoothness", smoothness]
     assert run("encode", *paths, "-o", folder / "p.qcf", *options).status == 0

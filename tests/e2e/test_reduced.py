@@ -1,0 +1,98 @@
+"""From pictures to a proof: reduce, solve what is left, and decode the whole map; the coefficients that an annealer gets."""
+
+import numpy as np
+import pytest
+from conftest import ROOT
+from PIL import Image
+from qstereo_bridge import models, qcf
+
+RENDERED = ROOT / "samples" / "rendered"
+SCENES = ROOT.parent / "shared" / "data" / "middlebury"
+
+
+def grey(path):
+    rgb = np.asarray(Image.open(path).convert("RGB")).astype(int)
+    return (299 * rgb[..., 0] + 587 * rgb[..., 1] + 114 * rgb[..., 2] + 500) // 1000
+
+
+def energy_of_map(path, left, right, window, lam):
+    """F of the map in the window, from the pictures."""
+    held = np.asarray(Image.open(path)).astype(int)[window]
+    assert (held > 0).all()
+    disparities = np.where(held == 1, 0, held // 8)
+    rows, columns = np.mgrid[window]
+    unary = np.abs(grey(left)[window] - grey(right)[rows, columns - disparities]).sum()
+    return unary + lam * (np.count_nonzero(np.diff(disparities, axis=1)) + np.count_nonzero(np.diff(disparities, axis=0)))
+
+
+@pytest.fixture
+def pairs(run):
+    """Encodes the pair that the test asks for; returns its pictures and its window."""
+    def encode(scene, roi, output, *options):
+        left, right = (next(scene.glob(f"{side}.*")) for side in ("left", "right"))
+        x, y, width, height = map(int, roi.split(","))
+        run("qstereo", "encode", left, right, "-o", output, "--roi", roi, *options)
+        return left, right, (slice(y, y + height), slice(x, x + width))
+    return encode
+
+
+CASES = {"rendered": (RENDERED, "40,20,40,30"), "tsukuba": (SCENES / "tsukuba", "142,94,100,100")}
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("encoding", ["one-hot", "one-hot-sparse", "domain-wall"])
+def test_the_whole_map_of_what_is_left(run, pairs, tmp_path, name, encoding):
+    scene, roi = CASES[name]
+    if not scene.is_dir():
+        pytest.skip(f"no scene in {scene}")
+    left, right, window = pairs(scene, roi, "p.qcf")
+    facts = run("qstereo", "reduce", "p.qcf", "-o", "small.qcf", "--encoding", encoding, "--truncate", "--json")
+    assert facts["proven_optimal"]
+    if name == "tsukuba":
+        assert facts["variables_before"] == 160000 and facts["variables_after"] < 160
+    run("qstereo", "solve", "small.qcf", "-o", "s.qsf")
+    decoded = run("qstereo", "decode", "small.qcf", "s.qsf", "-o", "m.png", "--json")
+    assert decoded["energy"] == facts["lower_bound"] == energy_of_map(tmp_path / "m.png", left, right, window, 20)
+    whole = run("qstereo", "solve", "p.qcf", "-o", "w.qsf", "--json")
+    assert whole["energy"] == decoded["energy"] and whole["proven_optimal"]
+
+
+@pytest.mark.parametrize("encoding", ["one-hot-sparse", "domain-wall"])
+def test_a_core_is_left_for_an_annealer(run, pairs, tmp_path, encoding):
+    """The bridge anneals what a target leaves, without knowing of labels; repair and the fixed labels make the whole map."""
+    left, right, window = pairs(RENDERED, "40,20,40,30", "small.qcf", "--reduce", "--target", "200", "--encoding", encoding, "--truncate")
+    info = run("qstereo", "info", "small.qcf", "--json")
+    assert info["variables"] <= 200 and info["sites"] == 1200
+    run("qstereo-bridge", "solve", "small.qcf", "-o", "s.qsf", "--num-reads", "5", "--seed", "1")
+    decoded = run("qstereo", "decode", "small.qcf", "s.qsf", "-o", "m.png", "--repair", "--json")
+    assert decoded["energy"] == energy_of_map(tmp_path / "m.png", left, right, window, 20)
+    best = run("qstereo", "reduce", "small.qcf", "-o", "t.qcf", "--json")
+    assert decoded["energy"] >= best["lower_bound"]
+
+
+def test_units_are_those_of_the_ising_model(run, pairs, tmp_path):
+    """info --complexity beside dimod, whatever encoding the file has."""
+    pairs(RENDERED, "40,20,12,10", "p.qcf", "--lambda", "12.5")
+    rows = run("qstereo", "info", "p.qcf", "--complexity", "--json")["encodings"]
+    checked = 0
+    for row in rows:
+        if row["why_not"] is None:
+            pairs(RENDERED, "40,20,12,10", "q.qcf", "--lambda", "12.5", "--encoding", row["encoding"], "--penalty", row["penalty"],
+                  *(["--truncate"] if row["truncated"] else []))
+            h, J, _ = models.to_bqm(qcf.parse_qcf((tmp_path / "q.qcf").read_bytes())).to_ising()
+            h, J = np.array(list(h.values())) / 2, np.array(list(J.values())) / 2
+            unit = min(4 / abs(h).max(), *([2 / -J.min()] if J.min() < 0 else []), *([1 / J.max()] if J.max() > 0 else []))
+            assert row["unit"] == pytest.approx(unit, rel=1e-9), row
+            checked += 1
+    assert checked == 12
+
+
+@pytest.mark.skipif(not SCENES.is_dir(), reason=f"no scenes in {SCENES}")
+def test_units_of_a_real_window(run, pairs):
+    pairs(*CASES["tsukuba"], "p.qcf")
+    rows = run("qstereo", "info", "p.qcf", "--complexity", "--json")["encodings"]
+    units = {(row["encoding"], row["penalty"]): row["unit"] for row in rows if row["truncated"]}
+    assert units["domain-wall", "local"] >= 0.04
+    assert units["one-hot-sparse", "local"] >= 0.012
+    assert units["one-hot", "local"] >= 0.004
+    assert units["one-hot", "paper"] < 1e-6
