@@ -56,6 +56,18 @@ def test_golden_problems(path):
     assert models.feasible(problem, c.repair(samples.bits[2])[None]).all()
 
 
+@pytest.mark.parametrize("path", sorted((ROOT / "tests" / "golden").glob("recoded-*.qcf")), ids=lambda path: path.stem)
+def test_golden_problems_of_every_encoding(path):
+    data = path.read_bytes()
+    problem, c = agree(data)
+    assert qcf.pack_qcf(problem) == data
+    samples = qsf.parse_qsf(path.with_suffix(".qsf").read_bytes())
+    energies = samples.records["energy"].tolist()
+    assert energies == models.energies(problem, samples.bits).tolist() == [c.energy(bits) for bits in samples.bits]
+    assert all(c.energy(c.repair(bits)) <= energy for bits, energy in zip(samples.bits, energies))
+    assert c.repair(samples.bits[0]).tolist() == samples.bits[0].tolist()
+
+
 @settings(max_examples=150, deadline=None)
 @given(st.integers(0, 2**32))
 def test_random_problems_written_by_python(seed):
@@ -94,6 +106,23 @@ def test_random_pictures_encoded_by_c(seed, run, tmp_path):
         bits = (w.reshape(-1, 1) == np.arange(labels)).astype(np.uint8).ravel()
         assert c.energy(bits) == f
         assert models.energies(problem, bits[None]).tolist() == [f]
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_every_encoding_of_random_pictures(seed, run, tmp_path):
+    random = np.random.default_rng(seed)
+    width, height, labels = random.integers(3, 5), random.integers(1, 4), random.integers(2, 4)
+    left, right = random.integers(0, 256, (2, height, width + labels - 1), dtype=np.uint8)
+    for name, picture in (("left.pgm", left), ("right.pgm", right)):
+        (tmp_path / name).write_bytes(b"P5 %d %d 255\n" % picture.shape[::-1] + picture.tobytes())
+    encoding, smoothness = [("one-hot", "potts"), ("one-hot-sparse", "linear"), ("domain-wall", "potts"), ("domain-wall", "linear"),
+                            ("multiway-cut", "potts"), ("st-cut", "linear"), ("st-cut-arcs", "linear"), ("one-hot-sparse", "potts")][seed % 8]
+    small = seed % 8 in (4, 6)  # encodings with many variables
+    roi = ["--roi", f"{labels - 1},0,2,1"] if small else []
+    options = [*(["--truncate"] if seed % 3 == 0 else []), *(["--reduce", "--target", "12"] if seed % 3 == 1 and not small else [])]
+    run("qstereo", "encode", "left.pgm", "right.pgm", "-o", "p.qcf", "--disparity", f"0:{labels - 1}", "--smoothness", smoothness, *roi,
+        "--encoding", encoding, "--lambda", "0.5" if seed % 5 == 0 else "7", *options)
+    agree((tmp_path / "p.qcf").read_bytes())
 
 
 def resealed(data, changes):

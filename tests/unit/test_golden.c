@@ -101,6 +101,23 @@ static const struct {
     {"good-masked-weighted", masked_weighted}, {"good-linear", linear}, {"good-quadratic", quadratic}, {"good-edges-table", edges_table},
 };
 
+/* The same problems written again: the sources stand above. Of the labels left to each site a bit each. */
+static const struct {
+    const char *name;
+    qs_encode_options (*make)(void);
+    qs_encode_options write;
+    bool truncate;
+    uint8_t left[TINY_SITES];
+} recoded[] = {
+    {"recoded-sparse", grid_sparse, {.encoding = QS_ONE_HOT_SPARSE, .penalty = QS_PENALTY_MINIMAL}, true, {7, 1, 6, 5, 7, 7, 2, 3, 4, 7, 7, 6}},
+    {"recoded-band", linear, {.encoding = QS_ONE_HOT_SPARSE}, false, {31, 31, 25, 31, 31, 7}},
+    {"recoded-domain-wall", grid_sparse, {.encoding = QS_DOMAIN_WALL, .gap = 3}, false, {7, 1, 6, 5, 7, 7, 2, 3, 4, 7, 7, 6}},
+    {"recoded-multiway-cut", masked_weighted, {.encoding = QS_MULTIWAY_CUT}, false, {3, 3, 3, 3, 1, 3, 3, 3, 3, 3}},
+    {"recoded-st-cut", smallest, {.encoding = QS_ST_CUT}, false, {3, 3}},
+    {"recoded-st-cut-arcs", smallest, {.encoding = QS_ST_CUT_ARCS}, false, {3, 3}},
+    {"recoded-nothing", grid_sparse, {.encoding = QS_DOMAIN_WALL}, false, {1, 1, 4, 2, 1, 1, 1, 2, 4, 1, 1, 1}},
+};
+
 static FILE *open_golden(const char *name, const char *suffix, const char *mode)
 {
     char path[256];
@@ -166,8 +183,75 @@ static void golden_files(void **unused)
     }
 }
 
+/* Replaces the file of `q` by one of the labels left. */
+static void recode(qs_encode_options write, bool truncate, const uint8_t *left)
+{
+    static uint64_t model_memory[1024], memory[8192];
+    static uint8_t file[TINY_FILE];
+    uint8_t kept[TINY_SITES * TINY_LABELS] = {0};
+    qs_model model;
+    assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_OK);
+    for (uint32_t cell = 0, site = 0; cell < model.sites; cell++) {
+        bool masked = t.problem.grid.mask && t.problem.grid.mask[cell] == 0;
+        for (uint32_t d = 0; d < model.labels; d++) {
+            kept[cell * model.labels + d] = masked ? d == 0 : left[site] >> d & 1;
+        }
+        site += !masked;
+    }
+    qs_recode_options options = {write, truncate, kept};
+    qs_buffer buffer = {file, sizeof file, 0};
+    qs_sink sink = qs_buffer_sink(&buffer);
+    assert_true(qs_recode_workspace(&model, &options) <= sizeof memory);
+    assert_int_equal(qs_recode(&model, &q.qubo, &options, &sink, memory, sizeof memory, NULL), QS_OK);
+    memcpy(q.file, file, buffer.size);
+    q.size = buffer.size;
+    assert_int_equal(qs_qubo_open(q.file, q.size, TINY_INDEX, &q.qubo, NULL), QS_OK);
+    assert_int_equal(qs_index_build(&q.qubo, q.memory, sizeof q.memory, &q.index), QS_OK);
+}
+
+/* The samples: each site's lowest label that is left, then every variable at 0 and at 1. */
+static void compare_states(const char *name, const uint8_t *left)
+{
+    uint8_t bits[3][16] = {{0}}, packed[3 * 16], file[TINY_FILE];
+    size_t each = (q.qubo.variables + 7) / 8;
+    qs_record records[3];
+    uint16_t labelling[TINY_SITES] = {0};
+    for (uint32_t p = 0; p < q.qubo.labels.sites; p++) {
+        while ((left[p] >> labelling[p] & 1) == 0) {
+            labelling[p]++;
+        }
+    }
+    assert_int_equal(qs_sample_encode(&q.index, labelling, bits[0]), QS_OK);
+    for (uint32_t i = 0; i < q.qubo.variables; i++) {
+        bits[2][i / 8] |= (uint8_t)(1 << i % 8);
+    }
+    for (uint32_t i = 0; i < 3; i++) {
+        memcpy(packed + i * each, bits[i], each);
+        records[i] = (qs_record){qs_qubo_energy(&q.index, bits[i]), 1, QS_NO_CHAINS};
+    }
+    qs_samples samples = {.variables = q.qubo.variables, .count = 3, .solver = "golden", .solver_size = 6, .info = "{}", .info_size = 2,
+                          .records = records, .bits = packed};
+    qs_digest(q.file, q.size, samples.problem);
+    qs_buffer buffer = {file, sizeof file, 0};
+    qs_sink sink = qs_buffer_sink(&buffer);
+    assert_int_equal(qs_samples_write(&samples, &sink, NULL), QS_OK);
+    compare_file(name, "qsf", file, buffer.size);
+}
+
+static void recoded_files(void **unused)
+{
+    (void)unused;
+    for (size_t i = 0; i < sizeof recoded / sizeof *recoded; i++) {
+        qs_encode_options options = recoded[i].make();
+        tiny_encode(&t.problem, options, &q);
+        recode(recoded[i].write, recoded[i].truncate, recoded[i].left);
+        compare_file(recoded[i].name, "qcf", q.file, q.size);
+        compare_states(recoded[i].name, recoded[i].left);
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(golden_files)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(golden_files), cmocka_unit_test(recoded_files)};
     return cmocka_run_group_tests_name("golden", tests, NULL, NULL);
 }
