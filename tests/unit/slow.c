@@ -179,7 +179,7 @@ static void reduce(const slow_request *request)
                 d.label[p][d.size[p]++] = l;
             }
         }
-        d.is_open[p] = d.size[p] > 1;
+        d.is_open[p] = d.size[p] > 1 || request->open_single;
         d.open += d.is_open[p];
     }
     fold_edges();
@@ -635,7 +635,7 @@ static void put_trnc(out *o)
     end(o);
 }
 
-void slow_encode(const slow_request *request, slow_qubo *q)
+void slow_write(const slow_request *request, slow_qubo *q)
 {
     reduce(request);
     if (d.open > 0) {
@@ -664,6 +664,11 @@ void slow_encode(const slow_request *request, slow_qubo *q)
     qs_store_u64(q->file + 32, d.coupling_count);
     qs_store_u32(q->file + 60, qs_crc32c_portable(0, q->file, 60));
     q->size = o.at;
+}
+
+void slow_encode(const slow_request *request, slow_qubo *q)
+{
+    slow_write(request, q);
     slow_open(q);
 }
 

@@ -13,6 +13,7 @@ typedef struct slow_request {
     qs_penalty penalty; /* local or minimal */
     int64_t gap;
     bool truncate;
+    bool open_single; /* against the rules: sites of one label have variables, too */
     bool kept[TINY_SITES][TINY_LABELS]; /* labels left, at least one a site */
 } slow_request;
 
@@ -31,7 +32,8 @@ bool slow_fits(const qs_problem *problem, qs_encoding encoding);
 /* A random set of labels for each site; now and then all. */
 void slow_choose_labels(slow_request *request, uint64_t *state);
 
-/* Writes and opens. */
+/* Writes; and opens. */
+void slow_write(const slow_request *request, slow_qubo *q);
 void slow_encode(const slow_request *request, slow_qubo *q);
 
 /* Opens what `q` holds. */

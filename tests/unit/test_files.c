@@ -263,7 +263,7 @@ static void broken_label_sets(void **unused)
             {"kept", 8, 0xffff02fe, QS_E_CORRUPT},  {"kept", 8, 0xff0002ff, QS_E_CORRUPT},  {"kept", 8, 0xffffffff, QS_E_CORRUPT},
             {"kept", 13, 0x07060507, QS_OK},        {"kept", 13, 0x07060307, QS_OK},        {"kept", 13, 0x07060503, QS_E_CORRUPT},
             {"kept", 13, 0x07060407, QS_E_CORRUPT}, {"kept", 13, 0x07060007, QS_E_CORRUPT}, {"kept", 13, 0x07060d07, QS_E_CORRUPT},
-            {"kept", 13, 0x07060707, QS_E_CORRUPT}, {"kept", 13, 0x87060507, QS_E_CORRUPT},
+            {"kept", 13, 0x07060707, QS_E_CORRUPT}, {"kept", 13, 0x87060507, QS_E_CORRUPT}, {"kept", 13, 0x0706050b, QS_E_CORRUPT},
             {"trnc", 0, 2, QS_E_CORRUPT},           {"trnc", 0, 3, QS_E_CORRUPT},           {"trnc", 0, 8, QS_E_CORRUPT},
             {"trnc", 0, 0, QS_E_CORRUPT},           {"trnc", 4, 1, QS_E_CORRUPT},           {"trnc", 8, 77, QS_OK},
         };
@@ -272,6 +272,62 @@ static void broken_label_sets(void **unused)
             truncations(reduced.file, reduced.size, open_qubo);
             flips(reduced.file, reduced.size, open_qubo);
         }
+    }
+}
+
+/* The file with another payload of a chunk. */
+static qs_status open_replaced(const char *type, const uint8_t *bytes, size_t length)
+{
+    uint8_t file[TINY_FILE];
+    size_t at = payload(reduced.file, reduced.size, type), after = at + (size_t)qs_load_u64(reduced.file + at - 8) + 4;
+    memcpy(file, reduced.file, at);
+    qs_store_u64(file + at - 8, length);
+    memcpy(file + at, bytes, length);
+    memcpy(file + at + length + 4, reduced.file + after, reduced.size - after);
+    size_t size = at + length + 4 + reduced.size - after;
+    qs_store_u64(file + 16, size);
+    seal(file, size);
+    return open_qubo(file, size);
+}
+
+static void label_sets_of_other_lengths(void **unused)
+{
+    (void)unused;
+    for (qs_encoding encoding = QS_ONE_HOT; encoding <= QS_ST_CUT_ARCS; encoding++) {
+        write_reduced(encoding, false);
+        /* One more fixed site, of which the grid has no cell; and what the file has. */
+        static const uint8_t six[] = {6, 0, 0, 0, 1, 0, 0, 0, 255, 2, 255, 255, 255, 1, 7, 5, 6, 7};
+        static const uint8_t five[] = {5, 0, 0, 0, 1, 0, 0, 0, 255, 2, 255, 255, 255, 7, 5, 6, 7, 0};
+        assert_int_equal(open_replaced("kept", six, 18), QS_E_CORRUPT);
+        assert_int_equal(open_replaced("kept", five, 17), QS_OK);
+        assert_int_equal(open_replaced("kept", five, 18), QS_E_CORRUPT);
+        assert_int_equal(open_replaced("kept", five, 16), QS_E_CORRUPT);
+        assert_int_equal(open_replaced("kept", five, 7), QS_E_CORRUPT);
+        /* Ten labels left in widths that there are and that there are not. */
+        for (uint8_t width = 0; width <= 9; width++) {
+            uint8_t cut[8 + 9 * 10 + 1] = {width};
+            bool known = width == 1 || width == 2 || width == 4;
+            assert_int_equal(open_replaced("trnc", cut, 8 + (size_t)width * 10), known ? QS_OK : QS_E_CORRUPT);
+            assert_int_equal(open_replaced("trnc", cut, 8 + (size_t)width * 10 + 1), QS_E_CORRUPT);
+        }
+        assert_int_equal(open_replaced("trnc", six, 7), QS_E_CORRUPT);
+    }
+}
+
+/* Groups and sets that agree on a site of one label, which must be fixed. */
+static void open_sites_have_two_labels(void **unused)
+{
+    (void)unused;
+    tiny t;
+    sample_problem(&t);
+    slow_request request = {.problem = &t.problem, .encoding = QS_ONE_HOT, .gap = 1};
+    memset(request.kept, 1, sizeof request.kept);
+    for (uint32_t single = 0; single < 2; single++) {
+        request.kept[1][0] = false;
+        request.kept[1][1] = single == 0;
+        request.open_single = single != 0;
+        slow_write(&request, &reduced);
+        assert_int_equal(open_qubo(reduced.file, reduced.size), single == 0 ? QS_OK : QS_E_CORRUPT);
     }
 }
 
@@ -327,10 +383,11 @@ static void side_chunks_in_order(void **unused)
     /* With all labels left `kept` may be missing in the one-hot encodings alone; all others have it, with nothing in it, and trnc has all labels then. */
     for (qs_encoding encoding = QS_ONE_HOT; encoding <= QS_ST_CUT_ARCS; encoding++) {
         write_reduced(encoding, true);
-        const char *const bare[] = {"labl"}, *const both[] = {"labl", "trnc"};
+        const char *const bare[] = {"labl"}, *const both[] = {"labl", "trnc"}, *const late[] = {"labl", "trnc", "kept"};
         assert_int_equal(open_with(bare, 1), encoding <= QS_ONE_HOT_SPARSE ? QS_OK : QS_E_CORRUPT);
         assert_int_equal(open_with(both, 2), encoding <= QS_ONE_HOT_SPARSE ? QS_OK : QS_E_CORRUPT);
         if (encoding > QS_ONE_HOT_SPARSE) {
+            assert_int_equal(open_with(late, 3), QS_E_CORRUPT);
             const breach breaches[] = {{"kept", 4, 1, QS_E_CORRUPT}, {"kept", 0, 4, QS_E_CORRUPT}, {"kept", 0, 6, QS_E_CORRUPT}};
             expect_breaches(reduced.file, reduced.size, breaches, 3, open_qubo);
         }
@@ -582,6 +639,8 @@ int main(void)
         cmocka_unit_test(broken_promises),
         cmocka_unit_test(strange_chunks),
         cmocka_unit_test(broken_label_sets),
+        cmocka_unit_test(label_sets_of_other_lengths),
+        cmocka_unit_test(open_sites_have_two_labels),
         cmocka_unit_test(side_chunks_in_order),
         cmocka_unit_test(groups_are_those_of_the_encoding),
         cmocka_unit_test(wide_fixed_labels),

@@ -204,6 +204,59 @@ static void repair_never_raises(void **unused)
     }
 }
 
+/* Small costs, six labels and edges of very different weights: which way steps are moved decides. */
+static void steps_go_the_cheaper_way(void **unused)
+{
+    (void)unused;
+    static uint64_t memory[4096];
+    static const qs_encoding linear[] = {QS_DOMAIN_WALL, QS_ST_CUT, QS_ST_CUT_ARCS};
+    uint64_t state = 38;
+    for (int round = 0; round < ROUNDS; round++) {
+        memset(&t, 0, sizeof t);
+        uint32_t sites = 2 + tiny_random(&state, 3), edges = 0;
+        for (uint32_t a = 0; a < sites; a++) {
+            for (uint32_t b = a + 1; b < sites; b++) {
+                t.edges[edges++] = (qs_edge){a, b, tiny_random(&state, 3) == 0 ? 40 : (int32_t)tiny_random(&state, 3)};
+            }
+        }
+        for (uint32_t i = 0; i < 6 * sites; i++) {
+            t.costs[i] = (int32_t)tiny_random(&state, 2);
+        }
+        t.problem = (qs_problem){.sites = sites, .labels = 6, .scale = 1, .pairwise = {QS_TRUNCATED_LINEAR, 0, NULL}, .edges = t.edges, .edge_count = edges, .costs = t.costs};
+        request = (slow_request){.problem = &t.problem, .encoding = linear[round % 3], .gap = 1};
+        slow_choose_labels(&request, &state);
+        slow_encode(&request, &q);
+        for (int i = 0; i < 60; i++) {
+            uint8_t bits[BYTES] = {0};
+            uint16_t labelling[TINY_SITES];
+            for (uint32_t v = 0; v < q.qubo.variables; v++) {
+                bits[v / 8] |= (uint8_t)(tiny_random(&state, 2) << v % 8);
+            }
+            /* Source and sink right, and arcs too: what is left are the steps. */
+            if (request.encoding >= QS_ST_CUT && q.qubo.variables > 0) {
+                uint32_t at = 0;
+                for (uint32_t p = 0; p < sites; p++) {
+                    at += size_of(p) > 1 ? size_of(p) + 1 : 0;
+                }
+                bits[at / 8] |= (uint8_t)(1u << at % 8);
+                bits[(at + 1) / 8] &= (uint8_t)~(1u << (at + 1) % 8);
+                for (uint32_t z = at + 2; z < q.qubo.variables; z++) {
+                    uint8_t other[BYTES];
+                    memcpy(other, bits, sizeof other);
+                    other[z / 8] ^= (uint8_t)(1u << z % 8);
+                    if (qs_qubo_energy(&q.index, other) < qs_qubo_energy(&q.index, bits)) {
+                        memcpy(bits, other, sizeof bits);
+                    }
+                }
+            }
+            int64_t energy = qs_qubo_energy(&q.index, bits), wrong = count_infeasible(bits, labelling);
+            assert_int_equal(qs_sample_repair(&q.index, bits, memory, sizeof memory, NULL), QS_OK);
+            assert_int_equal(count_infeasible(bits, labelling), 0);
+            assert_true(qs_qubo_energy(&q.index, bits) <= energy - (wrong > 0));
+        }
+    }
+}
+
 /* The labels d of a site with x_pd = 1, where a wall's x is u_i - u_i+1; `at` is its first variable. */
 static uint32_t candidates(const uint8_t *bits, uint32_t site, uint32_t at, uint16_t *labels)
 {
@@ -447,6 +500,7 @@ int main(void)
         cmocka_unit_test(states_are_told_from_labellings),
         cmocka_unit_test(repair_never_raises),
         cmocka_unit_test(repair_is_no_worse_than_chance),
+        cmocka_unit_test(steps_go_the_cheaper_way),
         cmocka_unit_test(minima_agree),
         cmocka_unit_test(ising_ranges),
         cmocka_unit_test(block_sums),

@@ -226,6 +226,69 @@ static void reduced_files_that_are_not_what_they_say(void **unused)
     assert_true(refused > ROUNDS);
 }
 
+static qs_status build_written(void)
+{
+    qs_model built;
+    return qs_model_build(&written.index, model_memory, sizeof model_memory, &built);
+}
+
+/* Sites in a row, of three labels, with a table or Potts; one set of labels for each, bit by bit. */
+static void write_row(qs_encoding encoding, qs_smoothness smoothness, uint32_t sites, const uint8_t *sets)
+{
+    memset(&t, 0, sizeof t);
+    for (uint32_t p = 0; p + 1 < sites; p++) {
+        t.edges[p] = (qs_edge){p, p + 1, 5};
+    }
+    t.problem = (qs_problem){.sites = sites, .labels = 3, .scale = 1, .pairwise = {smoothness, 0, t.table}, .edges = t.edges, .edge_count = sites - 1, .costs = t.costs};
+    request = (slow_request){.problem = &t.problem, .encoding = encoding, .gap = 1};
+    for (uint32_t p = 0; p < sites; p++) {
+        for (uint32_t d = 0; d < 3; d++) {
+            request.kept[p][d] = sets[p] >> d & 1;
+        }
+    }
+    slow_encode(&request, &written);
+}
+
+/* Two blocks of one table differ; a block is used for a pair of sets that are not its own; a wall has no chain; a Toeplitz block stands between sets with gaps. */
+static void blocks_that_only_seem_right(void **unused)
+{
+    (void)unused;
+    write_row(QS_ONE_HOT, QS_TABLE, 3, (const uint8_t[]){7, 7, 7});
+    uint8_t *second = written.file + (written.qubo.blocks - written.file) + written.index.block_at[1];
+    assert_int_equal(build_written(), QS_OK);
+    second[12] = 3;
+    assert_int_equal(build_written(), QS_E_CORRUPT);
+
+    write_row(QS_ONE_HOT, QS_POTTS, 3, (const uint8_t[]){3, 3, 6});
+    uint8_t *runs = written.file + (written.qubo.coupling_runs - written.file);
+    assert_int_equal(build_written(), QS_OK);
+    runs[48] = 0; /* the second run's block */
+    assert_int_equal(qs_index_build(&written.qubo, written.memory, sizeof written.memory, &written.index), QS_OK);
+    assert_int_equal(build_written(), QS_E_CORRUPT);
+
+    write_row(QS_DOMAIN_WALL, QS_POTTS, 1, (const uint8_t[]){7});
+    uint32_t none[2] = {0, 0};
+    assert_int_equal(build_written(), QS_OK);
+    written.index.near_start = none;
+    assert_int_equal(build_written(), QS_E_CORRUPT);
+
+    t.problem = (qs_problem){.sites = 2, .labels = 3, .scale = 1, .pairwise = {QS_TRUNCATED_LINEAR, 0, NULL}, .edges = t.edges, .edge_count = 1, .costs = t.costs};
+    t.edges[0] = (qs_edge){0, 1, 5};
+    tiny_encode(&t.problem, (qs_encode_options){.encoding = QS_ONE_HOT}, &q);
+    const uint8_t open[2] = {255, 255}, gaps[2] = {11, 11}, ranges[2] = {7, 14};
+    q.qubo.labels.labels = 4;
+    q.qubo.labels.fixed_bytes = 1;
+    q.qubo.labels.fixed = open;
+    q.qubo.labels.pairwise.truncation = 2;
+    q.qubo.labels.sets = gaps; /* 0, 1, 3: first row and column are right, 1 and 3 are not */
+    assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_E_CORRUPT);
+    q.qubo.labels.sets = ranges;
+    assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_E_CORRUPT);
+    const uint8_t same[2] = {14, 14};
+    q.qubo.labels.sets = same;
+    assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_OK);
+}
+
 /* Cuts have no model. */
 static void cuts_have_no_model(void **unused)
 {
@@ -383,6 +446,35 @@ static void labels_that_are_out_stay_out(void **unused)
     }
 }
 
+/* Edges so heavy that no cost of 32 bits keeps a label out: between {0, 5} and {2, 3} every labelling costs more than one with a label that is not left. */
+static void labels_stay_out_beside_heavy_edges(void **unused)
+{
+    (void)unused;
+    uint32_t answered = 0;
+    memset(&t, 0, sizeof t);
+    t.edges[0] = (qs_edge){0, 1, INT32_MAX};
+    t.problem = (qs_problem){.sites = 2, .labels = 6, .scale = 1, .pairwise = {QS_TRUNCATED_LINEAR, 0, NULL}, .edges = t.edges, .edge_count = 1, .costs = t.costs};
+    request = (slow_request){.problem = &t.problem, .encoding = QS_ONE_HOT, .gap = 1};
+    request.kept[0][0] = request.kept[0][5] = request.kept[1][2] = request.kept[1][3] = true;
+    slow_encode(&request, &written);
+    assert_int_equal(qs_model_build(&written.index, model_memory, sizeof model_memory, &model), QS_OK);
+    for (size_t i = 0; i < SOLVERS; i++) {
+        uint16_t labelling[2];
+        qs_solution solution;
+        qs_model_winner(&model, labelling);
+        qs_status status = solvers[i].solve(&model, NULL, memory, sizeof memory, labelling, &solution);
+        if (status == QS_OK) {
+            answered++;
+            assert_true(request.kept[0][labelling[0]] && request.kept[1][labelling[1]]);
+            assert_int_equal(solution.energy, slow_energy(&t.problem, labelling));
+        } else {
+            assert_int_equal(status, QS_E_OVERFLOW);
+        }
+    }
+    print_message("%u solvers take edges of 2^31 - 1\n", answered);
+    assert_true(answered >= 2);
+}
+
 static void small_workspaces_are_refused(void **unused)
 {
     (void)unused;
@@ -455,7 +547,8 @@ int main(void)
         cmocka_unit_test(small_workspaces_are_refused),  cmocka_unit_test(icm_ends_in_a_local_minimum),
         cmocka_unit_test(annealing_anneals),             cmocka_unit_test(reduced_models_have_the_problems_energy),
         cmocka_unit_test(cuts_have_no_model),            cmocka_unit_test(reduced_files_that_are_not_what_they_say),
-        cmocka_unit_test(labels_that_are_out_stay_out),
+        cmocka_unit_test(labels_that_are_out_stay_out),  cmocka_unit_test(blocks_that_only_seem_right),
+        cmocka_unit_test(labels_stay_out_beside_heavy_edges),
     };
     return cmocka_run_group_tests_name("solve", tests, NULL, NULL);
 }
