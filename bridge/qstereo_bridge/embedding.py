@@ -84,15 +84,19 @@ class Chip:
 
     @classmethod
     def named(cls, name):
-        """pegasus:M and zephyr:M: all qubits work; another name: the solver of this name at the user's account."""
+        """pegasus:M and zephyr:M: all qubits work; another name: the solver of this name at the user's account.
+
+        Raises ValueError where there can be none of this name, SolverError where the service does not give its graph.
+        """
         shape = re.fullmatch(r"(pegasus|zephyr):([0-9]+)", name)
-        if shape is None:
+        if shape is None and ":" not in name:
             return cls.of(name, _working_graph(name))
+        if shape is None or not SMALLEST <= int(shape[2]) <= LARGEST:
+            raise ValueError(f"no topology is called {name}; give pegasus:16 or zephyr:12 (sizes {SMALLEST} to {LARGEST}), or the name of a "
+                             "solver of your account")
         import dwave.graphs
 
         family, size = shape[1], int(shape[2])
-        if not SMALLEST <= size <= LARGEST:
-            raise ValueError(f"{name}: {family} is made here from {family}:{SMALLEST} to {family}:{LARGEST}")
         return cls.of(name, {"pegasus": dwave.graphs.pegasus_graph, "zephyr": dwave.graphs.zephyr_graph}[family](size))
 
     @classmethod
@@ -182,21 +186,35 @@ def find(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None):
     A grid is laid out in the chip's own tiles where it fits (tiles.py); everything else, and the chains that missing qubits
     break, are minorminer's work. One seed gives one embedding as long as `timeout` does not cut it short.
     """
-    from . import tiles
-
     began, seed = time.monotonic(), secrets.randbelow(2**31) if seed is None else seed
     if source.variables > chip.qubits.size or source.rows.size > len(chip.couplers):
         raise NoEmbedding(f"{source.variables:,} variables and {source.rows.size:,} couplings cannot fit on {chip.name} with its "
                           f"{chip.qubits.size:,} qubits and {len(chip.couplers):,} couplers")
-    progress("layout")
-    method, chains = "tiles", tiles.lay_out(source, chip)
-    broken = None if chains is None else faults(source, chip, chains)
-    if chains is None or broken[0].size or broken[1].size:
-        method, chains = "minorminer", search(source, chip, seed, timeout, progress)
+    method, chains = _tiled(source, chip, seed, timeout / 2, progress)
+    if not chains:
+        method, chains = "minorminer", search(source, chip, seed, timeout - (time.monotonic() - began), progress)
     if not chains:
         raise NoEmbedding(f"no embedding found on {chip.name} within {timeout:g} s ({source.variables:,} variables, "
                           f"{source.rows.size:,} couplings; {chip.qubits.size:,} qubits)")
     return Embedding(chip.name, method, seed, round(time.monotonic() - began, 3), source.digest, chip.digest, chains)
+
+
+def _tiled(source, chip, seed, timeout, progress):
+    """A layout in tiles and how it was made. What missing qubits and couplers break in it minorminer mends, all other chains fixed."""
+    from . import tiles
+
+    chains = tiles.lay_out(source, chip)
+    if chains is None:
+        return None, None
+    variables, couplings = faults(source, chip, chains)
+    broken = set(variables.tolist()).union(source.rows[couplings].tolist(), source.columns[couplings].tolist())
+    if not broken:
+        return "tiles", chains
+    # As many as this are not the chip's doing: the couplings are others than the tiles have.
+    if 2 * len(broken) > source.variables:
+        return None, None
+    sound = {variable: chain for variable, chain in chains.items() if variable not in broken}
+    return "tiles, mended", search(source, chip, seed, timeout, progress, fixed_chains=sound)
 
 
 def search(source, chip, seed, timeout, progress=lambda text: None, **hints):
