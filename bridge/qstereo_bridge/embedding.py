@@ -157,11 +157,13 @@ def faults(source, chip, chains):
     lengths = np.array([len(chains.get(variable, ())) for variable in range(n)])
     members = np.repeat(np.arange(n), lengths)
     qubits = np.fromiter((qubit for variable in range(n) for qubit in chains.get(variable, ())), np.int64, lengths.sum())
-    owner = np.full(max(int(chip.qubits.max(initial=0)), int(qubits.max(initial=0))) + 1, -1)
+    working, wrong = np.isin(qubits, chip.qubits), lengths == 0
+    wrong[members[~working]] = True
+    qubits, members = qubits[working], members[working]
+    owner = np.full(int(chip.qubits.max(initial=0)) + 1, -1)
     owner[qubits] = members
-    wrong = lengths == 0
     # A qubit in two chains has one owner; the other chain is at fault.
-    wrong[members[(owner[qubits] != members) | ~np.isin(qubits, chip.qubits)]] = True
+    wrong[members[owner[qubits] != members]] = True
     ends = owner[chip.couplers]
     inside, across = (ends[:, 0] == ends[:, 1]) & (ends[:, 0] >= 0), (ends[:, 0] != ends[:, 1]) & (ends >= 0).all(axis=1)
     low, high = ends[across].min(axis=1), ends[across].max(axis=1)

@@ -78,7 +78,7 @@ def lay_out(source, chip):
     if tile is None or place is None:
         return None
     sizes = np.diff(source.starts)
-    if sizes.max() < FEWEST:
+    if sizes.max() < FEWEST or sizes.size == 1:
         return None
     side = -(-int(sizes.max()) // CROSSES.size)
     group = np.repeat(np.arange(sizes.size), sizes)
