@@ -73,7 +73,7 @@ class Source:
 class Chip:
     """A chip's working graph: its `qubits`, sorted, and its couplers (array (.., 2) of qubits), as Ocean numbers them.
 
-    family, size    "pegasus" or "zephyr" and m of the full graph that it is a part of; another family has no tiles
+    family, size    "pegasus", "zephyr" or "chimera", and m of the full graph that it is a part of; None where its tiles are not of the usual size
     """
 
     name: str
@@ -102,8 +102,9 @@ class Chip:
     @classmethod
     def of(cls, name, graph):
         """From one of Ocean's graphs, its qubits numbered."""
+        family, tile = graph.graph["family"], graph.graph["tile"]
         couplers = np.sort(np.array(graph.edges, np.int32).reshape(-1, 2), axis=1)
-        return cls(name, graph.graph.get("family"), graph.graph.get("rows", 0), np.sort(np.array(graph, np.int32)),
+        return cls(name, family if tile == {"pegasus": 12}.get(family, 4) else None, graph.graph["rows"], np.sort(np.array(graph, np.int32)),
                    couplers[np.lexsort((couplers[:, 1], couplers[:, 0]))])
 
     @functools.cached_property

@@ -5,6 +5,7 @@ import io
 import numpy as np
 
 from . import tiles
+from .solvers import SolverError
 
 # Corners of the picture: top left, top right, bottom left, bottom right. Neighbouring sites have like colours.
 CORNERS = np.array([[[0.07, 0.40, 0.75], [0.52, 0.18, 0.70]], [[0.02, 0.62, 0.45], [0.95, 0.55, 0.08]]])
@@ -20,7 +21,7 @@ def require():
 
 
 def draw(source, chip, embedding):
-    """The bytes of a PNG."""
+    """The bytes of a PNG. Raises SolverError for a chip that Ocean has no layout of."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure = require()(figsize=(18, 9.6), dpi=150, facecolor=PAPER, layout="constrained")
@@ -95,9 +96,10 @@ def _chip(axes, source, chip, embedding, colours):
     import dwave.graphs
     from matplotlib.collections import LineCollection
 
-    layout = {"zephyr": dwave.graphs.zephyr_layout, "pegasus": dwave.graphs.pegasus_layout}
-    graph = {"zephyr": dwave.graphs.zephyr_graph, "pegasus": dwave.graphs.pegasus_graph}
-    places = layout[chip.family](graph[chip.family](chip.size))
+    if chip.family is None:
+        raise SolverError(f"{chip.name} is of a shape that cannot be drawn; embed without --picture")
+    layout, graph = (getattr(dwave.graphs, f"{chip.family}_{what}") for what in ("layout", "graph"))
+    places = layout(graph(chip.size))
     at = np.zeros((int(chip.qubits.max()) + 1, 2))
     at[chip.qubits] = [places[qubit] for qubit in chip.qubits.tolist()]
     owner = np.full(len(at), -1)

@@ -38,8 +38,8 @@ def tiling(chip):
     """The Tiling of a chip, or None.
 
     Zephyr: columns and rows of odd number, whose four lines have two overlapping qubits each at every crossing: a complete K_8,8.
-    Pegasus: of the lines 8 to 15 both ways the vertical 8 .. 11 meet the horizontal 12 .. 15 and the vertical 12 .. 15 the horizontal
-    8 .. 11; of the other halves, either of the two crossings of a pair is there, as vertical 8, 9 end where vertical 14, 15 begin.
+    Pegasus: the lines 8 to 15 both ways. Vertical 8 .. 11 meet horizontal 12 .. 15, and vertical 12 .. 15 horizontal 8 .. 11; of a
+    cross of the one kind and one of the other, vertical 10, 11 meet horizontal 8 .. 11, and vertical 12 .. 15 horizontal 12, 13.
     """
     m, eight = chip.size, 8 + CROSSES
     if chip.family == "zephyr":
@@ -65,14 +65,15 @@ def cells(source):
             at = known[near] & ~known[far]
             place[far[at]] = place[near[at]] + sign * step[at]
             known[far[at]] = True
-    sound = known.all() and (place[h] - place[g] == step).all() and np.unique(place, axis=0).shape[0] == groups
+    # What was not reached stands at the first group's place.
+    sound = (place[h] - place[g] == step).all() and np.unique(place, axis=0).shape[0] == groups
     return place - place.min(axis=0) if sound else None
 
 
 def lay_out(source, chip):
     """{variable: [qubits]}: the crosses of a grid's sites, where on the chip most of their qubits work; None where it does not fit.
 
-    Qubits that do not work are left out, and whether the couplings are those that crosses have is not looked at: see faults().
+    Some may not, and the couplings may be others than crosses have: see faults().
     """
     tile, place = tiling(chip), cells(source)
     if tile is None or place is None:
@@ -98,10 +99,4 @@ def lay_out(source, chip):
             count = int(works[qubits].sum())
             if count > most:
                 best, most = qubits.T, count
-            if most == qubits.size:
-                return _chains(best, works)
-    return None if best is None else _chains(best, works)
-
-
-def _chains(qubits, works):
-    return {variable: [qubit for qubit in chain if works[qubit]] for variable, chain in enumerate(qubits.tolist())}
+    return None if best is None else dict(enumerate(best.tolist()))

@@ -12,7 +12,7 @@ import pytest
 from conftest import TOKEN
 from dwave.system.testing import MockDWaveSampler
 from problems import grid, make, random_problem
-from qstereo_bridge import embedding, models, qcf, tiles
+from qstereo_bridge import embedding, models, picture, qcf, solvers, tiles
 
 GRAPH = {"zephyr": dwave.graphs.zephyr_graph, "pegasus": dwave.graphs.pegasus_graph}
 
@@ -113,7 +113,7 @@ def test_a_layout_looks_for_the_place_where_qubits_work():
 
 
 def test_other_graphs_are_minorminers():
-    for problem in (grid(2, 2, 4, dense=True), random_problem(3), make([3, 2], [], [], [0] * 5, [(0, 0)] * 2)):
+    for problem in (grid(2, 2, 4, dense=True), grid(3, 3, 2), grid(1, 1, 5), random_problem(3), make([3, 2], [], [], [0] * 5, [(0, 0)] * 2)):
         source = embedding.Source.of(problem)
         found = embedding.find(source, embedding.Chip.named("zephyr:3"), seed=1, timeout=30)
         graph = nx.Graph(models.to_bqm(problem).quadratic.keys())
@@ -121,6 +121,17 @@ def test_other_graphs_are_minorminers():
         dwave.embedding.verify_embedding(found.chains, graph, full("zephyr:3"))
         again = embedding.find(source, embedding.Chip.named("zephyr:3"), seed=1, timeout=30)
         assert found.method == "minorminer" and again.chains == found.chains
+
+
+def test_a_chip_of_unusual_tiles():
+    """No layout in tiles, which number the qubits in another way."""
+    graph = dwave.graphs.zephyr_graph(3, 2)
+    source, chip = embedding.Source.of(grid(2, 1, 3)), chip_of(graph)
+    found = embedding.find(source, chip, seed=1, timeout=30)
+    dwave.embedding.verify_embedding(found.chains, nx.Graph(zip(source.rows.tolist(), source.columns.tolist())), graph)
+    assert found.method == "minorminer"
+    with pytest.raises(solvers.SolverError, match="cannot be drawn"):
+        picture.draw(source, chip, found)
 
 
 def test_no_embedding():
@@ -309,10 +320,9 @@ def test_picture(problem, tmp_path, main):
     (tmp_path / "p.qcf").write_bytes(qcf.pack_qcf(problem))
     status, out, err = main("embed", tmp_path / "p.qcf", "--topology", "zephyr:3", "-o", tmp_path / "e.json", "--picture", tmp_path / "e.png")
     assert (status, err) == (0, "") and f"{tmp_path / 'e.png'}: written" in out
-    with image.open(tmp_path / "e.png") as picture:
-        pixels = np.array(picture.convert("RGB")).reshape(-1, 3).astype(int)
-        half = np.array(picture.convert("RGB")).astype(int)
-    assert (np.ptp(pixels, axis=1) > 60).sum() > 200
+    with image.open(tmp_path / "e.png") as drawn:
+        half = np.array(drawn.convert("RGB")).astype(int)
+    assert (np.ptp(half, axis=2) > 60).sum() > 200
     middle = half.shape[1] // 2
     assert all((np.ptp(side, axis=2) > 60).any() for side in (half[:, :middle], half[:, middle:]))
 
