@@ -214,7 +214,7 @@ def test_an_embedding_of_something_else_is_refused():
 def test_digests_are_of_the_graphs_alone():
     frames = [embedding.Source.of(grid(3, 2, 4, seed=seed)).digest for seed in (1, 2)]
     assert frames[0] == frames[1] != embedding.Source.of(grid(2, 3, 4)).digest
-    assert source_of(nx.path_graph(3)).digest != source_of(nx.Graph([(0, 1), (1, 2), (1, 3)])).digest
+    assert len({source_of(graph).digest for graph in (nx.path_graph(4), nx.star_graph(3), nx.path_graph(3), nx.cycle_graph(4))}) == 4
     whole, less = full("zephyr:2"), full("zephyr:2")
     less.remove_edge(*next(iter(less.edges)))
     assert chip_of(whole).digest == embedding.Chip.named("zephyr:2").digest != chip_of(less).digest
