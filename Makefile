@@ -56,7 +56,7 @@ ENV := .venv/.ready
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all run check check-c check-python bench reproduce install uninstall clean help FORCE
+.PHONY: all run check check-c check-python bench bench-embedding reproduce install uninstall clean help FORCE
 
 all: $(BUILD)/qstereo $(BUILD)/libqstereo.a $(BUILD)/libqstereo.so $(BUILD)/qstereo.pc ## build the library and the command (OPENCV=0: without OpenCV)
 
@@ -79,6 +79,9 @@ bench: all $(ENV) $(BUILD)/bench_encode ## measure speed, memory and sizes besid
 	@$(BIN)/python tests/bridge/bench_bridge.py
 	@$(BIN)/python tests/bench/bench_solvers.py --qstereo $(BUILD)/qstereo $(if $(DATA),--data $(DATA))
 	@$(BIN)/python tests/bench/bench_anneal.py --qstereo $(BUILD)/qstereo --bridge $(BIN)/qstereo-bridge $(if $(DATA),--data $(DATA))
+
+bench-embedding: all $(ENV) ## the largest windows that embed into D-Wave's chips, in each encoding (about an hour)
+	@$(BIN)/python tests/bench/bench_embedding.py --qstereo $(BUILD)/qstereo
 
 reproduce: all ## run every solver on the scenes of DATA=folder (Middlebury's layout) and print the paper's table
 	@scripts/reproduce --qstereo $(BUILD)/qstereo $(DATA)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from . import __version__
 
-OK, USAGE, BAD_INPUT, IO, SERVICE = 0, 2, 3, 4, 5
+OK, NO, USAGE, BAD_INPUT, IO, SERVICE = 0, 1, 2, 3, 4, 5
 
 
 @dataclass(frozen=True)
@@ -69,6 +69,21 @@ examples:
 D-Wave's services (qpu, hybrid-bqm, hybrid-cqm) use your own account: `dwave config create`, or the environment
 variable DWAVE_API_TOKEN. Only coefficients are sent, with the label."""])
 
+# What helps against a chip that is too small.
+SMALLER = ("make it smaller with `qstereo reduce` or a smaller window (encode --roi), or encode it with fewer couplers "
+           "(--encoding one-hot-sparse or domain-wall); another --seed or a longer --timeout may do as well")
+EMBED_EPILOG = """
+A window of a picture with k labels in the encoding one-hot-sparse is laid out in the chip's own tiles at once, in chains of
+2 ceil(k / 8) qubits, as far as the chip reaches; every other problem is searched for by minorminer, whose result depends on the seed.
+The shortest embedding seen of a problem's graph into a chip is kept in the folder qstereo of the user's cache.
+
+exit status: 0 done, 1 no embedding found, 2 usage, 3 bad input, 4 cannot read or write or over the memory limit, 5 the
+service does not give the solver's graph, 130 interrupted. A failed command leaves no file.
+
+examples:
+  qstereo-bridge embed p.qcf --topology zephyr:12 -o e.json --picture e.png
+  qstereo-bridge embed p.qcf --topology Advantage2_system1 --seed 1 --timeout 300 -o e.json"""
+
 
 class Failure(Exception):
     """An end of the command: exit status and message."""
@@ -116,12 +131,47 @@ def _parser():
     add("--json", action="store_true", help="print the result as one JSON object")
     add("--memory-limit", type=_number(int, 1, 1 << 40), default=8192, metavar="MIB", help="memory for the problem (8192)")
     add("--quiet", action="store_true", help="no progress and no result lines, only errors")
+    _add_embed(commands)
     return parser
+
+
+def _add_embed(commands):
+    embed = commands.add_parser(
+        "embed", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EMBED_EPILOG,
+        description="Find a minor embedding of a .qcf's QUBO: a chain of the chip's qubits for each variable.")
+    add = embed.add_argument
+    add("problem", metavar="P.qcf", help="the problem; - is stdin")
+    add("-o", "--output", metavar="E.json", required=True, help="the embedding; - is stdout")
+    add("--topology", metavar="NAME", required=True,
+        help="pegasus:16, zephyr:12 (or another size; all qubits work), or a solver of your account: the qubits that work there")
+    add("--seed", type=_number(int, 0, 2**31 - 1), metavar="N", help="seed of the search (a random one)")
+    add("--timeout", type=_number(float, 1e-6, 1e9), default=100.0, metavar="S", help="seconds of search (100)")
+    add("--picture", metavar="E.png", help="draw the problem's graph and the chip, each chain in the colour of its variable")
+    add("--json", action="store_true", help="print the figures as one JSON object")
+    add("--memory-limit", type=_number(int, 1, 1 << 40), default=8192, metavar="MIB", help="memory for the problem (8192)")
+    add("--quiet", action="store_true", help="no progress and no result lines, only errors")
+    embed.set_defaults(solver="embed", dry_run=False)
 
 
 def _options(arguments):
     """Parse and complete the options. Raises Failure."""
     options = _parser().parse_args(arguments)
+    options.memory_limit <<= 20
+    return _solve_options(options) if options.command == "solve" else _embed_options(options)
+
+
+def _embed_options(options):
+    named = [name for name in (options.problem, options.output, options.picture) if name not in (None, "-")]
+    if len({os.path.realpath(name) for name in named}) < len(named):
+        raise Failure(USAGE, "problem, embedding and picture are files of their own; give them three names")
+    if options.output == "-" and options.json:
+        raise Failure(USAGE, "-o - and --json both want stdout; give -o a file")
+    if options.picture == "-":
+        raise Failure(USAGE, "a picture does not go to stdout; give --picture a file")
+    return options
+
+
+def _solve_options(options):
     solver = SOLVERS[options.solver]
     for option in sorted({option for other in SOLVERS.values() for option in other.options}):
         if getattr(options, option) is None:
@@ -142,7 +192,6 @@ def _options(arguments):
         raise Failure(USAGE, "-o - and --json both want stdout; give -o a file")
     if options.output == "-" and os.isatty(1):
         raise Failure(USAGE, "-o - would write binary to a terminal; redirect stdout, or give -o a file")
-    options.memory_limit <<= 20
     return options
 
 
@@ -295,6 +344,62 @@ def _solve(options):
             output.keep()
 
 
+def _embed(options):
+    """Embed, draw, print. The embedding's file gets its name last."""
+    from . import embedding
+    from .output import Output
+
+    picture, drawing = None, None
+    if options.picture:
+        from . import picture
+
+        try:
+            picture.require()
+        except ImportError:
+            raise Failure(IO, f"{options.picture}: a picture needs matplotlib; pip install 'qstereo-bridge[picture]'") from None
+        with _io(options.picture, "write"), Output(options.picture):
+            pass
+    with _io(options.output, "write"):
+        output = Output(options.output)
+    with output:
+        problem, _ = _read(options)
+        try:
+            chip = embedding.Chip.named(options.topology)
+        except ValueError as error:
+            raise Failure(USAGE, str(error)) from None
+        source, progress = embedding.Source.of(problem, options.memory_limit), _progress(options)
+        try:
+            found = embedding.find(source, chip, options.seed, options.timeout, progress)
+            embedding.keep(found, source, chip)
+            if picture:
+                progress("picture")
+                drawing = picture.draw(source, chip, found)
+        except embedding.NoEmbedding as error:
+            raise Failure(NO, f"{options.problem}: {error}; {SMALLER}") from None
+        finally:
+            progress(None)
+        with _io(options.output, "write"):
+            output.write(found.to_json().encode())
+        _show(options, _embed_summary(options, source, chip, found))
+        with _io(options.output, "write"):
+            output.keep()
+    if picture:
+        with _io(options.picture, "write"), Output(options.picture) as output:
+            output.write(drawing)
+            output.keep()
+
+
+def _embed_summary(options, source, chip, found):
+    figures = {"variables": source.variables, "couplers": int(source.rows.size), **found.figures(), "seconds": found.seconds,
+               "chip_qubits": int(chip.qubits.size), "share": round(found.figures()["qubits"] / chip.qubits.size, 4)}
+    if options.json:
+        return json.dumps({"schema": 1, "topology": found.topology, "method": found.method, "seed": found.seed, **figures})
+    return (f"{found.topology}: {figures['variables']:,} variables, {figures['couplers']:,} couplers on {figures['qubits']:,} qubits, "
+            f"{100 * figures['share']:.1f} % of the chip; longest chain {figures['longest_chain']}, mean {figures['mean_chain']:.2f}; "
+            f"{found.method}, {found.seconds:.1f} s\n" + "".join(f"{name}: written\n" for name in (options.output, options.picture)
+                                                               if name))[:-1]
+
+
 def _run(options):
     """The command, whatever goes wrong in it a Failure."""
     from .container import FormatError, OverLimit
@@ -303,6 +408,8 @@ def _run(options):
     try:
         if options.dry_run:
             _show(options, _dry_run(options, _read(options)[0]))
+        elif options.command == "embed":
+            _embed(options)
         else:
             _solve(options)
     except MemoryError:
