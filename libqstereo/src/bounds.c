@@ -10,6 +10,11 @@ uint32_t qs_band(const qs_pairwise *pairwise, uint32_t labels)
     return pairwise->truncation == 0 || pairwise->truncation > labels - 1 ? labels - 1 : pairwise->truncation;
 }
 
+bool qs_is_linear(const qs_pairwise *pairwise, uint32_t labels)
+{
+    return pairwise->smoothness == QS_TRUNCATED_LINEAR && qs_band(pairwise, labels) == labels - 1;
+}
+
 bool qs_one_hot_holds(qs_encoding encoding, qs_penalty penalty, const qs_pairwise *pairwise)
 {
     bool linear = pairwise->smoothness == QS_TRUNCATED_LINEAR;
@@ -65,7 +70,7 @@ uint64_t qs_wall_bound(const qs_pairwise *pairwise, uint32_t labels, uint64_t ga
     qs_grow(&kappa, 1, inner);
     if (pairwise->smoothness == QS_POTTS) {
         qs_grow(&kappa, 1, weights);
-    } else if (tau < labels - 1) {
+    } else if (!qs_is_linear(pairwise, labels)) {
         qs_grow(&kappa, 1, share(weights, 3 * tau, 2));
     }
     return kappa;

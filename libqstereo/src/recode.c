@@ -9,12 +9,10 @@ enum { WORTH_A_LATTICE = 5 };
 
 /* ---- What fits what. ---- */
 
-/* min(|a - b|, tau) that never cuts. */
-static bool is_linear(const qs_model *model)
+/* Of two labels Potts is linear. */
+static bool is_a_cut(const qs_model *model)
 {
-    const qs_pairwise *v = &model->pairwise;
-    bool whole = v->smoothness == QS_TRUNCATED_LINEAR && (v->truncation == 0 || v->truncation >= model->labels - 1);
-    return whole || (v->smoothness == QS_POTTS && model->labels <= 2);
+    return qs_is_linear(&model->pairwise, model->labels) || (model->pairwise.smoothness == QS_POTTS && model->labels <= 2);
 }
 
 static bool holds(const qs_recoding *r, const qs_model *model)
@@ -24,7 +22,7 @@ static bool holds(const qs_recoding *r, const qs_model *model)
     case QS_DOMAIN_WALL: return (potts || linear) && qs_is_proven(r->penalty);
     case QS_MULTIWAY_CUT: return potts;
     case QS_ST_CUT:
-    case QS_ST_CUT_ARCS: return is_linear(model) && qs_is_proven(r->penalty);
+    case QS_ST_CUT_ARCS: return is_a_cut(model) && qs_is_proven(r->penalty);
     default: return qs_one_hot_holds(r->encoding, r->penalty, &model->pairwise);
     }
 }

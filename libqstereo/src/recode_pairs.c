@@ -1,6 +1,7 @@
 /* The blocks of two sites depend on their label sets alone: one for each two sets that meet. */
 #include <string.h>
 
+#include "bounds.h"
 #include "magnitude.h"
 #include "recoding.h"
 #include "sort.h"
@@ -132,7 +133,9 @@ static void couple_set_pair(qs_recoding *r, const uint32_t *edges, size_t count)
     const qs_left *left = &r->left;
     const qs_edge *one = &left->edges[edges[0]];
     uint32_t block = qs_add_block(r, (qs_block_of){QS_PAIR_BLOCK, one->first, one->second});
-    if (!left->counts.whole && qs_draft_block_sum(&r->draft, block) == 0) {
+    /* Repair moves the walls of linear costs along every edge, also where no two labels left tell the edge's cost from unary ones. */
+    bool wanted = left->counts.whole || (r->encoding == QS_DOMAIN_WALL && qs_is_linear(&left->model->pairwise, left->model->labels));
+    if (!wanted && qs_draft_block_sum(&r->draft, block) == 0) {
         r->draft.block_count--; /* the sets have nothing in common */
         return;
     }

@@ -2,6 +2,7 @@
 
 #include "../include/qstereo/sample.h"
 #include "bits.h"
+#include "bounds.h"
 #include "bytes.h"
 #include "energy.h"
 #include "sites.h"
@@ -51,12 +52,11 @@ static way way_of(const qs_qubo *qubo)
 {
     const qs_labels *l = &qubo->labels;
     bool potts = l->pairwise.smoothness == QS_POTTS;
-    bool linear = l->pairwise.smoothness == QS_TRUNCATED_LINEAR && (l->pairwise.truncation == 0 || l->pairwise.truncation >= l->labels - 1);
     if (!qubo->has_labels || l->encoding == QS_ONE_HOT || l->encoding == QS_MULTIWAY_CUT ||
         (l->encoding == QS_ONE_HOT_SPARSE && l->penalty != QS_PENALTY_MINIMAL)) {
         return GREEDY;
     }
-    if (qs_is_cut(l->encoding) || (l->encoding == QS_DOMAIN_WALL && linear)) {
+    if (qs_is_cut(l->encoding) || (l->encoding == QS_DOMAIN_WALL && qs_is_linear(&l->pairwise, l->labels))) {
         return STEPS;
     }
     return potts ? ORDER : ALONE;
