@@ -96,16 +96,20 @@ def test_defaults_are_those_of_the_file(folder, pair):
         assert (folder / "t.qcf").read_bytes() == (folder / "s.qcf").read_bytes()
 
 
-@pytest.mark.parametrize("encoding, target", [("one-hot-sparse", 100), ("one-hot-sparse", 60), ("domain-wall", 80), ("domain-wall", 30)])
+@pytest.mark.parametrize("encoding, target", [("one-hot", 1000), ("one-hot-sparse", 1000), ("domain-wall", 700)])
 def test_target(folder, encoding, target):
+    """The first problem that is small enough, counted in the variables that are written: there are more labels left than the 700."""
     _, _, left, right = random_pair(folder, 40, 12, seed=3)
-    facts = call("encode", left, right, "-o", folder / "p.qcf", "--disparity", "0:3", "--lambda", "20", "--encoding", encoding, "--reduce",
-                 "--target", target)
-    assert facts["variables_after"] <= target or facts["proven_optimal"]
-    assert facts["variables_after"] == facts["variables"]
-    whole = call("encode", left, right, "-o", folder / "q.qcf", "--disparity", "0:3", "--lambda", "20", "--encoding", encoding, "--reduce")
-    assert whole["variables_after"] <= facts["variables_after"]
-    assert whole["iterations"] >= facts["iterations"]
+    arguments = ["encode", left, right, "-o", folder / "p.qcf", "--disparity", "0:7", "--encoding", encoding, "--reduce"]
+    whole, facts = call(*arguments), call(*arguments, "--target", target)
+    assert 0 <= whole["variables_after"] < 100 < facts["variables_after"] == facts["variables"] <= target
+    assert facts["iterations"] < whole["iterations"]
+    if encoding == "domain-wall":
+        assert facts["variables_after"] + facts["sites_after"] > target
+    call("encode", left, right, "-o", folder / "q.qcf", "--disparity", "0:7")
+    again = call("reduce", folder / "q.qcf", "-o", folder / "r.qcf", "--encoding", encoding, "--target", target)
+    assert (folder / "r.qcf").read_bytes() == (folder / "p.qcf").read_bytes()
+    assert {**again, "seconds": 0} == {**{key: facts[key] for key in again}, "seconds": 0}
 
 
 def test_reduced_again(folder, pair):
@@ -231,11 +235,11 @@ def test_time_limit_and_progress(folder, large):
     for line in lines[1:-1]:
         assert line.startswith("reduce: ") and " s, iteration " in line and " variables left, bound " in line and len(line) < 80
     facts = call("reduce", large, "-o", folder / "s.qcf", "--time-limit", "0.5")
-    assert facts["seconds"] < 5 and facts["lower_bound"] <= facts["upper_bound"]
+    assert facts["seconds"] < 20 and facts["lower_bound"] <= facts["upper_bound"]
 
 
 def test_an_interrupt_leaves_nothing(folder, large):
-    status, _ = on_terminal("reduce", large, "-o", folder / "s.qcf", interrupt_after=1)
+    status, _ = on_terminal("reduce", large, "-o", folder / "s.qcf", interrupt_after=0.5)
     assert status == 130
     assert not list(folder.iterdir())
 
