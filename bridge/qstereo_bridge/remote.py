@@ -158,8 +158,8 @@ def solvers(options):
         from dwave.cloud import Client
         client = Client.from_config(client="base", defaults={})
         with contextlib.closing(client):
-            for solver in client.get_solvers(order_by=None, online__in=(True, False), refresh=True):
-                found.append(_described(solver))
+            for online in (True, False):
+                found += map(_described, client.get_solvers(order_by=None, online=online))
     found.sort(key=lambda one: (one["kind"], one["name"]))
     if options.json:
         cli.show(options, json.dumps({"schema": 1, "solvers": found}))

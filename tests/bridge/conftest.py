@@ -9,9 +9,9 @@ from qstereo_bridge import cli, qcf
 sys.path.insert(0, str(Path(__file__).parent))
 
 from problems import grid  # noqa: E402
+from service import TOKEN, Service  # noqa: E402, F401
 
 COMMAND = [sys.executable, "-m", "qstereo_bridge"]
-TOKEN = "DEV-" + "0123456789abcdef" * 2 + "01234567"
 
 
 @pytest.fixture
@@ -46,3 +46,24 @@ def main(capsys):
         status = cli.main(list(map(str, arguments)))
         return status, *capsys.readouterr()
     return run
+
+
+@pytest.fixture
+def service(environment, monkeypatch):
+    """A service on the loopback interface, where `main` and `command` look for D-Wave's."""
+    with Service() as service:
+        environment.update(service.environment)
+        for name, value in service.environment.items():
+            monkeypatch.setenv(name, value)
+        yield service
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_account():
+    """No test asks a real service."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name in [name for name in os.environ if name.startswith("DWAVE_")]:
+            patch.delenv(name)
+        patch.setenv("DWAVE_CONFIG_FILE", "/dev/null")
+        patch.setenv("DWAVE_CACHE_ENABLED", "false")
+        yield
