@@ -10,6 +10,7 @@ A job file, JSON, lies beside the samples file from before the upload until the 
 A job file is replaced as a whole, on the disk before the next step is taken, and locked while its process lives. It holds no token.
 """
 
+import concurrent.futures
 import contextlib
 import fcntl
 import json
@@ -178,31 +179,35 @@ def solve(kind, options, progress, session):
     """
     job = start(options, kind.problem.linear.size)
     job.session = session
-    try:
+    with _left(job):
         kind.check(session.properties)
         request = kind.prepare(session, progress)
         job.save(service_solver=session.solver.name, parameters=request.parameters, **request.facts)
         data = request.data if request.upload is None else {"format": "ref", "data": upload(session, request.upload, progress)}
         progress("sending")
         send(session, job, kind.problem_type, data, request.sent)
+        return None if options.no_wait else decoded(kind, wait(session, job, progress), job), job
+
+
+@contextlib.contextmanager
+def _left(job):
+    """Whatever fails, the job file is as it has to be: gone if nothing was sent."""
+    try:
+        yield
     except BaseException:
         if job.state == UPLOADING:
             job.remove()
+        job.leave()
         raise
-    if options.no_wait:
-        return None, job
-    return decoded(kind, wait(session, job, progress), job), job
 
 
 def decoded(kind, future, job):
     """The Answer in a resolved Future."""
     try:
         answer = kind.decode(kind.problem, future, job)
-    except SolverError:
-        raise
     except Exception as error:
-        raise SolverError(f"the service's answer cannot be read ({explain(error)}); `qstereo-bridge collect {job.path}` asks for it again") \
-            from None
+        why = error if isinstance(error, SolverError) else f"the service's answer cannot be read ({explain(error)})"
+        raise SolverError(f"{why}; `qstereo-bridge collect {job.path}` asks for it again") from None
     answer.info = {"service_solver": job.service_solver, "problem_id": job.problem_id,
                    "parameters": {**job.parameters, **({"label": job.user_label} if job.user_label else {})}, **answer.info}
     return answer
@@ -213,17 +218,18 @@ def _now():
 
 
 def upload(session, data, progress):
-    """Upload a file-like `data`; the service's name for it. Nothing is charged for it, so parts are sent again where they fail."""
-    progress("uploading")
-    future = session.client.upload_problem_encoded(data)
-    while not _wait(future, 0.2):
-        progress("uploading")
-    return future.result()
+    """Upload a file-like `data`; the service's name for it. Nothing is charged for it, so what fails is sent again."""
+    from dwave.cloud.exceptions import ProblemUploadError
 
-
-def _wait(future, seconds):
-    import concurrent.futures
-    return bool(concurrent.futures.wait([future], seconds).done)
+    def once():
+        future = session.client.upload_problem_encoded(data)
+        while not concurrent.futures.wait([future], 0.2).done:
+            progress("uploading")
+        return future.result()
+    try:
+        return once()
+    except ProblemUploadError:
+        return once()
 
 
 def send(session, job, problem_type, data, parameters):

@@ -33,7 +33,7 @@ def solve_there(options, problem, session, progress):
     return OK
 
 
-def collect(options):
+def collect(options, print_result=cli.show):
     """The command `collect`."""
     job = jobs.Job.load(options.job)
     if job is None:
@@ -44,7 +44,7 @@ def collect(options):
             raise Failure(BAD_INPUT, f"{options.job}: {options.solver} is no solver that this program knows")
         options.problem = _problem_of(options, job)
         with io(options.output, "write"):
-            output = Output(options.output)
+            output = Output(options.output, last=getattr(options, "out_dir", None) is None)
         with output:
             problem = cli.read(options)
             if options.digest.hex() != job.problem_digest:
@@ -56,7 +56,7 @@ def collect(options):
             finally:
                 progress(None)
             with jobs.keeping(job):
-                cli.deliver(options, problem, answer, output, began)
+                cli.deliver(options, problem, answer, output, began, print_result)
     return OK
 
 
@@ -133,21 +133,34 @@ def _one_of_many(task, session):
             if _is_there(task):
                 return task, {"skipped": True} if task.json else "skipped, the samples are there", None
             said = []
-            cli.solve(task, session, lambda options, text: said.append(text))
+            _solve_or_collect(task, session, lambda options, text: said.append(text))
             text = said[0] if said else "sent"
             return task, json.loads(text) if task.json and said else text.splitlines()[0], None
     except Failure as failure:
         return task, None, str(failure)
 
 
+def _solve_or_collect(task, session, print_result):
+    """What an earlier run sent and did not wait for is collected."""
+    job = jobs.path_of(task.output, b"")
+    if not cli.SOLVERS[task.solver].kind or task.resubmit or task.no_wait or not os.path.exists(job):
+        return cli.solve(task, session, print_result)
+    with jobs.Job.load(job) as earlier:
+        pending = earlier.state != jobs.UPLOADING and earlier.problem_digest == task.digest.hex()
+    if not pending:
+        return cli.solve(task, session, print_result)
+    collecting = copy.copy(task)
+    collecting.job, collecting.no_wait = job, False
+    return collect(collecting, print_result)
+
+
 def _is_there(task):
-    """Whether the samples file answers this very problem."""
+    """Whether the samples file answers this very problem, whose digest is known then."""
     from .container import FormatError
     from .qsf import read_qsf
+    cli.read(task)
     with contextlib.suppress(FileNotFoundError, FormatError), open(task.output, "rb") as stream:
-        samples = read_qsf(stream, task.memory_limit)
-        cli.read(task)
-        return samples.digest == task.digest
+        return read_qsf(stream, task.memory_limit).digest == task.digest
     return False
 
 

@@ -124,6 +124,8 @@ OF_STATUS = {401: "ResourceAuthenticationError", 403: "ResourceAccessForbiddenEr
 
 def _explain(error):
     names = {cls.__name__ for cls in type(error).__mro__}
+    if "ProblemUploadError" in names and error.__cause__:
+        return _explain(error.__cause__)
     status = getattr(error, "error_code", None)
     if isinstance(status, int):
         names.add("InternalServerError" if status >= 500 else OF_STATUS.get(status, ""))

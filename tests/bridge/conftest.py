@@ -35,7 +35,9 @@ def command(environment):
     def run(*arguments, **options):
         options = {"env": environment, "capture_output": True, "timeout": 60, **options}
         arguments = [word if isinstance(word, bytes) else str(word) for word in arguments]
-        return subprocess.run([*COMMAND, *arguments], **options)
+        found = subprocess.run([*COMMAND, *arguments], **options)
+        assert TOKEN.encode() not in (found.stdout or b"") + (found.stderr or b"")
+        return found
     return run
 
 
@@ -44,8 +46,17 @@ def main(capsys):
     """Runs the command in this process: (exit status, stdout, stderr)."""
     def run(*arguments):
         status = cli.main(list(map(str, arguments)))
-        return status, *capsys.readouterr()
+        out, err = capsys.readouterr()
+        assert TOKEN not in out + err
+        return status, out, err
     return run
+
+
+@pytest.fixture(autouse=True)
+def no_token_in_any_file(tmp_path):
+    yield
+    for path in tmp_path.rglob("*"):
+        assert not path.is_file() or path.name == "dwave.conf" or TOKEN.encode() not in path.read_bytes()
 
 
 @pytest.fixture

@@ -104,7 +104,8 @@ class Solving:
         from dwave.optimization import Model
         model, rng = Model.from_file(io.BytesIO(data)), np.random.default_rng(1)
         decision = next(model.iter_decisions())
-        high = int(decision.upper_bound() if hasattr(decision, "upper_bound") else 1)
+        high = np.broadcast_to(decision.upper_bound(), decision.size()).astype(int) if hasattr(decision, "upper_bound") else \
+            np.ones(decision.size(), int)
         with model.lock():
             model.states.resize(2)
 
@@ -118,7 +119,7 @@ class Solving:
                 while now < before:
                     before = now
                     for at in range(state.size):
-                        tried = [energy(np.where(np.arange(state.size) == at, value, state)) for value in range(high + 1)]
+                        tried = [energy(np.where(np.arange(state.size) == at, value, state)) for value in range(high[at] + 1)]
                         state[at] = int(np.argmin(tried))
                         now = min(tried)
                 if best is None or now < best[0]:
@@ -194,7 +195,8 @@ class Service:
 
     def fail(self, method, path, how, times=1):
         """The next `times` requests of `method` whose path matches the expression: `how` is a status of HTTP; "drop" (the connection is
-        closed, the request forgotten); "drop after" (it is carried out, but not answered); or a function that is called first."""
+        closed, the request forgotten); "drop after" and "500 after" (it is carried out first); or a function that is called first and may
+        give one of these."""
         self.faults.append([method, re.compile(path), how, times])
 
     def fault(self, method, path):
@@ -240,6 +242,9 @@ class _Handler(BaseHTTPRequestHandler):
         self.send_response(status)
         self.send_header("Content-Type", "application/octet-stream" if isinstance(content, bytes) else MEDIA.format(media))
         self.send_header("Content-Length", str(len(data)))
+        if self.close_connection:
+            # As servers do; the client would use the connection again otherwise.
+            self.send_header("Connection", "close")
         self.end_headers()
         self.wfile.write(data)
 
@@ -269,6 +274,8 @@ class _Handler(BaseHTTPRequestHandler):
         if how == "drop after":
             self.close_connection = True
             return self.connection.close()
+        if how == "500 after":
+            return self._error(500, "as it was told")
         return self._reply(*reply)
 
     do_GET = do_POST = do_PUT = do_DELETE = lambda self: self._quietly(self._serve)
