@@ -212,7 +212,7 @@ class Service:
         from dwave.samplers import SimulatedAnnealingSampler, SteepestDescentSampler
         if self.sampler:
             return self.sampler.sample(bqm, num_reads=reads)
-        if bqm.num_variables <= 12:
+        if bqm.num_variables <= 18:
             return ExactSolver().sample(bqm).truncate(reads, sorted_by="energy")
         annealed = SimulatedAnnealingSampler().sample(bqm, num_reads=min(reads, 200), num_sweeps=200, seed=1)
         return SteepestDescentSampler().sample(bqm, initial_states=annealed)
