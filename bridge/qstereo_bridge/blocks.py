@@ -35,6 +35,9 @@ class Table:
         """The block as an array, rows x columns."""
         return self.table
 
+    def transposed(self):
+        return Table(self.table.T)
+
     def abs_sum(self, dtype):
         """Sum of the entries' absolute values, computed in `dtype`."""
         return np.abs(self.table.astype(dtype)).sum()
@@ -80,6 +83,9 @@ class Toeplitz:
         at = np.arange(self.shape[1]) - np.arange(self.shape[0])[:, None] - self.first
         inside = (at >= 0) & (at < self.values.size)
         return np.where(inside, np.append(self.values, self.fill)[np.where(inside, at, -1)], np.int32(self.fill))
+
+    def transposed(self):
+        return Toeplitz(self.shape[::-1], self.fill, 1 - self.first - self.values.size if self.values.size else 0, self.values[::-1])
 
     def count_nonzero(self, upper):
         """How many entries() there are."""

@@ -13,6 +13,7 @@ import numpy as np
 from . import models
 from .services import given, plain
 from .solvers import Answer, SolverError, from_sampleset
+from .upload import bqm_file
 
 SMALLER = "take a smaller window (encode --roi), fewer labels, or what `qstereo reduce` leaves"
 
@@ -101,7 +102,7 @@ class Bqm(Hybrid):
         return 200 + 12 * self.problem.linear.size + 24 * self.terms().count
 
     def file(self):
-        return models.to_bqm(self.problem, self.options.memory_limit).to_file(ignore_labels=True)
+        return bqm_file(self.problem, self.options.memory_limit)
 
     @staticmethod
     def decode(problem, future, job):

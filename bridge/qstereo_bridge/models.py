@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .blocks import Toeplitz, places
+from .blocks import Table, Toeplitz, places
 from .container import check_memory
 from .qcf import DEFAULT_LIMIT
 
@@ -21,10 +21,11 @@ class Terms:
     its block that are not 0, row after row. The terms of variable i of group g are then row i of the pattern of each of g's
     couplings, one after another in the order of the partner groups.
 
-    `count` is their number. With `penalties` false the one-hot penalties are left out.
+    `count` is their number. With `penalties` false the one-hot penalties are left out. With `both` each term stands there twice, in the
+    row of either of its variables.
     """
 
-    def __init__(self, problem, penalties=True):
+    def __init__(self, problem, penalties=True, both=False):
         self.starts = problem.starts()
         sizes = np.diff(self.starts)
         g, h, block, weight = problem.coupled_pairs()
@@ -37,6 +38,8 @@ class Terms:
             g, h, weight = np.append(g, own), np.append(h, own), np.append(weight, b[own])
             pattern = np.append(pattern, 2 * (len(blocks) + of_size) + 1)
             blocks += [Toeplitz((size, size), 1, 0, np.empty(0, np.int32)) for size in own_sizes.tolist()]
+        if both:
+            g, h, weight, pattern, blocks = _both_ways(g, h, weight, pattern, blocks)
         # Stable sorting merges runs that are sorted already, which is how couplings usually stand in a file.
         order = np.argsort(g * sizes.size + h, kind="stable")
         order = order[weight[order] != 0]
@@ -120,6 +123,17 @@ class Terms:
         length = self.lengths[entry_row]
         return (np.repeat(row, length), np.repeat(coupling, length),
                 np.repeat(self.first_entry[entry_row], length) + places(length))
+
+
+def _both_ways(g, h, weight, pattern, blocks):
+    """Couplings with those of the same groups in the other order, and couplings of a group with itself both ways in one block."""
+    off, count = g != h, len(blocks)
+    of_itself = [Table(np.triu(block.dense(), 1) + np.triu(block.dense(), 1).T) if 2 * number + 1 in set(pattern.tolist()) else block
+                 for number, block in enumerate(blocks)]
+    blocks = [*blocks, *(block.transposed() for block in blocks), *of_itself]
+    return (np.concatenate([g[off], h[off], g[~off]]), np.concatenate([h[off], g[off], h[~off]]),
+            np.concatenate([weight[off], weight[off], weight[~off]]),
+            np.concatenate([pattern[off], pattern[off] + 2 * count, pattern[~off] // 2 * 2 + 4 * count]), blocks)
 
 
 def expand(problem, penalties=True, limit=DEFAULT_LIMIT):
