@@ -120,8 +120,9 @@ def _parser():
     add("--dry-run", action="store_true", help="say what would be sent, and against which limits; send nothing")
     _common(add)
     collect = commands.add_parser(
-        "collect", help="fetch the answer of a problem that was sent", description="Fetch the answer of a problem that `solve` sent to D-Wave, "
-        "and write the samples. The job file is removed when they are written.")
+        "collect", help="fetch the answer of a problem that was sent",
+        description="Fetch the answer of a problem that `solve` sent to D-Wave, and write the samples. The job file is removed "
+        "when they are written.")
     collect.add_argument("job", metavar="S.qsf.job", help="the job file that solve wrote")
     collect.add_argument("-o", "--output", metavar="S.qsf", help="the samples (the job file's name without .job); - is stdout")
     collect.add_argument("--problem", metavar="P.qcf", help="the problem (where it was when it was sent)")

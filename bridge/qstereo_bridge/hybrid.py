@@ -78,7 +78,8 @@ class Hybrid:
     def plan(self, properties):
         sizes, seconds = self.sizes(), self.time_limit(properties)
         limits = {what: properties[limit] for what, limit in self.limits.items() if limit in properties}
-        return {"variables": self.problem.linear.size, "quadratic_terms": self.terms().count, **sizes, "upload_bytes": self.upload_bytes(), "minimum_time_limit": float(self.least_time(properties)), "time_limit": seconds,
+        return {"variables": self.problem.linear.size, "quadratic_terms": self.terms().count, **sizes,
+                "upload_bytes": self.upload_bytes(), "minimum_time_limit": float(self.least_time(properties)), "time_limit": seconds,
                 "charge_seconds": seconds, "charge_qpu_seconds": seconds / properties["quota_conversion_rate"]
                 if properties.get("quota_conversion_rate") else None,
                 "limits": limits, "fits": all(sizes[what] <= limit for what, limit in limits.items())}

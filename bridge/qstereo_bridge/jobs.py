@@ -265,7 +265,8 @@ def _never_arrived(error):
 
     status = getattr(error, "error_code", None)
     # 408: some gateway had enough of waiting.
-    return isinstance(status, int) and 400 <= status < 500 and status != 408 or is_caused_by(error, (NewConnectionError, ConnectTimeoutError))
+    refused = isinstance(status, int) and 400 <= status < 500 and status != 408
+    return refused or is_caused_by(error, (NewConnectionError, ConnectTimeoutError))
 
 
 def _unknown(job, error):
@@ -282,7 +283,8 @@ def find(session, job, patience=None):
     stop = time.monotonic() + (max(0, ARRIVED - age) if patience is None else patience)
     while True:
         with session.requests() as requests:
-            found = [problem for problem in _patiently(lambda: requests.list_problems(label=job.label)) if problem.label == job.label]
+            listed = _patiently(lambda: requests.list_problems(label=job.label))
+            found = [problem for problem in listed if problem.label == job.label]
         if found:
             job.save(state=SENT, problem_id=found[0].id)
             return True

@@ -12,17 +12,18 @@ from .solvers import Answer, SolverError
 
 # Published in 2026; for --dry-run without an account.
 PUBLISHED_QUBITS = {"Advantage (Pegasus P16)": 5627, "Advantage2 (Zephyr Z12)": 4577}
-EMBEDDING_SECONDS = 300
 # Reverse annealing goes back to this share of the anneal, where a chip's qubits begin to flip but keep most of their state.
 REVERSE_TO = 0.45
 MEND = "majority vote of the chain's qubits, +1 where they are even"
 
 # Ocean's warnings by their class, in plain words.
 WARNINGS = {
-    "ChainLengthWarning": "some chains have more than 7 qubits and are likely to break; a sparser encoding or a smaller window shortens them",
-    "ChainStrengthWarning": "couplings of the problem are as strong as the chains; try a larger --chain-strength, or smaller penalties",
-    "EnergyScaleWarning": "some coefficients are a thousand times smaller than the largest and drown in the chip's noise; smaller penalties "
-                          "or a smaller --scale help",
+    "ChainLengthWarning": "some chains have more than 7 qubits and are likely to break; a sparser encoding or a smaller "
+                          "window shortens them",
+    "ChainStrengthWarning": "couplings of the problem are as strong as the chains; try a larger --chain-strength, or "
+                            "smaller penalties",
+    "EnergyScaleWarning": "some coefficients are a thousand times smaller than the largest and drown in the chip's noise; "
+                          "smaller penalties help",
     "ChainBreakWarning": "the best samples have broken chains; try a larger --chain-strength",
     "TooFewSamplesWarning": "the lowest energy was seen in few samples; take more reads, or a longer --annealing-time",
 }
@@ -62,12 +63,12 @@ class Qpu:
         from dwave.cloud.coders import encode_problem_as_qp
         from dwave.embedding import embed_bqm
         from dwave.embedding.chain_strength import uniform_torque_compensation
+        from dwave.embedding.utils import edgelist_to_adjacency
         from dwave.system.warnings import WarningHandler
 
         progress("building the model")
         ising, solver = self.ising(), session.solver
-        chip = _graph(solver.nodes, solver.undirected_edges)
-        embedding = self.embedding(_graph(range(len(ising)), ising.quadratic), chip, progress)
+        embedding = self.embedding(ising, _chip(solver), progress)
         strength = self.options.chain_strength
         strength = float(uniform_torque_compensation(ising) if strength is None else strength)
         warnings = WarningHandler("save")
@@ -75,14 +76,16 @@ class Qpu:
         warnings.chain_strength(ising, strength, embedding)
         warnings.energy_scale(ising)
         chains = [sorted(map(int, embedding[v])) for v in range(len(ising))]
-        target = embed_bqm(ising, dict(enumerate(chains)), chip, chain_strength=strength)
+        target = embed_bqm(ising, dict(enumerate(chains)), edgelist_to_adjacency(solver.undirected_edges), chain_strength=strength)
         lengths = np.array(list(map(len, chains)))
         parameters, sent = self.parameters(chains, session.properties)
         _check_duration(solver, session.properties, int(lengths.sum()), sent)
         return Request(sent, {**parameters, "chain_strength": strength}, data=encode_problem_as_qp(
             solver, dict(target.linear), dict(target.quadratic), target.offset, undirected_biases=True), facts={
-                "chains": chains, "chip": session.properties.get("chip_id"), "warnings": sorted({one["type"].__name__ for one in warnings.saved}),
-                "embedding": {"qubits": int(lengths.sum()), "longest_chain": int(lengths.max()), "mean_chain": float(lengths.mean())}})
+                "chains": chains, "chip": session.properties.get("chip_id"),
+                "warnings": sorted({one["type"].__name__ for one in warnings.saved}),
+                "embedding": {"qubits": int(lengths.sum()), "longest_chain": int(lengths.max()),
+                              "mean_chain": float(lengths.mean())}})
 
     def ising(self):
         """The spins' model, variables 0 .. n - 1, and n for the linear terms of a fast anneal."""
@@ -94,20 +97,28 @@ class Qpu:
             bqm.add_linear_from([(v, -bias) for v, _, bias in fields])
         return bqm
 
-    def embedding(self, source, chip, progress):
+    def embedding(self, ising, chip, progress):
         """The user's embedding, the one of this graph that is remembered, or a new one: {variable: qubits}."""
         from . import embedding
 
-        if self.options.embedding:
-            with io(self.options.embedding, "read"):
-                found = embedding.read(self.options.embedding)
-            _verify(self.options.embedding, found, source, chip)
-            return found
-        progress("looking for an embedding")
-        found = embedding.cached(source, chip, self.options.seed, EMBEDDING_SECONDS)
-        if not found:
-            raise SolverError(f"the problem does not fit on this chip: no embedding was found; {SMALLER}, or use a hybrid solver")
-        return found
+        options, pairs = self.options, np.sort(np.array(list(ising.quadratic), np.int32).reshape(-1, 2), axis=1)
+        pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+        starts = self.problem.starts()
+        source = embedding.Source(pairs[:, 0], pairs[:, 1], np.append(starts, len(ising)) if len(ising) > starts[-1] else starts)
+        try:
+            if options.embedding:
+                with io(options.embedding, "read"):
+                    found = embedding.read(options.embedding)
+                embedding.check(found, source, chip)
+            else:
+                progress("looking for an embedding")
+                found = embedding.obtain(source, chip, options.seed)
+        except embedding.NotThisOne as error:
+            prefix = "" if str(error).startswith(options.embedding) else f"{options.embedding}: "
+            raise Failure(BAD_INPUT, f"{prefix}{error}") from None
+        except embedding.NoEmbedding as error:
+            raise SolverError(f"the problem does not fit on this chip: {error}; {SMALLER}, or use a hybrid solver") from None
+        return found.chains
 
     def parameters(self, chains, properties):
         """The annealing parameters: (for the user, for the service)."""
@@ -156,7 +167,8 @@ class Qpu:
         warnings += ["ChainBreakWarning"] * bool(broken[best].min() > 0)
         warnings += ["TooFewSamplesWarning"] * bool(occurrences[best].sum() <= np.sqrt(occurrences.sum()))
         return Answer(bits, occurrences=occurrences, broken=broken, info=plain({
-            "timing": dict(future.timing), "chip": job.chip, "chain_strength": job.parameters["chain_strength"], "embedding": job.embedding,
+            "timing": dict(future.timing), "chip": job.chip, "chain_strength": job.parameters["chain_strength"],
+            "embedding": job.embedding,
             "broken_chains": MEND, "mean_broken_share": float(np.average(broken, weights=occurrences)),
             **({"warnings": [WARNINGS[name] for name in warnings]} if warnings else {})}))
 
@@ -172,12 +184,15 @@ class Qpu:
         return {**found, "upload_bytes": sum(4 * -(-8 * count // 3) for count in (n, found["quadratic_terms"]))}
 
 
-def _graph(nodes, edges):
-    import networkx
-    graph = networkx.Graph()
-    graph.add_nodes_from(nodes)
-    graph.add_edges_from(edges)
-    return graph
+def _chip(solver):
+    """The working graph of one of D-Wave's chips."""
+    from .embedding import Chip
+    topology = solver.properties.get("topology", {})
+    family, shape = topology.get("type"), topology.get("shape", [None])
+    usual = family == "pegasus" or shape[1:] == [4]
+    couplers = np.sort(np.array(sorted(solver.undirected_edges), np.int32).reshape(-1, 2), axis=1)
+    return Chip(solver.name, family if usual else None, shape[0], np.array(sorted(solver.nodes), np.int32),
+                couplers[np.lexsort((couplers[:, 1], couplers[:, 0]))])
 
 
 def _within(value, what, bounds):
@@ -201,16 +216,6 @@ def _check_duration(solver, properties, qubits, sent):
     if seconds and longest and seconds * 1e6 > longest[1]:
         raise SolverError(f"these reads would take the chip {seconds:.2f} s at once, it allows {longest[1] / 1e6:g} s; "
                           "take fewer --num-reads or a shorter --annealing-time")
-
-
-def _verify(path, embedding, source, chip):
-    from dwave.embedding import verify_embedding
-    from dwave.embedding.exceptions import EmbeddingError
-    try:
-        verify_embedding(embedding, source, chip)
-    except EmbeddingError as error:
-        raise Failure(BAD_INPUT, f"{path}: this is no embedding of the problem on this chip ({error}); make one with `qstereo-bridge embed`") \
-            from None
 
 
 def _ranges(linear, quadratic, offset):

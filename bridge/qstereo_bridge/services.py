@@ -86,7 +86,8 @@ def configured():
         return True
     named = os.environ.get("DWAVE_CONFIG_FILE")
     home = os.environ.get("XDG_CONFIG_HOME") or os.path.expanduser("~/.config")
-    return any(os.path.isfile(path) for path in ([named] if named else ["dwave.conf", f"{home}/dwave/dwave.conf", "/etc/xdg/dwave/dwave.conf"]))
+    places = [named] if named else ["dwave.conf", f"{home}/dwave/dwave.conf", "/etc/xdg/dwave/dwave.conf"]
+    return any(map(os.path.isfile, places))
 
 
 def scrub(text):

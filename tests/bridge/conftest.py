@@ -70,11 +70,12 @@ def service(environment, monkeypatch):
 
 
 @pytest.fixture(scope="session", autouse=True)
-def no_account():
+def no_account(tmp_path_factory):
     """No test asks a real service."""
     with pytest.MonkeyPatch.context() as patch:
         for name in [name for name in os.environ if name.startswith("DWAVE_")]:
             patch.delenv(name)
         patch.setenv("DWAVE_CONFIG_FILE", "/dev/null")
         patch.setenv("DWAVE_CACHE_ENABLED", "false")
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
         yield

@@ -1,8 +1,10 @@
 """D-Wave's services through its real clients, on the loopback stand-in: what is sent, what comes back, limits, messages."""
 
+import base64
 import io
 import json
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import dimod
@@ -145,11 +147,6 @@ def test_nonlinear_without_one_hot_groups(solve, tmp_path):
 # The quantum annealer.
 
 
-def qpu_job(service):
-    from dwave.cloud.coders import decode_qp_problem  # noqa: F401
-    return sent(service)[1]
-
-
 def test_qpu_parameters(solve, service, tmp_path):
     assert solve("qpu", "--num-reads", 50, "--annealing-time", 35, "--chain-strength", 123)[0] == 0
     job, info = sent(service)[1], solved(tmp_path / "s.qsf").info
@@ -208,7 +205,6 @@ def test_ocean_has_the_warnings_that_we_put_into_words():
 
 
 def test_fast_anneal_has_no_linear_terms(solve, service, tmp_path):
-    import base64
     status, out, _ = solve("qpu", "--fast-anneal", "--annealing-time", 0.01, "--json")
     job = sent(service)[1]
     h = np.frombuffer(base64.b64decode(job["data"]["lin"]), "<f8")
@@ -235,18 +231,36 @@ def test_reverse_annealing(solve, service, tmp_path, main):
 
 def test_embedding_of_the_user(solve, service, tmp_path):
     from qstereo_bridge import embedding
-    import networkx
-    properties = service.solvers["Advantage2_mock"]["properties"]
-    found = embedding.find(networkx.Graph(list(models.to_bqm(SMALL).quadratic)), networkx.Graph(properties["couplers"]), 7, 60)
-    embedding.write(tmp_path / "e.json", found)
+    with services.connect("qpu") as session:
+        chip = qpu._chip(session.solver)
+    found = embedding.find(embedding.Source.of(SMALL), chip, 7)
+    (tmp_path / "e.json").write_text(found.to_json())
     assert solve("qpu", "--embedding", tmp_path / "e.json")[0] == 0
-    lin = np.frombuffer(__import__("base64").b64decode(sent(service)[1]["data"]["lin"]), "<f8")
-    used = {qubit for qubit, bias in zip(properties["qubits"], lin) if not np.isnan(bias)}
-    assert used == {qubit for chain in found.values() for qubit in chain}
-    embedding.write(tmp_path / "e.json", {**found, 0: found[1]})
+    lin = np.frombuffer(base64.b64decode(sent(service)[1]["data"]["lin"]), "<f8")
+    used = {qubit for qubit, bias in zip(service.solvers["Advantage2_mock"]["properties"]["qubits"], lin) if not np.isnan(bias)}
+    assert used == {qubit for chain in found.chains.values() for qubit in chain}
+    (tmp_path / "e.json").write_text(replace(found, chains={**found.chains, 0: found.chains[1]}).to_json())
     status, _, err = solve("qpu", "--embedding", tmp_path / "e.json")
-    assert status == 3 and "e.json: this is no embedding of the problem on this chip" in err
+    assert status == 3 and "e.json: on Advantage2_mock" in err and "embed the problem on this chip anew" in err
+    (tmp_path / "e.json").write_text("{}")
+    status, _, err = solve("qpu", "--embedding", tmp_path / "e.json")
+    assert status == 3 and err.count("e.json") == 1 and "no embedding file" in err
     assert solve("qpu", "--embedding", tmp_path / "none.json")[0] == 4
+
+
+def test_chip_of_the_solver_is_that_of_the_topology(service):
+    from qstereo_bridge import embedding
+    with services.connect("qpu") as session:
+        chip, named = qpu._chip(session.solver), embedding.Chip.named("zephyr:3")
+    assert (chip.digest, chip.family, chip.size) == (named.digest, named.family, named.size)
+
+
+def test_an_embedding_is_looked_for_once(solve, monkeypatch):
+    from qstereo_bridge import embedding
+    problem = grid(3, 2, 3, dense=True)
+    assert solve("qpu", problem=problem)[0] == 0
+    monkeypatch.setattr(embedding, "find", None)
+    assert solve("qpu", problem=problem)[0] == 0
 
 
 # Limits: nothing is sent.
@@ -284,7 +298,7 @@ def test_limits(solver, name, properties, options, said, solve, service, tmp_pat
 def test_no_embedding(solve, service):
     service.solvers["Advantage2_mock"]["properties"].update(qubits=list(range(40)), couplers=[[i, i + 1] for i in range(39)])
     status, _, err = solve("qpu")
-    assert status == 5 and "no embedding was found" in err and not service.problems
+    assert status == 5 and "does not fit on this chip: no embedding" in err and not service.problems
 
 
 def test_solver_by_name(solve, service, tmp_path):
