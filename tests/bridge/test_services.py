@@ -110,8 +110,7 @@ def nl_energies(problem, states):
 def test_nonlinear_models_have_the_energies_of_the_problem():
     """All labellings of one-hot problems, all states of others; groups of several sizes, tables and Toeplitz blocks, all weights."""
     one_hot = 0
-    for seed in range(150):
-        problem = random_problem(seed, 8)
+    for problem in [*(random_problem(seed, 8) for seed in range(150)), grid(2, 2, 3), grid(2, 2, 3, dense=True)]:
         states = all_states(problem.linear.size)
         if problem.one_hot().all():
             one_hot += 1
@@ -173,6 +172,13 @@ def test_broken_chains_are_mended_by_majority():
     answer = qpu.Qpu.decode(problem, one_future(list(rows), qubits, [3, 2, 1]), job)
     assert answer.bits.tolist() == [bits for bits, _ in rows.values()]
     assert np.allclose(answer.broken, [share for _, share in rows.values()]) and answer.occurrences.tolist() == [3, 2, 1]
+
+
+def test_fast_anneal_is_read_relative_to_its_own_variable():
+    problem = make([1, 1], [], [], [1, 2], [(0, 0)] * 2)
+    job = SimpleNamespace(chains=[[0], [1], [2]], warnings=[], chip=None, embedding={}, parameters={"chain_strength": 1})
+    answer = qpu.Qpu.decode(problem, one_future([(1, -1, 1), (1, -1, -1), (-1, -1, -1)], [0, 1, 2]), job)
+    assert answer.bits.tolist() == [[1, 0], [0, 1], [1, 1]]
 
 
 def test_broken_chains_reach_the_samples_file(solve, service, tmp_path):
