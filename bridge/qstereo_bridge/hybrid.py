@@ -5,7 +5,6 @@ the solver's own limits; prepare(session, progress) makes the Request; decode(pr
 what would be sent.
 """
 
-import tempfile
 from dataclasses import dataclass, field
 
 import numpy as np

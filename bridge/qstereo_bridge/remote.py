@@ -3,7 +3,6 @@
 import concurrent.futures
 import contextlib
 import copy
-import functools
 import json
 import os
 import sys
@@ -14,7 +13,7 @@ from .failure import BAD_INPUT, NO, OK, USAGE, Failure, io
 from .hybrid import PUBLISHED
 from .output import Output
 from .qpu import estimated_seconds
-from .services import WANTED, SolverError, configured, connect, explained, scrub
+from .services import WANTED, configured, connect, explained
 
 
 def solve_there(options, problem, session, progress):
