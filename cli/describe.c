@@ -6,6 +6,7 @@
 
 #include "decimal.h"
 #include "json.h"
+#include "json_check.h"
 #include "names.h"
 
 enum { HEX_SIZE = 2 * QS_DIGEST_SIZE + 1 };
@@ -256,6 +257,38 @@ static bool best_stated(const qs_samples_view *samples, int64_t *best)
     return samples->count > 0;
 }
 
+/* A table whose title is printed before its first line; NULL from then on. */
+typedef struct table {
+    const char *title, *unit;
+} table;
+
+static void print_line(void *context, const char *name, size_t size, double number)
+{
+    table *to = context;
+    if (to->title != NULL) {
+        printf("%s\n", to->title);
+        to->title = NULL;
+    }
+    printf("  %-40.*s%12.10g%s\n", (int)size, name, number, to->unit);
+}
+
+static void print_broken_chains(const qs_samples_view *samples)
+{
+    double broken = 0;
+    uint64_t reads = 0, whole = 0;
+    for (uint32_t sample = 0; sample < samples->count; sample++) {
+        qs_record record = qs_samples_record(samples, sample);
+        if (record.chain_breaks != QS_NO_CHAINS) {
+            reads += record.occurrences;
+            whole += record.chain_breaks == 0 ? record.occurrences : 0;
+            broken += 1e-9 * record.chain_breaks * record.occurrences;
+        }
+    }
+    if (reads > 0) {
+        printf("%-17s%.2f %% on average; none in %" PRIu64 " of %" PRIu64 " reads\n", "broken chains", 100 * broken / (double)reads, whole, reads);
+    }
+}
+
 void describe_samples(const samples_file *described)
 {
     const qs_samples_view *samples = &described->view;
@@ -268,6 +301,11 @@ void describe_samples(const samples_file *described)
     if (best_stated(samples, &best)) {
         printf("%-17s%" PRId64 ", in the integer units of its .qcf (validate gives real ones)\n", "best energy", best);
     }
+    print_broken_chains(samples);
+    /* What D-Wave's services time, they time in microseconds. */
+    table parameters = {"parameters", ""}, timing = {"timing", " us"};
+    json_each_number(samples->info, samples->info_size, "parameters", print_line, &parameters);
+    json_each_number(samples->info, samples->info_size, "timing", print_line, &timing);
     printf("%-17s%.*s\n", "info", (int)samples->info_size, samples->info);
     printf("%-17s%s\n", "problem digest", hex);
 }

@@ -160,12 +160,9 @@ static bool close_nested(reader *from)
     return take(from, ',') && (from->closers[from->depth - 1] == ']' || take_key(from));
 }
 
-static bool take_object(reader *from)
+/* A value of any kind, whole, and the blanks behind it. */
+static bool take_value(reader *from)
 {
-    skip_blanks(from);
-    if (peek(from) != '{') {
-        return false;
-    }
     do {
         bool complete = true;
         skip_blanks(from);
@@ -174,7 +171,13 @@ static bool take_object(reader *from)
             return false;
         }
     } while (from->depth > 0);
-    return from->at == from->end;
+    return true;
+}
+
+static bool take_object(reader *from)
+{
+    skip_blanks(from);
+    return peek(from) == '{' && take_value(from) && from->at == from->end;
 }
 
 bool json_is_object(const char *text, size_t size)
@@ -183,19 +186,56 @@ bool json_is_object(const char *text, size_t size)
     return take_object(&from);
 }
 
-bool json_find_number(const char *text, size_t size, const char *key, double *number)
+/* Where the value of a key of the outermost object begins; NULL = there is no such key, or it is no object. */
+static const char *find_value(const char *text, size_t size, const char *key)
+{
+    reader from = {text, text + size, {0}, 0, key, NULL};
+    return take_object(&from) ? from.found : NULL;
+}
+
+/* The number that begins at `at`; false = there is none. */
+static bool read_number(const char *at, const char *end, double *number)
 {
     char digits[64] = "";
-    reader from = {text, text + size, {0}, 0, key, NULL};
-    if (!take_object(&from) || from.found == NULL) {
-        return false;
-    }
-    reader value = {from.found, from.end, {0}, 0, NULL, NULL};
-    if (!take_number(&value) || (size_t)(value.at - from.found) >= sizeof digits) {
+    reader value = {at, end, {0}, 0, NULL, NULL};
+    if (!take_number(&value) || (size_t)(value.at - at) >= sizeof digits) {
         return false;
     }
     /* A copy, since the file's text has no end that strtod would know. */
-    memcpy(digits, from.found, (size_t)(value.at - from.found));
+    memcpy(digits, at, (size_t)(value.at - at));
     *number = strtod(digits, NULL);
     return true;
+}
+
+bool json_find_number(const char *text, size_t size, const char *key, double *number)
+{
+    const char *found = find_value(text, size, key);
+    return found != NULL && read_number(found, text + size, number);
+}
+
+void json_each_number(const char *text, size_t size, const char *key, json_number_told *tell, void *context)
+{
+    const char *found = find_value(text, size, key);
+    reader from = {found, text + size, {0}, 0, NULL, NULL};
+    if (found == NULL || !take(&from, '{')) {
+        return;
+    }
+    for (;;) {
+        skip_blanks(&from);
+        const char *name = from.at + 1;
+        if (!take_string(&from)) {
+            return;
+        }
+        size_t length = (size_t)(from.at - 1 - name);
+        skip_blanks(&from);
+        (void)take(&from, ':');
+        skip_blanks(&from);
+        double number;
+        if (read_number(from.at, from.end, &number)) {
+            tell(context, name, length, number);
+        }
+        if (!take_value(&from) || !take(&from, ',')) {
+            return;
+        }
+    }
 }

@@ -31,6 +31,13 @@ class Table:
         """How many entries() there are."""
         return int(np.count_nonzero(np.triu(self.table, 1) if upper else self.table))
 
+    def dense(self):
+        """The block as an array, rows x columns."""
+        return self.table
+
+    def transposed(self):
+        return Table(self.table.T)
+
     def abs_sum(self, dtype):
         """Sum of the entries' absolute values, computed in `dtype`."""
         return np.abs(self.table.astype(dtype)).sum()
@@ -70,6 +77,15 @@ class Toeplitz:
         low, high = (np.searchsorted(used, start - row) for start in (rows - 1, rows - 1 + columns))
         diagonal = used[np.repeat(low, high - low) + places(high - low)]
         return high - low, (diagonal - np.repeat(rows - 1 - row, high - low)).astype(np.int32), diagonals[diagonal]
+
+    def dense(self):
+        """The block as an array, rows x columns."""
+        at = np.arange(self.shape[1]) - np.arange(self.shape[0])[:, None] - self.first
+        inside = (at >= 0) & (at < self.values.size)
+        return np.where(inside, np.append(self.values, self.fill)[np.where(inside, at, -1)], np.int32(self.fill))
+
+    def transposed(self):
+        return Toeplitz(self.shape[::-1], self.fill, 1 - self.first - self.values.size if self.values.size else 0, self.values[::-1])
 
     def count_nonzero(self, upper):
         """How many entries() there are."""

@@ -10,21 +10,26 @@ import time
 from dataclasses import dataclass
 
 from . import __version__
-
-OK, NO, USAGE, BAD_INPUT, IO, SERVICE = 0, 1, 2, 3, 4, 5
+from .failure import BAD_INPUT, IO, OK, SERVICE, USAGE, Failure, io
 
 
 @dataclass(frozen=True)
 class Solver:
-    """One row of the table of solvers: where its function is, and the options that it takes with their defaults."""
+    """One row of the table of solvers: where its function is, and the options that it takes with their defaults.
+
+    kind        the name of the class of one of D-Wave's services; None = it runs on this machine
+    """
 
     module: str
     summary: str
     options: dict
+    kind: str = None
 
     def run(self, name, *arguments):
-        module = importlib.import_module("." + self.module, __package__)
-        return getattr(module, name.replace("-", "_"))(*arguments)
+        return getattr(importlib.import_module("." + self.module, __package__), self.kind or name.replace("-", "_"))(*arguments)
+
+
+SERVICE_OPTIONS = {"solver_name": None, "label": None}
 
 
 # No module of a solver is imported before it runs: --help does not wait for numpy, local solvers not for the cloud client.
@@ -36,12 +41,14 @@ SOLVERS = {
     "exact": Solver("solvers", "every state; at most 24 variables; writes up to 100 of the best, feasible ones first", {}),
     "ilp": Solver("ilp", "integer programs solved by HiGHS, one for each connected part: the proven least labelling",
                   {"time_limit": None}),
-    "qpu": Solver("services", "D-Wave's quantum annealer, by minor embedding",
-                  {"num_reads": 1000, "annealing_time": None, "chain_strength": None, "label": None}),
-    "hybrid-bqm": Solver("services", "D-Wave's hybrid solver, penalties in the model",
-                         {"time_limit": None, "label": None}),
-    "hybrid-cqm": Solver("services", "D-Wave's hybrid solver, one-hot groups as constraints, no penalties",
-                         {"time_limit": None, "label": None}),
+    "qpu": Solver("qpu", "D-Wave's quantum annealer, by minor embedding",
+                  {"num_reads": 1000, "annealing_time": None, "chain_strength": None, "fast_anneal": None, "reverse_from": None,
+                   "embedding": None, "seed": None, **SERVICE_OPTIONS}, "Qpu"),
+    "hybrid-nl": Solver("hybrid", "D-Wave's nonlinear hybrid solver, one integer a site: for pictures of more than a few thousand pixels",
+                        {"time_limit": None, **SERVICE_OPTIONS}, "Nl"),
+    "hybrid-bqm": Solver("hybrid", "D-Wave's hybrid solver, penalties in the model", {"time_limit": None, **SERVICE_OPTIONS}, "Bqm"),
+    "hybrid-cqm": Solver("hybrid", "D-Wave's hybrid solver, one-hot groups as constraints, no penalties",
+                         {"time_limit": None, **SERVICE_OPTIONS}, "Cqm"),
 }
 
 EPILOG = "\n".join([
@@ -50,8 +57,9 @@ EPILOG = "\n".join([
         f"--{option.replace('_', '-')}" + (f" ({default:g})" if default is not None else "")
         for option, default in solver.options.items()) or "no options") for name, solver in SOLVERS.items()),
     """
-exit status: 0 done, 2 usage, 3 bad input, 4 cannot read or write or over the memory limit, 5 the solver or its service
-failed or refused, 130 interrupted (128 + the signal). A failed command leaves no output file, and an existing one as it
+exit status: 0 done, 1 a no (several problems: one of them failed; this problem was sent already; no answer yet), 2 usage, 3 bad
+input, 4 cannot read or write or over the memory limit, 5 the solver or its service failed or refused, 130 interrupted (128 + the
+signal). A failed command leaves no output file, and an existing one as it
 was; that the output can be written is seen to before anything is sent.
 
 exact proves the minimum of the QUBO. Where that is infeasible, the penalty is too small, and nothing is proven of labellings.
@@ -65,13 +73,14 @@ examples:
   qstereo-bridge solve p.qcf -o s.qsf --solver ilp --time-limit 60
   qstereo-bridge solve p.qcf --solver hybrid-cqm --dry-run
   qstereo-bridge solve p.qcf -o s.qsf --solver qpu --num-reads 1000 --annealing-time 50
+  qstereo-bridge solve p.qcf -o s.qsf --solver hybrid-nl --no-wait && qstereo-bridge collect s.qsf.job
+  qstereo-bridge solve frames/*.qcf --out-dir answers --solver hybrid-nl --jobs 4
 
-D-Wave's services (qpu, hybrid-bqm, hybrid-cqm) use your own account: `dwave config create`, or the environment
-variable DWAVE_API_TOKEN. Only coefficients are sent, with the label."""])
+D-Wave's services (qpu, hybrid-nl, hybrid-bqm, hybrid-cqm) use your own account: `dwave config create`, or the environment
+variable DWAVE_API_TOKEN. Only coefficients are sent, with the label. From before the upload until the samples are written a job
+file, S.qsf.job, says how far the problem is; whatever interrupts it, `collect` fetches the answer and nothing is charged twice."""])
 
-# What helps against a chip that is too small.
-SMALLER = ("make it smaller with `qstereo reduce` or a smaller window (encode --roi), or encode it with fewer couplers "
-           "(--encoding one-hot-sparse or domain-wall); another --seed or a longer --timeout may do as well")
+
 EMBED_EPILOG = """
 A window of a picture with k labels in the encoding one-hot-sparse is laid out in the chip's own tiles at once, in chains of
 2 ceil(k / 8) qubits, as far as the chip reaches; every other problem is searched for by minorminer, whose result depends on the seed.
@@ -83,14 +92,6 @@ service does not give the solver's graph, 130 interrupted. A failed command leav
 examples:
   qstereo-bridge embed p.qcf --topology zephyr:12 -o e.json --picture e.png
   qstereo-bridge embed p.qcf --topology Advantage2_system1 --seed 1 --timeout 300 -o e.json"""
-
-
-class Failure(Exception):
-    """An end of the command: exit status and message."""
-
-    def __init__(self, status, message):
-        super().__init__(message)
-        self.status = status
 
 
 class _Parser(argparse.ArgumentParser):
@@ -112,32 +113,56 @@ def _parser():
     parser = _Parser(prog="qstereo-bridge", description="Solve QUBO coefficient files with D-Wave's samplers.")
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=_Parser)
+    whole, positive = _number(int, 1, 2**31 - 1), _number(float, 1e-6, 1e9)
     solve = commands.add_parser(
         "solve", help="solve a .qcf, write a .qsf", epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
-        description="Solve the problem in a .qcf and write the samples found to a .qsf.")
-    add, whole = solve.add_argument, _number(int, 1, 2**31 - 1)
-    positive = _number(float, 1e-6, 1e9)
-    add("problem", metavar="P.qcf", help="the problem; - is stdin")
+        description="Solve the problem in a .qcf and write the samples found to a .qsf; or several, each to its own.")
+    add = solve.add_argument
+    add("problems", metavar="P.qcf", nargs="+", help="the problem, - is stdin; several with --out-dir")
     add("-o", "--output", metavar="S.qsf", help="the samples; - is stdout; needed unless --dry-run")
+    add("--out-dir", metavar="D", help="solve each P.qcf to D/P.qsf, going on where one fails; those that are there already are skipped")
+    add("--jobs", type=_number(int, 1, 64), metavar="N", help="with --out-dir: problems under way at a time (1)")
     add("--solver", choices=SOLVERS, default="anneal", metavar="NAME", help="one of the solvers below (anneal)")
     add("--num-reads", type=whole, metavar="N", help="samples to take")
     add("--num-sweeps", type=whole, metavar="N", help="sweeps of each annealing read")
-    add("--seed", type=_number(int, 0, 2**31 - 1), metavar="N", help="seed of the random numbers (a random one)")
+    add("--seed", type=_number(int, 0, 2**31 - 1), metavar="N", help="seed of the random numbers (a random one); qpu: of the embedding")
     add("--time-limit", type=positive, metavar="S", help="seconds; hybrid solvers: the least they allow")
-    add("--annealing-time", type=positive, metavar="US", help="microseconds of each anneal (the chip's default)")
-    add("--chain-strength", type=positive, metavar="X", help="coupling in a chain (uniform torque compensation)")
+    add("--annealing-time", type=_number(float, 1e-3, 1e9), metavar="US", help="microseconds of each anneal (the chip's default)")
+    add("--chain-strength", type=_strength, metavar="X", help="coupling in a chain (auto: uniform torque compensation)")
+    add("--fast-anneal", action="store_true", default=None, help="the fast-anneal protocol; wants an --annealing-time")
+    add("--reverse-from", metavar="S0.qsf", help="anneal backwards from the best sample of S0.qsf, then forwards again")
+    add("--embedding", metavar="E.json", help="the embedding to use (one that is remembered, or a new one)")
+    add("--solver-name", metavar="NAME", help="the solver of your account (the first that fits)")
     add("--label", metavar="TEXT", help="the problem's name at the service (the file's name without .qcf)")
+    add("--no-wait", action="store_true", help="send, write S.qsf.job and return; `collect` fetches the answer")
+    add("--resubmit", action="store_true", help="send although a job file says that it was sent: it is charged again")
     add("--dry-run", action="store_true", help="say what would be sent, and against which limits; send nothing")
+    _common(add)
+    collect = commands.add_parser(
+        "collect", help="fetch the answer of a problem that was sent",
+        description="Fetch the answer of a problem that `solve` sent to D-Wave, and write the samples. The job file is removed "
+        "when they are written.")
+    collect.add_argument("job", metavar="S.qsf.job", help="the job file that solve wrote")
+    collect.add_argument("-o", "--output", metavar="S.qsf", help="the samples (the job file's name without .job); - is stdout")
+    collect.add_argument("--problem", metavar="P.qcf", help="the problem (where it was when it was sent)")
+    collect.add_argument("--no-wait", action="store_true", help="exit 1 where there is no answer yet")
+    _common(collect.add_argument)
+    _add_embed(commands)
+    solvers = commands.add_parser("solvers", help="list the solvers that your account reaches",
+                                  description="List the solvers that your D-Wave account reaches: name, kind, limits, load.")
+    solvers.add_argument("--json", action="store_true", help="print the list as one JSON object")
+    return parser
+
+
+def _common(add):
     add("--json", action="store_true", help="print the result as one JSON object")
     add("--memory-limit", type=_number(int, 1, 1 << 40), default=8192, metavar="MIB", help="memory for the problem (8192)")
     add("--quiet", action="store_true", help="no progress and no result lines, only errors")
-    _add_embed(commands)
-    return parser
 
 
 def _add_embed(commands):
     embed = commands.add_parser(
-        "embed", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EMBED_EPILOG,
+        "embed", help="find a minor embedding of a .qcf's QUBO", formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EMBED_EPILOG,
         description="Find a minor embedding of a .qcf's QUBO: a chain of the chip's qubits for each variable.")
     add = embed.add_argument
     add("problem", metavar="P.qcf", help="the problem; - is stdin")
@@ -147,31 +172,44 @@ def _add_embed(commands):
     add("--seed", type=_number(int, 0, 2**31 - 1), metavar="N", help="seed of the search (a random one)")
     add("--timeout", type=_number(float, 1e-6, 1e9), default=100.0, metavar="S", help="seconds of search (100)")
     add("--picture", metavar="E.png", help="draw the problem's graph and the chip, each chain in the colour of its variable")
-    add("--json", action="store_true", help="print the figures as one JSON object")
-    add("--memory-limit", type=_number(int, 1, 1 << 40), default=8192, metavar="MIB", help="memory for the problem (8192)")
-    add("--quiet", action="store_true", help="no progress and no result lines, only errors")
-    embed.set_defaults(solver="embed", dry_run=False)
+    _common(add)
+    embed.set_defaults(solver="embed")
+
+
+def _strength(text):
+    return None if text == "auto" else _number(float, 1e-6, 1e9)(text)
 
 
 def _options(arguments):
     """Parse and complete the options. Raises Failure."""
     options = _parser().parse_args(arguments)
-    options.memory_limit <<= 20
-    return _solve_options(options) if options.command == "solve" else _embed_options(options)
-
-
-def _embed_options(options):
-    named = [name for name in (options.problem, options.output, options.picture) if name not in (None, "-")]
-    if len({os.path.realpath(name) for name in named}) < len(named):
-        raise Failure(USAGE, "problem, embedding and picture are files of their own; give them three names")
-    if options.output == "-" and options.json:
-        raise Failure(USAGE, "-o - and --json both want stdout; give -o a file")
-    if options.picture == "-":
-        raise Failure(USAGE, "a picture does not go to stdout; give --picture a file")
+    if options.command == "solve":
+        _complete_solve(options)
+    if options.command == "embed":
+        _check_embed(options)
+    if options.command == "collect":
+        options.output = options.output or options.job.removesuffix(".job")
+        if os.path.realpath(options.output) == os.path.realpath(options.job):
+            raise Failure(USAGE, f"{options.job} does not end in .job; name the samples file with -o")
+    if options.command != "solvers":
+        options.memory_limit <<= 20
+    if getattr(options, "output", None) == "-":
+        if options.json:
+            raise Failure(USAGE, "-o - and --json both want stdout; give -o a file")
+        if os.isatty(1):
+            raise Failure(USAGE, "-o - would write binary to a terminal; redirect stdout, or give -o a file")
     return options
 
 
-def _solve_options(options):
+def _check_embed(options):
+    named = [name for name in (options.problem, options.output, options.picture) if name not in (None, "-")]
+    if len({os.path.realpath(name) for name in named}) < len(named):
+        raise Failure(USAGE, "problem, embedding and picture are files of their own; give them three names")
+    if options.picture == "-":
+        raise Failure(USAGE, "a picture does not go to stdout; give --picture a file")
+
+
+def _complete_solve(options):
     solver = SOLVERS[options.solver]
     for option in sorted({option for other in SOLVERS.values() for option in other.options}):
         if getattr(options, option) is None:
@@ -179,25 +217,41 @@ def _solve_options(options):
         elif option not in solver.options:
             takers = ", ".join(name for name, other in SOLVERS.items() if option in other.options)
             raise Failure(USAGE, f"{options.solver} takes no --{option.replace('_', '-')}, only {takers} do")
-    if "label" in solver.options and options.label is None and options.problem != "-":
-        options.label = os.path.splitext(os.path.basename(options.problem))[0]
+    if (options.no_wait or options.resubmit) and not solver.kind:
+        raise Failure(USAGE, f"{options.solver} runs here; --no-wait and --resubmit are for D-Wave's services")
     if options.label is not None:
         # Bytes of the command line that are no UTF-8: neither the service nor the .qsf could hold them.
         options.label = options.label.encode("utf-8", "replace").decode()
+    if options.out_dir is None:
+        _complete_one(options)
+    elif options.output is not None or options.dry_run:
+        raise Failure(USAGE, "--out-dir does not go with -o or --dry-run")
+    elif "-" in options.problems:
+        raise Failure(USAGE, "--out-dir names the samples after the problems; stdin has no name")
+
+
+def _complete_one(options):
+    if len(options.problems) > 1:
+        raise Failure(USAGE, "several problems want --out-dir, the folder for their samples")
+    if options.jobs:
+        raise Failure(USAGE, "--jobs is for several problems, with --out-dir")
+    options.problem = options.problems[0]
     if options.output is None and not options.dry_run:
         raise Failure(USAGE, "name the samples file with -o S.qsf (or ask for --dry-run)")
     if not options.dry_run and os.path.realpath(options.output) == os.path.realpath(options.problem) != os.path.realpath("-"):
         raise Failure(USAGE, f"{options.output} is the problem itself; give -o another name")
-    if options.output == "-" and options.json:
-        raise Failure(USAGE, "-o - and --json both want stdout; give -o a file")
-    if options.output == "-" and os.isatty(1):
-        raise Failure(USAGE, "-o - would write binary to a terminal; redirect stdout, or give -o a file")
-    return options
+    name_label(options)
 
 
-def _progress(options):
+def name_label(options):
+    """A service gets to know the problem by its file's name, unless by another."""
+    if "label" in SOLVERS[options.solver].options and options.label is None and options.problem != "-":
+        options.label = os.path.splitext(os.path.basename(options.problem))[0].encode("utf-8", "replace").decode()
+
+
+def progress(options):
     """A function that shows one line of progress on a terminal, elsewhere nothing; with None it clears the line."""
-    if options.quiet or not sys.stderr.isatty():
+    if options.quiet or getattr(options, "out_dir", None) or not sys.stderr.isatty():
         return lambda text: None
     began = time.monotonic()
 
@@ -207,52 +261,34 @@ def _progress(options):
     return show
 
 
-@contextlib.contextmanager
-def _io(name, what):
-    """What the system refuses is a Failure that names the file."""
-    try:
-        yield
-    except OSError as error:
-        raise Failure(IO, f"{name}: cannot {what}: {error.strerror or error}") from None
-
-
-def _read(options):
-    """The Problem and the file's SHA-256."""
+def read(options):
+    """The Problem; its file's SHA-256 becomes `options.digest`."""
     import hashlib
     from .qcf import read_qcf
 
     stdin = options.problem == "-"
-    with _io(options.problem, "read"), open(0 if stdin else options.problem, "rb", closefd=not stdin) as stream:
+    with io(options.problem, "read"), open(0 if stdin else options.problem, "rb", closefd=not stdin) as stream:
         problem, data = read_qcf(stream, options.memory_limit)
-    return problem, hashlib.sha256(data).digest()
+    options.digest = hashlib.sha256(data).digest()
+    return problem
 
 
-def _dry_run(options, problem):
-    from .services import plan
-
-    nothing = problem.linear.size == 0
-    found = {"schema": 1, "solver": options.solver, "dry_run": True, **(
-        {"variables": 0, "quadratic_terms": 0, "upload_bytes": 0, "fits": True} if nothing
-        else plan(options.solver, problem, options.memory_limit))}
+def _dry_run(options):
+    from .remote import plan, planned
+    problem = read(options)
+    if problem.linear.size == 0:
+        found = {"variables": 0, "quadratic_terms": 0, "upload_bytes": 0, "fits": True}
+        return (json.dumps({"schema": 1, "solver": options.solver, "dry_run": True, **found}) if options.json
+                else f"{options.solver}: 0 variables, 0 quadratic terms\nnothing is left to decide; nothing is ever sent")
+    if SOLVERS[options.solver].kind:
+        found = plan(options, problem)
+        return json.dumps({"schema": 1, "solver": options.solver, "dry_run": True, **found}) if options.json else planned(options, found)
+    from .models import Terms
+    found = {"variables": problem.linear.size, "quadratic_terms": Terms(problem).count}
     if options.json:
-        return json.dumps(found)
-    lines = [f"{options.solver}: {found['variables']:,} variables, {found['quadratic_terms']:,} quadratic terms"]
-    if nothing:
-        return lines[0] + "\nnothing is left to decide; nothing is ever sent"
-    if SOLVERS[options.solver].module != "services":
-        return lines[0] + "\nruns on this machine; nothing is ever sent"
-    if options.solver == "qpu":
-        if found["fits"] is None:
-            lines.append(f"largest degree {found['largest_degree']}; linear terms {found['linear_min']} to {found['linear_max']}, "
-                         f"quadratic terms {found['quadratic_min']} to {found['quadratic_max']}")
-        lines.append(f"upload at least {found['upload_bytes']:,} bytes, the embedding adds to them")
-        lines += [f"{chip}: {qubits:,} qubits (as published)" for chip, qubits in found["qubits"].items()]
-    else:
-        lines.append(f"upload about {found['upload_bytes']:,} bytes; least time limit {found['minimum_time_limit']:,.1f} s")
-        lines += [f"{found[key]:,} {key} of the {limit:,} that the service takes (as published)"
-                  for key, limit in found["limits"].items()]
-    fits = {True: "it fits", False: "it does not fit", None: "whether it fits, the embedding will show"}[found["fits"]]
-    return "\n".join([*lines, f"{fits}; nothing was sent"])
+        return json.dumps({"schema": 1, "solver": options.solver, "dry_run": True, **found})
+    return (f"{options.solver}: {found['variables']:,} variables, {found['quadratic_terms']:,} quadratic terms\n"
+            "runs on this machine; nothing is ever sent")
 
 
 def _check_energies(answer, energies, problem):
@@ -310,113 +346,91 @@ def _summary(options, problem, answer, energies, seconds):
             f"{options.output}: written")
 
 
-def _show(options, text):
-    stream = sys.stderr if options.output == "-" and not options.dry_run else sys.stdout
-    if options.json or options.dry_run or not options.quiet:
-        with _io("stderr" if stream is sys.stderr else "stdout", "write"):
+def show(options, text):
+    """A result, on stdout, or on stderr where the samples go to stdout."""
+    dry_run = getattr(options, "dry_run", False)
+    stream = sys.stderr if getattr(options, "output", None) == "-" and not dry_run else sys.stdout
+    if options.json or dry_run or not getattr(options, "quiet", False):
+        with io("stderr" if stream is sys.stderr else "stdout", "write"):
             print(text, file=stream, flush=True)
 
 
-def _solve(options):
+def solve(options, session=None, print_result=show):
     """Solve, check, write, print. A regular file gets its name last, when all else has gone well."""
-    from .models import energies as recompute
+    from .jobs import keeping
     from .output import Output
-    from .qsf import Samples, pack_qsf
+    from .remote import solve_there
     from .solvers import nothing_to_decide
 
-    with _io(options.output, "write"):
-        output = Output(options.output)
+    there = SOLVERS[options.solver].kind
+    problem, job = read(options) if options.no_wait else None, None
+    if options.no_wait and problem.linear.size:
+        return solve_there(options, problem, session, progress(options))
+    with io(options.output, "write"):
+        output = Output(options.output, last=options.out_dir is None)
     with output:
-        problem, digest = _read(options)
-        began, progress = time.monotonic(), _progress(options)
+        problem = problem or read(options)
+        began, tell = time.monotonic(), progress(options)
         try:
-            answer = (SOLVERS[options.solver].run(options.solver, problem, options, progress) if problem.linear.size
-                      else nothing_to_decide(problem))
-            energies = recompute(problem, answer.bits)
-            _check_energies(answer, energies, problem)
+            if problem.linear.size == 0:
+                answer = nothing_to_decide(problem)
+            elif there:
+                answer, job = solve_there(options, problem, session, tell)
+            else:
+                answer = SOLVERS[options.solver].run(options.solver, problem, options, tell)
         finally:
-            progress(None)
-        data = pack_qsf(Samples(digest, options.solver, _records(answer, energies), answer.bits, answer.info))
-        with _io(options.output, "write"):
-            output.write(data)
-        _show(options, _summary(options, problem, answer, energies, time.monotonic() - began))
-        with _io(options.output, "write"):
-            output.keep()
+            tell(None)
+        with keeping(job):
+            deliver(options, problem, answer, output, began, print_result)
 
 
-def _embed(options):
-    """Embed, draw, print. The embedding's file gets its name last."""
-    from . import embedding
-    from .output import Output
+def deliver(options, problem, answer, output, began, print_result=show):
+    """Check the answer, write it to `output`, print the result."""
+    from .models import energies as recompute
+    from .qsf import Samples, pack_qsf
 
-    picture, drawing = None, None
-    if options.picture:
-        from . import picture
-
-        try:
-            picture.require()
-        except ImportError:
-            raise Failure(IO, f"{options.picture}: a picture needs matplotlib; pip install 'qstereo-bridge[picture]'") from None
-        with _io(options.picture, "write"), Output(options.picture):
-            pass
-    with _io(options.output, "write"):
-        output = Output(options.output)
-    with output:
-        problem, _ = _read(options)
-        try:
-            chip = embedding.Chip.named(options.topology)
-        except ValueError as error:
-            raise Failure(USAGE, str(error)) from None
-        source, progress = embedding.Source.of(problem, options.memory_limit), _progress(options)
-        try:
-            found = embedding.find(source, chip, options.seed, options.timeout, progress)
-            embedding.keep(found, source, chip)
-            if picture:
-                progress("picture")
-                drawing = picture.draw(source, chip, found)
-        except embedding.NoEmbedding as error:
-            raise Failure(NO, f"{options.problem}: {error}; {SMALLER}") from None
-        finally:
-            progress(None)
-        with _io(options.output, "write"):
-            output.write(found.to_json().encode())
-        _show(options, _embed_summary(options, source, chip, found))
-        with _io(options.output, "write"):
-            output.keep()
-    if picture:
-        with _io(options.picture, "write"), Output(options.picture) as output:
-            output.write(drawing)
-            output.keep()
-
-
-def _embed_summary(options, source, chip, found):
-    figures = {"variables": source.variables, "couplers": int(source.rows.size), **found.figures(), "seconds": found.seconds,
-               "chip_qubits": int(chip.qubits.size), "share": round(found.figures()["qubits"] / chip.qubits.size, 4)}
-    if options.json:
-        return json.dumps({"schema": 1, "topology": found.topology, "method": found.method, "seed": found.seed, **figures})
-    return (f"{found.topology}: {figures['variables']:,} variables, {figures['couplers']:,} couplers on {figures['qubits']:,} qubits, "
-            f"{100 * figures['share']:.1f} % of the chip; longest chain {figures['longest_chain']}, mean {figures['mean_chain']:.2f}; "
-            f"{found.method}, {found.seconds:.1f} s\n" + "".join(f"{name}: written\n" for name in (options.output, options.picture)
-                                                               if name))[:-1]
+    energies = recompute(problem, answer.bits)
+    _check_energies(answer, energies, problem)
+    for warning in [] if options.quiet else answer.info.get("warnings", []):
+        print(f"qstereo-bridge {options.command}: warning: {warning}", file=sys.stderr)
+    data = pack_qsf(Samples(options.digest, options.solver, _records(answer, energies), answer.bits, answer.info))
+    with io(options.output, "write"):
+        output.write(data)
+    print_result(options, _summary(options, problem, answer, energies, time.monotonic() - began))
+    with io(options.output, "write"):
+        output.keep()
 
 
 def _run(options):
     """The command, whatever goes wrong in it a Failure."""
+    if options.command == "solve" and options.out_dir is None:
+        with failing(options.problem):
+            show(options, _dry_run(options)) if options.dry_run else solve(options)
+        return OK
+    if options.command == "embed":
+        from .embed import embed
+        with failing(options.problem):
+            embed(options)
+        return OK
+    from . import remote
+    with failing(getattr(options, "job", None)):
+        return getattr(remote, options.command if options.command != "solve" else "solve_all")(options)
+
+
+@contextlib.contextmanager
+def failing(name):
+    """Whatever goes wrong with the file `name` is a Failure."""
     from .container import FormatError, OverLimit
     from .solvers import SolverError
 
+    prefix = f"{name}: " if name else ""
     try:
-        if options.dry_run:
-            _show(options, _dry_run(options, _read(options)[0]))
-        elif options.command == "embed":
-            _embed(options)
-        else:
-            _solve(options)
+        yield
     except MemoryError:
-        raise Failure(IO, f"{options.problem}: this machine has not enough memory for it") from None
+        raise Failure(IO, f"{prefix}this machine has not enough memory for it") from None
     except (FormatError, SolverError) as error:
         status = IO if isinstance(error, OverLimit) else BAD_INPUT if isinstance(error, FormatError) else SERVICE
-        raise Failure(status, f"{options.problem}: {error}") from None
+        raise Failure(status, f"{prefix}{error}") from None
 
 
 def main(arguments=None):
@@ -428,8 +442,7 @@ def main(arguments=None):
     try:
         options = _options(arguments)
         name += f" {options.command}"
-        _run(options)
+        return _run(options)
     except Failure as failure:
         print(f"{name}: {failure}", file=sys.stderr)
         return failure.status
-    return OK

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .blocks import Toeplitz, places
+from .blocks import Table, Toeplitz, places
 from .container import check_memory
 from .qcf import DEFAULT_LIMIT
 
@@ -21,10 +21,11 @@ class Terms:
     its block that are not 0, row after row. The terms of variable i of group g are then row i of the pattern of each of g's
     couplings, one after another in the order of the partner groups.
 
-    `count` is their number. With `penalties` false the one-hot penalties are left out.
+    `count` is their number. With `penalties` false the one-hot penalties are left out. With `both` each term stands there twice, in the
+    row of either of its variables.
     """
 
-    def __init__(self, problem, penalties=True):
+    def __init__(self, problem, penalties=True, both=False):
         self.starts = problem.starts()
         sizes = np.diff(self.starts)
         g, h, block, weight = problem.coupled_pairs()
@@ -37,6 +38,8 @@ class Terms:
             g, h, weight = np.append(g, own), np.append(h, own), np.append(weight, b[own])
             pattern = np.append(pattern, 2 * (len(blocks) + of_size) + 1)
             blocks += [Toeplitz((size, size), 1, 0, np.empty(0, np.int32)) for size in own_sizes.tolist()]
+        if both:
+            g, h, weight, pattern, blocks = _both_ways(g, h, weight, pattern, blocks)
         # Stable sorting merges runs that are sorted already, which is how couplings usually stand in a file.
         order = np.argsort(g * sizes.size + h, kind="stable")
         order = order[weight[order] != 0]
@@ -120,6 +123,17 @@ class Terms:
         length = self.lengths[entry_row]
         return (np.repeat(row, length), np.repeat(coupling, length),
                 np.repeat(self.first_entry[entry_row], length) + places(length))
+
+
+def _both_ways(g, h, weight, pattern, blocks):
+    """Couplings with those of the same groups in the other order, and couplings of a group with itself both ways in one block."""
+    off, count = g != h, len(blocks)
+    of_itself = [Table(np.triu(block.dense(), 1) + np.triu(block.dense(), 1).T) if 2 * number + 1 in set(pattern.tolist()) else block
+                 for number, block in enumerate(blocks)]
+    blocks = [*blocks, *(block.transposed() for block in blocks), *of_itself]
+    return (np.concatenate([g[off], h[off], g[~off]]), np.concatenate([h[off], g[off], h[~off]]),
+            np.concatenate([weight[off], weight[off], weight[~off]]),
+            np.concatenate([pattern[off], pattern[off] + 2 * count, pattern[~off] // 2 * 2 + 4 * count]), blocks)
 
 
 def expand(problem, penalties=True, limit=DEFAULT_LIMIT):
@@ -217,3 +231,66 @@ def to_cqm(problem, limit=DEFAULT_LIMIT):
         # On a group of one variable dimod passes over the mark, and the equality alone says it.
         cqm.constraints[group].lhs.mark_discrete()
     return cqm
+
+
+def to_nl(problem, limit=DEFAULT_LIMIT):
+    """dwave.optimization's Model of H.
+
+    Where every group is one-hot, its one decision is an integer for each group, the variable that is 1: no penalty, no constraint, no state
+    that is infeasible. Otherwise it is a bit for each variable, penalties included.
+    """
+    from dwave.optimization import Model
+
+    model = Model()
+    model.minimize(_nl_labels(model, problem, limit) if problem.one_hot().all() else _nl_bits(model, problem, limit))
+    return model
+
+
+def _nl_labels(model, problem, limit):
+    sizes = problem.sizes()
+    g, h, block, weight = problem.coupled_pairs()
+    # Indices are checked against the bounds of all labels together: each group has room for the most labels that any has.
+    most = int(sizes.max())
+    # A constant is held as doubles; of each coupling the model's state keeps a few numbers.
+    check_memory(24 * most * sizes.size + 80 * g.size, limit, f"a model of {problem.linear.size:,} labels and {g.size:,} couplings")
+    costs = np.zeros((sizes.size, most))
+    costs[np.arange(most) < sizes[:, None]] = problem.linear
+    label = model.integer(sizes.size, lower_bound=0, upper_bound=sizes - 1)
+    total = model.constant(costs.ravel())[label + model.constant(np.arange(sizes.size) * most)].sum() + model.constant(problem.offset)
+    for number, content in enumerate(problem.blocks):
+        these = np.flatnonzero((block == number) & (weight != 0))
+        if these.size:
+            first, second = label[model.constant(g[these])], label[model.constant(h[these])]
+            total = total + _nl_couplings(model, content.dense(), first, second, weight[these], most)
+    return total
+
+
+def _nl_couplings(model, table, first, second, weight, most):
+    """weight * table[first, second], summed."""
+    outside, on_diagonal = _two_values(table)
+    if outside is None:
+        padded = np.zeros((most, most))
+        padded[:table.shape[0], :table.shape[1]] = table
+        values, constant = model.constant(padded.ravel())[first * model.constant(most) + second], 0
+    else:
+        values, constant, weight = first == second, int(weight.sum()) * outside, weight * (on_diagonal - outside)
+    alike = (weight == weight[0]).all()
+    varying = values.sum() * model.constant(int(weight[0])) if alike else (values * model.constant(weight)).sum()
+    return varying + model.constant(constant) if constant else varying
+
+
+def _two_values(table):
+    """(the value outside the diagonal, the value on it) of a square table that has no others, else (None, None)."""
+    inside = np.eye(*table.shape, dtype=bool)
+    if table.shape[0] == table.shape[1] and np.ptp(table[inside]) == 0 and (table.size == 1 or np.ptp(table[~inside]) == 0):
+        return (0 if table.size == 1 else int(table[0, -1])), int(table[0, 0])
+    return None, None
+
+
+def _nl_bits(model, problem, limit):
+    linear, (rows, columns, values), offset = expand(problem, limit=limit)
+    bits = model.binary(linear.size)
+    total = (bits * model.constant(linear)).sum() + model.constant(offset)
+    if rows.size:
+        total = total + (bits[model.constant(rows)] * bits[model.constant(columns)] * model.constant(values)).sum()
+    return total

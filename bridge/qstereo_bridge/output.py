@@ -10,14 +10,17 @@ class Output:
     """The file `path` ("-": stdout), made ready before the solver's work so that nothing forbids writing after it.
 
     A regular file is written under a short name in the same folder and gets its own with keep(), or is removed at the end
-    of the `with`. One at a time. All methods raise OSError.
+    of the `with`. All methods raise OSError.
+
+    pending         the temporaries of all outputs
+    kept            whether a signal comes too late: what was to be written is
     """
 
-    temporary = None
+    pending = set()
     kept = False
 
-    def __init__(self, path):
-        self.path, self.straight = path, path == "-"
+    def __init__(self, path, last=True):
+        self.path, self.straight, self.last, self.temporary = path, path == "-", last, None
         if self.straight:
             return
         # stat and not os.path.exists, which passes over names that are too long.
@@ -37,32 +40,37 @@ class Output:
         if not os.path.isdir(folder):
             raise FileNotFoundError(f"there is no folder {folder}; make it first")
         for attempt in itertools.count():
-            Output.temporary = os.path.join(folder, f".qstereo-{os.getpid()}-{attempt}.tmp")
-            # One of this name may have been left by a process that was killed.
+            self.temporary = os.path.join(folder, f".qstereo-{os.getpid()}-{attempt}.tmp")
+            # One of this name may be another thread's, or have been left by a process that was killed.
             with contextlib.suppress(FileExistsError):
-                open(Output.temporary, "xb").close()
+                open(self.temporary, "xb").close()
+                Output.pending.add(self.temporary)
                 return
 
     def write(self, data):
-        path = self.path if self.straight else Output.temporary
+        path = self.path if self.straight else self.temporary
         with open(1 if path == "-" else path, "wb", closefd=path != "-") as stream:
             stream.write(data)
 
     def keep(self):
         if not self.straight:
-            os.replace(Output.temporary, self.path)
-        Output.temporary, Output.kept = None, True
+            os.replace(self.temporary, self.path)
+        Output.pending.discard(self.temporary)
+        self.temporary, Output.kept = None, self.last
 
     @staticmethod
     def abandon():
-        """Remove the temporary, if there is one."""
-        if Output.temporary:
+        """Remove all temporaries."""
+        for temporary in list(Output.pending):
             with contextlib.suppress(OSError):
-                os.remove(Output.temporary)
-            Output.temporary = None
+                os.remove(temporary)
+        Output.pending.clear()
 
     def __enter__(self):
         return self
 
     def __exit__(self, *error):
-        self.abandon()
+        if self.temporary:
+            with contextlib.suppress(OSError):
+                os.remove(self.temporary)
+            Output.pending.discard(self.temporary)

@@ -1,4 +1,4 @@
-"""D-Wave's services: qpu, hybrid-bqm, hybrid-cqm; and what would be sent to them (--dry-run).
+"""The way to D-Wave's services: the user's account and its solvers, errors in one sentence, and no token in anything that is written.
 
 Nothing of Ocean is imported until a service is used.
 """
@@ -9,29 +9,85 @@ import re
 
 import numpy as np
 
-from . import models
-from .qcf import DEFAULT_LIMIT
-from .solvers import SolverError, from_sampleset
+from .container import FormatError
+from .failure import Failure
+from .solvers import SolverError
 
 CONFIGURE = ("set up your account with `dwave config create`, or put your token into the environment variable "
              "DWAVE_API_TOKEN")
 
-# Solver properties as D-Wave published them in 2026; only --dry-run relies on them.
-PUBLISHED_LIMITS = {
-    "hybrid-bqm": {"variables": 1_000_000, "biases": 200_000_000},
-    "hybrid-cqm": {"variables": 5_000_000, "constraints": 100_000, "biases": 750_000_000},
-    "qpu": {"Advantage (Pegasus P16)": 5627, "Advantage2 (Zephyr Z12)": 4577},
-}
-BQM_TIMES = ((1, 1024, 4096, 10_000, 30_000, 100_000), (3, 3, 10, 40, 200, 600))
+
+def _hybrid(model):
+    return {"hybrid": True, "supported_problem_types__contains": model, "order_by": "-properties.version"}
 
 
-def connect(name):
-    """Ocean's sampler for the service `name`, through the user's own configuration."""
-    import dwave.system
+# Which solver of the account is taken, unless the user names one: the choices of Ocean's own samplers.
+WANTED = {"qpu": {"qpu": True, "order_by": "-num_active_qubits"}, "hybrid-bqm": _hybrid("bqm"), "hybrid-cqm": _hybrid("cqm"),
+          "hybrid-nl": _hybrid("nl")}
+PROBLEM_TYPES = {"qpu": "ising", "hybrid-bqm": "bqm", "hybrid-cqm": "cqm", "hybrid-nl": "nl"}
 
-    if name == "qpu":
-        return dwave.system.EmbeddingComposite(dwave.system.DWaveSampler())
-    return dwave.system.LeapHybridSampler() if name == "hybrid-bqm" else dwave.system.LeapHybridCQMSampler()
+
+class Session:
+    """One client of D-Wave's, and the solver that it found for `name`; several problems may share it, each in a thread of its own.
+
+    properties      the solver's own, as the service gives them: its limits among them
+    """
+
+    def __init__(self, name, solver_name=None):
+        from dwave.cloud import Client
+
+        self.name = name
+        # Connections that are not kept: Ocean's samplers found long uploads to be cut otherwise.
+        given = {"solver": solver_name} if solver_name else {}
+        self.client = Client.from_config(client="qpu" if name == "qpu" else "hybrid", connection_close=name != "qpu",
+                                         defaults={"solver": WANTED[name]}, **given)
+        try:
+            self.solver = self.client.get_solver()
+            if PROBLEM_TYPES[name] not in self.solver.supported_problem_types:
+                raise SolverError(f"{self.solver.name} is no solver for {name}; name another with --solver-name, "
+                                  "`qstereo-bridge solvers` lists those that you reach")
+        except BaseException:
+            self.close()
+            raise
+        self.properties = self.solver.properties
+
+    def requests(self, timeout=None):
+        """The service's list of problems. Of its requests only those are repeated that never found a connection."""
+        from dwave.cloud.api.resources import Problems
+
+        retry = {"total": 3, "connect": 3, "read": 0, "status": 0, "other": 0, "redirect": 0, "backoff_factor": 0.5}
+        return Problems.from_config(self.client.config, retry=retry, timeout=timeout or self.client.config.request_timeout)
+
+    def close(self):
+        self.client.close(wait=False)
+
+
+@contextlib.contextmanager
+def connect(name, solver_name=None):
+    """A Session in the user's own configuration; whatever goes wrong in its use becomes a SolverError without a token in it."""
+    with explained(), contextlib.closing(Session(name, solver_name)) as session:
+        yield session
+
+
+@contextlib.contextmanager
+def explained():
+    """Ocean, its HTTP client and the service raise dozens of types; the user needs one sentence."""
+    try:
+        yield
+    except (Failure, FormatError, MemoryError, SolverError):
+        raise
+    except Exception as error:
+        raise SolverError(explain(error)) from None
+
+
+def configured():
+    """Whether there is an account to ask: a token in the environment, or one of the places of D-Wave's configuration file."""
+    if os.environ.get("DWAVE_API_TOKEN"):
+        return True
+    named = os.environ.get("DWAVE_CONFIG_FILE")
+    home = os.environ.get("XDG_CONFIG_HOME") or os.path.expanduser("~/.config")
+    places = [named] if named else ["dwave.conf", f"{home}/dwave/dwave.conf", "/etc/xdg/dwave/dwave.conf"]
+    return any(map(os.path.isfile, places))
 
 
 def scrub(text):
@@ -45,42 +101,44 @@ def scrub(text):
     return re.sub(r"\b[A-Za-z]{2,8}-[0-9a-f]{32,}\b", "(token)", text)
 
 
+def explain(error):
+    """One sentence for whatever a service or its client raised; without a token."""
+    return scrub(_explain(error))
+
+
+# By names of classes, so that nothing has to be imported to say them; the first that fits is said.
+SENTENCES = [
+    ({"ConfigFileError"}, "D-Wave's configuration file cannot be used ({}); " + CONFIGURE),
+    ({"SolverAuthenticationError", "ResourceAuthenticationError"}, "D-Wave does not accept the token ({}); " + CONFIGURE),
+    ({"ResourceAccessForbiddenError"}, "D-Wave refuses it to this account ({}); see your project's rights and quota"),
+    ({"ResourceLimitsExceededError"}, "D-Wave has too many requests of this account, or its quota is used up ({}); try again later"),
+    ({"SolverNotFoundError"}, "your D-Wave account reaches no such solver ({}); `qstereo-bridge solvers` lists those it reaches"),
+    ({"SolverOfflineError"}, "the solver is offline ({}); try again later, or name another with --solver-name"),
+    ({"CanceledFutureError"}, "the problem was cancelled at the service"),
+    ({"InternalServerError"}, "D-Wave's service has an error of its own ({}); try again later"),
+    ({"RequestTimeout", "PollingTimeout", "Timeout", "ConnectionError", "ProblemUploadError"},
+     "D-Wave's service cannot be reached or does not answer ({}); check the network and try again"),
+    ({"ImportError"}, "a part of D-Wave's Ocean tools is missing ({}); pip install dwave-system"),
+]
+OF_STATUS = {401: "ResourceAuthenticationError", 403: "ResourceAccessForbiddenError", 429: "ResourceLimitsExceededError"}
+
+
 def _explain(error):
-    """One sentence for whatever a service or its client raised."""
     names = {cls.__name__ for cls in type(error).__mro__}
+    if "ProblemUploadError" in names and error.__cause__:
+        return _explain(error.__cause__)
+    status = getattr(error, "error_code", None)
+    if isinstance(status, int):
+        names.add("InternalServerError" if status >= 500 else OF_STATUS.get(status, ""))
     said = " ".join(str(error).split()) or type(error).__name__
     if "API token not defined" in said:
         return f"no D-Wave account is configured; {CONFIGURE}"
-    if "ConfigFileError" in names:
-        return f"D-Wave's configuration file cannot be used ({said}); {CONFIGURE}"
-    if names & {"SolverAuthenticationError", "ResourceAuthenticationError", "ResourceAccessForbiddenError"}:
-        return f"D-Wave does not accept the token ({said}); {CONFIGURE}"
-    if "SolverNotFoundError" in names:
-        return f"your D-Wave account reaches no such solver ({said}); `dwave solvers` lists those it reaches"
-    if names & {"RequestTimeout", "PollingTimeout", "Timeout", "ConnectionError", "ProblemUploadError"}:
-        return f"D-Wave's service cannot be reached or does not answer ({said}); check the network and try again"
-    if "no embedding found" in said:
-        return "the problem does not fit on this chip: no embedding was found; make it smaller, or use a hybrid solver"
-    if isinstance(error, ImportError):
-        return f"a part of D-Wave's Ocean tools is missing ({said}); pip install dwave-system"
+    for classes, sentence in SENTENCES:
+        if names & classes:
+            return sentence.format(said)
+    if names & {"SolverFailureError", "SolverError", "RequestError"}:
+        return f"D-Wave's service says: {said}"
     return f"{type(error).__name__}: {said}"
-
-
-@contextlib.contextmanager
-def _service(name):
-    """Ocean's sampler for `name`; whatever goes wrong in its use becomes one SolverError without a token in it."""
-    try:
-        with connect(name) as sampler:
-            yield sampler
-    except SolverError:
-        raise
-    except Exception as error:
-        # Ocean, its HTTP client and the service raise dozens of types; the user needs one sentence.
-        raise SolverError(scrub(_explain(error))) from None
-
-
-def _given(**parameters):
-    return {key: value for key, value in parameters.items() if value is not None}
 
 
 def plain(value):
@@ -96,87 +154,6 @@ def plain(value):
     return value if value is None or isinstance(value, (bool, int, float, str)) else str(value)
 
 
-def qpu(problem, options, progress):
-    """The quantum annealer: minor embedding, then num_reads anneals. Broken chains are mended by majority vote."""
-    bqm = models.to_bqm(problem, options.memory_limit)
-    parameters = _given(num_reads=options.num_reads, annealing_time=options.annealing_time, label=options.label)
-    with _service("qpu") as sampler:
-        qubits = len(sampler.child.nodelist)
-        if len(bqm) > qubits:
-            raise SolverError(f"{len(bqm):,} variables do not fit on a chip of {qubits:,} qubits; "
-                              "make the problem smaller, or use a hybrid solver")
-        progress("embedding and sampling")
-        sampleset = sampler.sample(bqm, chain_strength=options.chain_strength, return_embedding=True, **parameters)
-        sampleset.resolve()
-        chip = sampler.child.properties.get("chip_id")
-    info = dict(sampleset.info)
-    context = info.pop("embedding_context")
-    chains = [len(chain) for chain in context["embedding"].values()]
-    info.update(chip=chip, parameters=parameters, chain_strength=context["chain_strength"],
-                embedding={"qubits": sum(chains), "longest_chain": max(chains), "mean_chain": sum(chains) / len(chains),
-                           "seconds": context["timing"]["embedding"]})
-    return from_sampleset(sampleset, len(bqm), info=plain(info))
-
-
-def hybrid_bqm(problem, options, progress):
-    """The hybrid solver for binary quadratic models."""
-    bqm = models.to_bqm(problem, options.memory_limit)
-    with _service("hybrid-bqm") as sampler:
-        most = sampler.properties.get("maximum_number_of_variables", len(bqm))
-        if len(bqm) > most:
-            # Ocean sends it all the same, and the service refuses it after the upload.
-            raise SolverError(f"{len(bqm):,} variables, the service takes {most:,}; make the problem smaller")
-        progress("sent to the hybrid solver")
-        time_limit = options.time_limit or float(sampler.min_time_limit(bqm))
-        sampleset = sampler.sample(bqm, time_limit=time_limit, **_given(label=options.label))
-        sampleset.resolve()
-    info = {**sampleset.info, "parameters": _given(time_limit=time_limit, label=options.label)}
-    return from_sampleset(sampleset, len(bqm), info=plain(info))
-
-
-def hybrid_cqm(problem, options, progress):
-    """The hybrid solver for constrained quadratic models: one-hot groups as constraints, penalties dropped."""
-    cqm = models.to_cqm(problem, options.memory_limit)
-    with _service("hybrid-cqm") as sampler:
-        progress("sent to the hybrid solver")
-        time_limit = options.time_limit or float(sampler.min_time_limit(cqm))
-        sampleset = sampler.sample_cqm(cqm, time_limit=time_limit, **_given(label=options.label))
-        sampleset.resolve()
-    info = {**sampleset.info, "parameters": _given(time_limit=time_limit, label=options.label)}
-    return from_sampleset(sampleset, problem.linear.size, objective=True, info=plain(info))
-
-
-def plan(name, problem, limit=DEFAULT_LIMIT):
-    """What `name` would be sent: a dict for --dry-run. `fits` is None where only the service can tell. Raises OverLimit."""
-    terms, n = models.Terms(problem, penalties=name != "hybrid-cqm"), problem.linear.size
-    found = {"variables": n, "quadratic_terms": terms.count}
-    if name == "qpu":
-        chips = PUBLISHED_LIMITS[name]
-        found.update(qubits=chips, minimum_time_limit=None, fits=None if n <= max(chips.values()) else False)
-        if found["fits"] is None:
-            found.update(_ranges(*models.expand(problem, limit=limit)))
-        # The solver's format qp: base64 of one double for each qubit and each coupler, before embedding.
-        found.update(upload_bytes=sum(4 * -(-8 * count // 3) for count in (n, found["quadratic_terms"])))
-    elif name == "hybrid-bqm":
-        # dimod's binary layout: linear terms of 12 bytes, each quadratic term twice at 12 bytes.
-        found.update(upload_bytes=200 + 12 * n + 24 * terms.count, biases=n + terms.count,
-                     minimum_time_limit=float(np.interp(n, *BQM_TIMES)))
-    elif name == "hybrid-cqm":
-        constraints, members = int(problem.one_hot().sum()), int(problem.sizes()[problem.one_hot()].sum())
-        biases = n + terms.count + members
-        # Measured on dimod's files, to within a tenth: one small archive member for each constraint.
-        found.update(upload_bytes=41 * n + 16 * terms.count + 860 * constraints, biases=biases, constraints=constraints,
-                     minimum_time_limit=max(5.0, 1.574e-4 * n + 4.657e-6 * biases + 6.444e-9 * n * constraints))
-    if name.startswith("hybrid"):
-        limits = PUBLISHED_LIMITS[name]
-        found.update(limits=limits, fits=all(found[key] <= limit for key, limit in limits.items()))
-    return found
-
-
-def _ranges(linear, quadratic, offset):
-    """The number of quadratic terms, the largest degree and the ranges of the coefficients of an expanded problem."""
-    rows, columns, values = quadratic
-    degree = np.bincount(rows, minlength=linear.size) + np.bincount(columns, minlength=linear.size)
-    return {"quadratic_terms": rows.size, "largest_degree": int(degree.max()),
-            "linear_min": int(linear.min()), "linear_max": int(linear.max()),
-            "quadratic_min": int(values.min()) if rows.size else None, "quadratic_max": int(values.max()) if rows.size else None}
+def given(**parameters):
+    """Those of the parameters that are not None."""
+    return {key: value for key, value in parameters.items() if value is not None}

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from conftest import COMMAND, TOKEN
 from problems import grid, make, nothing, random_problem
-from test_solvers import BruteForceCQM
-from qstereo_bridge import __version__, cli, models, qcf, qsf, services, solvers
+from qstereo_bridge import __version__, cli, models, qcf, qsf, remote, solvers
 
+SERVICES = ["qpu", "hybrid-nl", "hybrid-bqm", "hybrid-cqm"]
 FAST = ["--num-reads", 5, "--num-sweeps", 50, "--seed", 1]
 
 
@@ -108,8 +108,13 @@ def test_help_and_version(command):
     (["solve", "P", "-o", "S", "--num-reads", "0"], "not between"), (["solve", "P", "-o", "S", "--num-reads", "x"], "whole number"),
     (["solve", "P", "-o", "S", "--seed", "-1"], "not between"), (["solve", "P", "-o", "S", "--time-limit", "nan"], "not between"),
     (["solve", "P", "-o", "S", "--time-limit", "0"], "not between"), (["solve", "P", "-o", "S", "--memory-limit", "0"], "not between"),
-    (["solve", "P", "-o", "S", "--solver", "exact", "--seed", "1"], "only anneal, tabu do"),
-    (["solve", "P", "-o", "S", "--label", "x"], "only qpu, hybrid-bqm, hybrid-cqm do"),
+    (["solve", "P", "-o", "S", "--solver", "exact", "--seed", "1"], "only anneal, tabu, qpu do"),
+    (["solve", "P", "-o", "S", "--label", "x"], "only qpu, hybrid-nl, hybrid-bqm, hybrid-cqm do"),
+    (["solve", "P", "-o", "S", "--fast-anneal"], "only qpu do"), (["solve", "P", "-o", "S", "--no-wait"], "for D-Wave's services"),
+    (["solve", "P", "-o", "S", "--resubmit"], "for D-Wave's services"), (["solve", "P", "Q", "-o", "S"], "--out-dir"),
+    (["solve", "P", "--out-dir", "D", "-o", "S"], "does not go with"), (["solve", "-", "--out-dir", "D"], "stdin has no name"),
+    (["solve", "P", "--out-dir", "D", "--dry-run"], "does not go with"), (["solve", "P", "-o", "S", "--jobs", "2"], "several problems"),
+    (["collect"], "S.qsf.job"), (["collect", "S.qsf"], "does not end in .job"), (["collect", "S.job", "-o", "S.job"], "does not end in .job"),
     (["solve", "P", "-o", "-", "--json"], "stdout"), (["solve", "/dev/null", "-o", "/dev/../dev/null"], "problem itself")])
 def test_usage(arguments, said, main):
     status, out, err = main(*arguments)
@@ -231,7 +236,7 @@ def test_failures_leave_the_old_file(problem_file, tmp_path, command):
     problem_file.write_bytes(qcf.pack_qcf(grid(3, 3, 3)))
     status, _, err = text(command("solve", problem_file, "-o", samples, "--solver", "exact"))
     assert status == 5 and "at most 24 variables" in err
-    for solver in ("qpu", "hybrid-bqm", "hybrid-cqm"):
+    for solver in SERVICES:
         status, out, err = text(command("solve", problem_file, "-o", samples, "--solver", solver))
         assert (status, out) == (5, "") and "dwave config create" in err and "DWAVE_API_TOKEN" in err and err.count("\n") == 1
     assert samples.read_bytes() == b"old"
@@ -266,19 +271,10 @@ def test_wrong_energy_is_an_error(problem_file, tmp_path, main, monkeypatch):
     assert status == 5 and "internal error" in err and not (tmp_path / "s.qsf").exists()
 
 
-def test_energies_of_a_cqm_answer_are_h(problem_file, tmp_path, main, monkeypatch):
-    monkeypatch.setattr(services, "connect", lambda name: BruteForceCQM())
-    status, out, err = main("solve", problem_file, "-o", tmp_path / "s.qsf", "--solver", "hybrid-cqm", "--json")
-    read, problem = qsf.parse_qsf((tmp_path / "s.qsf").read_bytes()), qcf.parse_qcf(problem_file.read_bytes())
-    assert (status, err) == (0, "") and (read.records["energy"] == models.energies(problem, read.bits)).all()
-    assert 0 < json.loads(out)["feasible"] < json.loads(out)["samples"]
-    assert read.info["parameters"]["label"] == "tiny" and read.info["run_time"] == 5000000
-
-
 @pytest.mark.parametrize("solver", cli.SOLVERS)
 def test_nothing_left_to_decide(solver, tmp_path, main, monkeypatch):
     """One empty sample, whatever the solver, and nothing is sent."""
-    monkeypatch.setattr(services, "connect", None)
+    monkeypatch.setattr(remote, "connect", None)
     monkeypatch.setitem(sys.modules, "highspy", None)
     problem, samples = tmp_path / "p.qcf", tmp_path / "s.qsf"
     problem.write_bytes(qcf.pack_qcf(nothing(-7, [("labl", bytes(16) + (2).to_bytes(4, "little") + bytes(44))])))
@@ -298,7 +294,7 @@ def test_nothing_left_to_decide(solver, tmp_path, main, monkeypatch):
 def test_dry_run(solver, problem_file, main):
     status, out, err = main("solve", problem_file, "--solver", solver, "--dry-run")
     assert (status, err) == (0, "") and "12 variables" in out and "sent" in out
-    assert ("upload" in out) == ("as published" in out) == (solver in ("qpu", "hybrid-bqm", "hybrid-cqm"))
+    assert ("upload" in out) == ("as published" in out) == (solver in SERVICES)
     found = json.loads(main("solve", problem_file, "--solver", solver, "--dry-run", "--json")[1])
     assert found.items() >= {"schema": 1, "solver": solver, "dry_run": True, "variables": 12}.items()
 
@@ -310,8 +306,8 @@ CLOUD = ["dwave.system", "dwave.cloud", "dwave.samplers", "highspy"]
     (["--version"], [*CLOUD, "dimod", "numpy"]), (["solve", "--help"], [*CLOUD, "dimod", "numpy"]),
     (["solve", "P", "--dry-run", "--solver", "qpu"], [*CLOUD, "dimod"]),
     (["solve", "P", "--dry-run", "--solver", "hybrid-cqm"], [*CLOUD, "dimod"]),
-    (["solve", "P", "-o", "/dev/null", "--solver", "ilp"], CLOUD[:3]),
-    (["solve", "P", "-o", "/dev/null", "--solver", "exact"], CLOUD), (["solve", "P", "-o", "/dev/null", *FAST], CLOUD[:2])])
+    (["solve", "P", "-o", "/dev/null", "--solver", "exact"], CLOUD), (["solve", "P", "-o", "/dev/null", *FAST], CLOUD[:2]),
+    (["solve", "P", "-o", "/dev/null", "--solver", "ilp"], CLOUD[:3])])
 def test_lazy_imports(arguments, absent, problem_file, environment):
     arguments = [str(problem_file) if word == "P" else str(word) for word in arguments]
     code = ("import sys\nfrom qstereo_bridge.cli import main\ntry:\n    status = main(sys.argv[1:])\nexcept SystemExit as e:\n"
@@ -377,33 +373,13 @@ def test_ignored_signal_stays_ignored(interrupting, problem_file, tmp_path, comm
     assert found.returncode == 0 and files(tmp_path) == ["s.qsf", "tiny.qcf"]
 
 
-def test_ctrl_c_does_not_wait_for_a_service(problem_file, tmp_path, environment):
-    code = """
-import os, signal, sys, time
-from qstereo_bridge import __main__, services
-from test_solvers import BruteForceCQM
-class Waiting(BruteForceCQM):
-    def sample_cqm(self, *arguments, **options):
-        os.kill(os.getpid(), signal.SIGINT)
-        time.sleep(60)
-    def close(self):
-        time.sleep(60)
-services.connect = lambda name: Waiting()
-__main__.run()
-"""
-    found = subprocess.run([sys.executable, "-c", code, "solve", problem_file, "-o", tmp_path / "s.qsf", "--solver", "hybrid-cqm"],
-                           env={**environment, "PYTHONPATH": os.path.dirname(__file__)}, capture_output=True, timeout=30)
-    assert (found.returncode, found.stdout) == (130, b"") and b"interrupted" in found.stderr and files(tmp_path) == ["tiny.qcf"]
-
-
-def test_names_that_are_no_utf8(tmp_path, command, environment, main, monkeypatch):
+def test_names_that_are_no_utf8(tmp_path, command, environment, main, service):
     problem, samples = os.fsencode(tmp_path) + b"/\xff.qcf", os.fsencode(tmp_path) + b"/\xfe.qsf"
     with open(problem, "wb") as stream:
         stream.write(qcf.pack_qcf(grid(2, 2, 3)))
     environment["PYTHONIOENCODING"] = "utf-8:strict"
     status, out, err = text(command("solve", problem, "-o", samples, *FAST))
     assert (status, err) == (0, "") and "\\udcfe.qsf: written" in out and os.path.exists(samples)
-    monkeypatch.setattr(services, "connect", lambda name: BruteForceCQM())
     assert main("solve", os.fsdecode(problem), "-o", tmp_path / "s.qsf", "--solver", "hybrid-cqm")[0] == 0
     assert qsf.parse_qsf((tmp_path / "s.qsf").read_bytes()).info["parameters"]["label"] == "?"
 
@@ -427,7 +403,7 @@ def test_dry_run_without_memory(tmp_path, main, monkeypatch):
 
     def full(*arguments):
         raise MemoryError
-    monkeypatch.setattr(services, "plan", full)
+    monkeypatch.setattr(remote, "plan", full)
     status, out, err = main(*dry_run)
     assert (status, out) == (4, "") and "not enough memory" in err
 

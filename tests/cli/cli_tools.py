@@ -118,12 +118,13 @@ def _chunk(kind, payload):
     return head + struct.pack("<I", _crc32c(head))
 
 
-def write_qsf(path, problem, samples, energies, info=b'{"reads": 3}', occurrences=None):
-    """Writes samples (rows of 0 and 1) of the .qcf named `problem`, with their energies in integer units."""
+def write_qsf(path, problem, samples, energies, info=b'{"reads": 3}', occurrences=None, broken=None):
+    """Writes samples (rows of 0 and 1) of the .qcf named `problem`, with their energies in integer units, and 1e-9 of broken chains."""
     samples = np.atleast_2d(samples)
     count, variables = samples.shape
     occurrences = occurrences or [1] * count
-    records = b"".join(struct.pack("<qII", int(e), o, 0xFFFFFFFF) for e, o in zip(energies, occurrences))
+    broken = broken or [0xFFFFFFFF] * count
+    records = b"".join(struct.pack("<qII", int(e), o, b) for e, o, b in zip(energies, occurrences, broken))
     body = b"".join([
         _chunk(b"PROB", sha256(Path(problem).read_bytes()).digest()),
         _chunk(b"SOLV", b"test \"solver\""),

@@ -51,6 +51,21 @@ def test_samples(solved):
     assert "integer units of its .qcf" in text and '{"reads": 3}' in text
 
 
+def test_timing_parameters_and_broken_chains(tmp_path, solved):
+    """The numbers that stand directly in them, whatever stands between; nothing is said of what is not there."""
+    info = (b'{"a": {"timing": {"wrong": 1}}, "timing": {"qpu_sampling_time": 80000.5, "nested": {"no": [1, {"x": "}"}]}, "s": "\\"3",'
+            b' "qpu_access_time" : 94072 , "none": null}, "parameters": {"num_reads": 1000, "label": "x", "chain_strength": 1.5e-3}}')
+    samples = write_qsf(tmp_path / "s.qsf", solved.problem, np.zeros((3, 160)), [0] * 3, info, [1, 2, 1], [0, 250_000_000, 10**9])
+    lines = [line.split() for line in run("info", samples).out.decode().splitlines()]
+    at = lines.index(["parameters"])
+    assert lines[at:at + 6] == [["parameters"], ["num_reads", "1000"], ["chain_strength", "0.0015"], ["timing"],
+                                ["qpu_sampling_time", "80000.5", "us"], ["qpu_access_time", "94072", "us"]]
+    assert lines[at - 1] == "broken chains 37.50 % on average; none in 1 of 4 reads".split() and lines[at + 6][0] == "info"
+    for info in (b"{}", b'{"timing": 3, "parameters": {}}', b'{"timing": {"sampling": {"ns": 1}}}'):
+        text = run("info", write_qsf(tmp_path / "t.qsf", solved.problem, np.zeros((1, 160)), [0], info)).out.decode()
+        assert "\ntiming\n" not in text and "\nparameters\n" not in text and "broken" not in text
+
+
 def test_samples_of_no_sample(tmp_path, solved):
     samples = write_qsf(tmp_path / "none.qsf", solved.problem, np.zeros((0, 160)), [])
     assert json.loads(run("info", samples, "--json").out)["best_energy"] is None

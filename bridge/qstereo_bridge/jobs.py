@@ -1,0 +1,367 @@
+"""The life of a problem at D-Wave's service: sent once, found again after any interruption, never charged twice.
+
+A job file, JSON, lies beside the samples file from before the upload until the samples are written. It says how far the problem is:
+
+    uploading   nothing is charged yet: whatever happens now, it may be sent again
+    sending     the one request that creates the problem may have left: only the service knows; it is asked by the job's label,
+                which no other job has
+    sent        the service has the problem, under `problem_id`
+
+A job file is replaced as a whole, on the disk before the next step is taken, and locked while its process lives. It holds no token.
+"""
+
+import concurrent.futures
+import contextlib
+import fcntl
+import json
+import os
+import secrets
+import time
+from datetime import datetime, timezone
+
+from .failure import BAD_INPUT, IO, NO, Failure, io
+from .services import connect, explain
+from .solvers import SolverError
+
+SCHEMA = 1
+UPLOADING, SENDING, SENT = "uploading", "sending", "sent"
+# Seconds after which a request that left is in the service's list of problems, if it ever arrived.
+ARRIVED = 10
+# Pauses between attempts at what may be repeated: asking costs nothing.
+PAUSES = (0.3, 1, 3)
+
+
+class Job:
+    """One job file, held open and locked. `facts` is what it says; the session that serves it is told to signals."""
+
+    active = []
+
+    def __init__(self, path, facts, stream=None):
+        self.path, self.facts, self.stream, self.session = path, facts, stream, None
+
+    @classmethod
+    def load(cls, path):
+        """The job in the file `path`, or None where there is none. Raises Failure: it is another process's, or no job file."""
+        with io(path, "read"):
+            try:
+                stream = open(path, "rb+")
+            except FileNotFoundError:
+                return None
+            _lock(stream, path)
+            try:
+                facts = json.load(stream)
+                sound = facts["schema"] == SCHEMA and facts["state"] in (UPLOADING, SENDING, SENT) and all(
+                    isinstance(facts[key], str) for key in ("solver", "label", "problem_digest"))
+            except (ValueError, KeyError, TypeError):
+                sound = False
+        if not sound:
+            stream.close()
+            raise Failure(BAD_INPUT, f"{path}: this is no job file of this program's version; give another, or remove it")
+        return cls(path, facts, stream)
+
+    def save(self, **changes):
+        """Change facts, and have them on the disk."""
+        self.facts.update(changes)
+        with io(self.path, "write"):
+            name = f"{self.path}.{os.getpid()}.tmp"
+            stream = open(name, "wb+")
+            try:
+                _lock(stream, name)
+                stream.write(json.dumps(self.facts, indent=1).encode() + b"\n")
+                stream.flush()
+                os.fsync(stream.fileno())
+                os.replace(name, self.path)
+            except BaseException:
+                stream.close()
+                os.remove(name)
+                raise
+            self._close()
+            self.stream = stream
+        if self not in Job.active:
+            Job.active.append(self)
+
+    def _close(self):
+        if self.stream:
+            self.stream.close()
+            self.stream = None
+
+    def leave(self):
+        """Let go of the file; it stays."""
+        if self in Job.active:
+            Job.active.remove(self)
+        self._close()
+
+    def remove(self):
+        with contextlib.suppress(OSError):
+            os.remove(self.path)
+        self.leave()
+
+    def __getattr__(self, name):
+        try:
+            return self.facts[name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self.leave()
+
+
+def _lock(stream, path):
+    try:
+        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        stream.close()
+        raise Failure(IO, f"{path}: another qstereo-bridge is at work on this job; wait for it, or stop it") from None
+
+
+def path_of(output, digest):
+    """The name of the job file for the samples file `output`; for what is no regular file, one in this folder."""
+    if output == "-" or os.path.exists(output) and not os.path.isfile(output):
+        return f"qstereo-{digest.hex()[:12]}.qsf.job"
+    return f"{os.path.realpath(output)}.job"
+
+
+def check_earlier(options):
+    """Raises Failure(NO) where an earlier job of the samples file may be at the service: nothing is sent twice unasked."""
+    earlier = None if options.resubmit else Job.load(path_of(options.output, options.digest))
+    if earlier:
+        with earlier:
+            if earlier.state != UPLOADING:
+                _refuse_to_send_again(earlier, options.digest)
+
+
+def start(options, variables):
+    """A new Job for the problem."""
+    path, digest = path_of(options.output, options.digest), options.digest.hex()
+    problem = None if options.problem == "-" else os.path.relpath(options.problem, os.path.dirname(path) or ".")
+    label = (options.label or "qstereo")[:200]
+    job = Job(path, {"schema": SCHEMA, "state": UPLOADING, "solver": options.solver, "service_solver": None,
+                     "label": f"{label} {digest[:8]}-{secrets.token_hex(6)}", "user_label": options.label, "problem_id": None,
+                     "problem": problem, "problem_digest": digest, "variables": variables, "time": _now(), "parameters": {}})
+    job.save()
+    return job
+
+
+@contextlib.contextmanager
+def keeping(job):
+    """Remove the job (None: there is none) when the answer is on the disk; where that fails, say how to fetch it again."""
+    try:
+        yield
+    except SolverError as error:
+        raise SolverError(f"{error}; `qstereo-bridge collect {job.path}` asks again") if job else error from None
+    else:
+        if job:
+            job.remove()
+    finally:
+        if job:
+            job.leave()
+
+
+def _refuse_to_send_again(earlier, digest):
+    if earlier.problem_digest != digest.hex():
+        raise Failure(NO, f"{earlier.path}: the answer to another problem ({earlier.problem}) is still to be collected under this name; "
+                          f"`qstereo-bridge collect {earlier.path}`, or give another -o, or --resubmit to forget it")
+    if earlier.state == SENDING:
+        with connect(earlier.solver, earlier.service_solver) as session:
+            if not find(session, earlier):
+                return
+    raise Failure(NO, f"{earlier.path}: this problem was sent {earlier.time} and is not sent again; "
+                      f"`qstereo-bridge collect {earlier.path}` fetches the answer (--resubmit sends and charges it once more)")
+
+
+def solve(kind, options, progress, session):
+    """Send the problem of `kind` and wait for the answer: (Answer, Job). With --no-wait the Answer is None.
+
+    The job is to be removed when the answer is on the disk.
+    """
+    job = start(options, kind.problem.linear.size)
+    job.session = session
+    with _left(job):
+        kind.check(session.properties)
+        request = kind.prepare(session, progress)
+        job.save(service_solver=session.solver.name, parameters=request.parameters, **request.facts)
+        data = request.data if request.upload is None else {"format": "ref", "data": upload(session, request.upload, progress)}
+        progress("sending")
+        send(session, job, kind.problem_type, data, request.sent)
+        return None if options.no_wait else decoded(kind, wait(session, job, progress), job), job
+
+
+@contextlib.contextmanager
+def _left(job):
+    """Whatever fails, the job file is as it has to be: gone if nothing was sent."""
+    try:
+        yield
+    except BaseException:
+        if job.state == UPLOADING:
+            job.remove()
+        job.leave()
+        raise
+
+
+def decoded(kind, future, job):
+    """The Answer in a resolved Future."""
+    try:
+        answer = kind.decode(kind.problem, future, job)
+    except Exception as error:
+        why = error if isinstance(error, SolverError) else f"the service's answer cannot be read ({explain(error)})"
+        raise SolverError(f"{why}; `qstereo-bridge collect {job.path}` asks for it again") from None
+    answer.info = {"service_solver": job.service_solver, "problem_id": job.problem_id,
+                   "parameters": {**job.parameters, **({"label": job.user_label} if job.user_label else {})}, **answer.info}
+    return answer
+
+
+def _now():
+    return datetime.now(timezone.utc).isoformat(timespec="seconds")
+
+
+def upload(session, data, progress):
+    """Upload a file-like `data`; the service's name for it. Nothing is charged for it, so what fails is sent again."""
+    from dwave.cloud.exceptions import ProblemUploadError
+
+    def once():
+        future = session.client.upload_problem_encoded(data)
+        while not concurrent.futures.wait([future], 0.2).done:
+            progress("uploading")
+        return future.result()
+    try:
+        return once()
+    except ProblemUploadError:
+        return once()
+
+
+def send(session, job, problem_type, data, parameters):
+    """Create the problem at the service: one request, never repeated once it may have arrived. Raises SolverError."""
+    import zlib
+    import orjson
+
+    body = {"solver": session.solver.identity.dict(), "data": data, "type": problem_type, "params": parameters, "label": job.label}
+    with session.requests() as requests:
+        requests.session.set_accept(media_type="application/vnd.dwave.sapi.problems+json", ask_version="3.0.0", accept_version="~=3.0")
+        content = zlib.compress(orjson.dumps([body], option=orjson.OPT_SERIALIZE_NUMPY))
+        job.save(state=SENDING, time=_now())
+        try:
+            reply = orjson.loads(requests.session.post("", data=content, headers={
+                "Content-Type": "application/json", "Content-Encoding": "deflate"}).content)[0]
+        except Exception as error:
+            if _never_arrived(error):
+                job.remove()
+                raise
+            if not find(session, job, patience=sum(PAUSES)):
+                raise SolverError(_unknown(job, error)) from None
+            return
+    if "error_msg" in reply:
+        job.remove()
+        raise SolverError(f"D-Wave's service refuses the problem: {reply['error_msg']}")
+    job.save(state=SENT, problem_id=reply["id"])
+
+
+def _never_arrived(error):
+    """Whether the service certainly has no problem of a request that failed so: it refused it, or was not there."""
+    from dwave.cloud.utils.exception import is_caused_by
+    from urllib3.exceptions import ConnectTimeoutError, NewConnectionError
+
+    status = getattr(error, "error_code", None)
+    # 408: some gateway had enough of waiting.
+    refused = isinstance(status, int) and 400 <= status < 500 and status != 408
+    return refused or is_caused_by(error, (NewConnectionError, ConnectTimeoutError))
+
+
+def _unknown(job, error):
+    return (f"{explain(error)}. Whether the problem arrived is not known; "
+            f"`qstereo-bridge collect {job.path}` asks again, and nothing is sent twice")
+
+
+def find(session, job, patience=None):
+    """Ask the service for the problem of the job's label: whether it is there. If so the job knows its id afterwards.
+
+    A request that has only just left may still arrive: the asking goes on until it is old enough, or for `patience` seconds.
+    """
+    age = (datetime.now(timezone.utc) - datetime.fromisoformat(job.time)).total_seconds()
+    stop = time.monotonic() + (max(0, ARRIVED - age) if patience is None else patience)
+    while True:
+        with session.requests() as requests:
+            listed = _patiently(lambda: requests.list_problems(label=job.label))
+            found = [problem for problem in listed if problem.label == job.label]
+        if found:
+            job.save(state=SENT, problem_id=found[0].id)
+            return True
+        if time.monotonic() > stop:
+            return False
+        time.sleep(0.5)
+
+
+def _patiently(ask):
+    """ask(), again after a pause where the service is in trouble or not there. For what changes nothing."""
+    for pause in (*PAUSES, None):
+        try:
+            return ask()
+        except Exception as error:
+            if pause is None or not _passing(error):
+                raise
+            time.sleep(pause)
+
+
+def _passing(error):
+    status = getattr(error, "error_code", None)
+    if isinstance(status, int):
+        return status == 429 or status >= 500
+    return {"RequestTimeout", "ConnectionError", "ChunkedEncodingError"} & {cls.__name__ for cls in type(error).__mro__}
+
+
+def wait(session, job, progress, once=False):
+    """The answer to a problem that was sent, as a resolved Future of D-Wave's client. With `once`, None where there is none yet."""
+    def answer():
+        if once:
+            with session.requests() as requests:
+                status = requests.get_problem_status(job.problem_id).status.value
+            if status in ("PENDING", "IN_PROGRESS"):
+                return None
+        future = session.client.retrieve_answer(job.problem_id)
+        while not future.wait(0.2):
+            progress((future.remote_status or "sent").lower().replace("_", " "))
+        if future.remote_status in ("FAILED", "CANCELLED"):
+            job.remove()
+        future.result()
+        return future
+    try:
+        future = _patiently(answer)
+    except Exception as error:
+        raise SolverError(_told(job, error)) from None
+    if future and future.label not in (None, job.label):
+        raise SolverError(f"the service's problem {job.problem_id} has the label {future.label!r}, the job {job.label!r}: "
+                          "it is the answer to another problem")
+    return future
+
+
+def _told(job, error):
+    if job.stream is None:
+        return explain(error)
+    return f"{explain(error)}. The problem is at the service; `qstereo-bridge collect {job.path}` fetches the answer later"
+
+
+def interrupted(cancel):
+    """What the user is to know of each job when a signal ends the command; with `cancel`, what has not begun is cancelled first."""
+    lines = []
+    for job in list(Job.active):
+        if job.state == UPLOADING:
+            job.remove()
+            lines.append("nothing was sent")
+        elif cancel and job.state == SENT and _cancelled(job):
+            job.remove()
+            lines.append(f"{job.problem_id} had not begun and is cancelled; nothing is charged")
+        else:
+            what = "the problem is at the service" if job.state == SENT else "whether the problem arrived is not known"
+            lines.append(f"{what}; `qstereo-bridge collect {job.path}` fetches the answer")
+    return lines
+
+
+def _cancelled(job):
+    """Ask the service to cancel the problem if it has not begun: whether that is certain. Never takes long."""
+    with contextlib.suppress(Exception), job.session.requests(timeout=3) as requests:
+        if requests.get_problem_status(job.problem_id).status.value == "PENDING":
+            requests.cancel_problem(job.problem_id)
+            return requests.get_problem_status(job.problem_id).status.value == "CANCELLED"
+    return False

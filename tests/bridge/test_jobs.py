@@ -1,0 +1,527 @@
+"""The life of a problem at the service: whatever fails or is interrupted, one problem is created and its answer is found."""
+
+import contextlib
+import json
+import multiprocessing
+import os
+import random
+import signal
+import sys
+import threading
+import time
+
+import pytest
+from problems import all_states, grid
+from service import TOKEN
+from qstereo_bridge import jobs, models, qcf, qsf
+
+SERVICES = ["qpu", "hybrid-bqm", "hybrid-cqm", "hybrid-nl"]
+SMALL = grid(2, 2, 3)
+LEAST = int(models.energies(SMALL, all_states(12)).min())
+
+
+@pytest.fixture
+def service(service):
+    """Answers come by polling, as those of hard problems do."""
+    service.immediate, service.delay = False, 0.05
+    return service
+
+
+@pytest.fixture(autouse=True)
+def hurry(monkeypatch):
+    monkeypatch.setattr(jobs, "PAUSES", (0.05, 0.1))
+    monkeypatch.setattr(jobs, "ARRIVED", 1)
+
+
+@pytest.fixture(autouse=True)
+def few_retries(environment, monkeypatch, tmp_path_factory, service):
+    """D-Wave's client asks ten times over ten seconds where a connection is dropped."""
+    path = tmp_path_factory.mktemp("configuration") / "dwave.conf"
+    path.write_text("[defaults]\nhttp_retry_total = 2\n")
+    environment["DWAVE_CONFIG_FILE"] = str(path)
+    monkeypatch.setenv("DWAVE_CONFIG_FILE", str(path))
+
+
+@pytest.fixture
+def solve(problem_file, tmp_path, main, service):
+    def run(solver="hybrid-nl", *options):
+        return main("solve", problem_file, "-o", tmp_path / "s.qsf", "--solver", solver, *options)
+    return run
+
+
+@pytest.fixture
+def collect(tmp_path, main, service):
+    return lambda *options: main("collect", tmp_path / "s.qsf.job", *options)
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def best(tmp_path):
+    read = qsf.parse_qsf((tmp_path / "s.qsf").read_bytes())
+    assert (read.records["energy"] == models.energies(SMALL, read.bits)).all()
+    return int(read.records["energy"].min())
+
+
+@pytest.mark.parametrize("solver", SERVICES)
+def test_send_now_and_collect_later(solver, solve, collect, service, tmp_path):
+    service.delay = 0.3
+    status, out, err = solve(solver, "--no-wait")
+    (problem_id, _), = service.problems.items()
+    assert (status, err) == (0, "") and problem_id in out and f"collect {tmp_path}/s.qsf.job" in out
+    assert names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+    facts = json.loads((tmp_path / "s.qsf.job").read_text())
+    assert facts.items() >= {"schema": 1, "state": "sent", "solver": solver, "problem_id": problem_id, "problem": "tiny.qcf"}.items()
+    status, out, err = collect("--no-wait")
+    assert (status, out) == (1, "") and "no answer yet" in err
+    status, out, err = collect()
+    assert status == 0 and best(tmp_path) == LEAST and names(tmp_path) == ["s.qsf", "tiny.qcf"] and len(service.problems) == 1
+    assert collect()[0] == 3
+
+
+def test_no_wait_json(solve, service, tmp_path):
+    found = json.loads(solve("hybrid-nl", "--no-wait", "--json")[1])
+    assert found == {"schema": 1, "solver": "hybrid-nl", "job": f"{tmp_path}/s.qsf.job", "problem_id": next(iter(service.problems))}
+
+
+def test_collected_and_waited_for_are_the_same(solve, collect, service, tmp_path):
+    for solver in SERVICES:
+        options = ["--seed", 1] if solver == "qpu" else []
+        solve(solver, *options)
+        waited = qsf.parse_qsf((tmp_path / "s.qsf").read_bytes())
+        solve(solver, "--no-wait", *options)
+        collect()
+        collected = qsf.parse_qsf((tmp_path / "s.qsf").read_bytes())
+        assert (waited.records == collected.records).all() and (waited.bits == collected.bits).all()
+        assert {**waited.info, "problem_id": 0} == {**collected.info, "problem_id": 0}
+
+
+# Trouble with the network and the service.
+
+
+@pytest.mark.parametrize("solver", SERVICES)
+@pytest.mark.parametrize("method, path, how", [
+    ("GET", "solvers", "drop"), ("POST", "^problems", "drop after"), ("POST", "^problems", "500 after"), ("GET", r"^problems/$", "drop"),
+    ("GET", r"^problems/$", 500), ("GET", r"^problems/.+", "drop"), ("GET", r"^problems/.+", 500), ("GET", r"^problems/.+", 429)])
+def test_passing_trouble(solver, method, path, how, solve, service, tmp_path):
+    service.fail(method, path, how)
+    status, out, err = solve(solver)
+    assert status == 0 and best(tmp_path) == LEAST and len(service.problems) == 1 and names(tmp_path) == ["s.qsf", "tiny.qcf"]
+    assert all(how == 0 for *_, how in service.faults)
+
+
+@pytest.mark.parametrize("method, path, how", [("PUT", "part/1", "drop"), ("PUT", "part/1", 500), ("corrupt", "part/1", True),
+                                               ("POST", "combine", 500), ("GET", "^answers", "drop")])
+def test_passing_trouble_with_transfers(method, path, how, solve, service, tmp_path):
+    service.fail(method, path, how)
+    assert solve("hybrid-nl")[0] == 0 and best(tmp_path) == LEAST and len(service.problems) == 1
+
+
+@pytest.mark.parametrize("method, path, how, said", [("POST", "bqm/multipart$", 403, "refuses it to this account"),
+                                                     ("corrupt", "part/1", True, "Checksum mismatch")])
+def test_upload_that_fails_for_good_sends_nothing(method, path, how, said, solve, service, tmp_path, monkeypatch):
+    monkeypatch.setattr("dwave.cloud.utils.decorators.time.sleep", lambda seconds: None)
+    service.fail(method, path, how, times=99)
+    status, out, err = solve("hybrid-bqm")
+    assert (status, out) == (5, "") and said in err and err.count("\n") == 1
+    assert not service.problems and names(tmp_path) == ["tiny.qcf"]
+
+
+@pytest.mark.parametrize("how", ["drop", 500, 503])
+def test_not_known_whether_it_arrived(how, solve, collect, service, tmp_path):
+    """The request is lost: the next run asks before it sends."""
+    service.fail("POST", "^problems", how)
+    status, out, err = solve()
+    assert (status, out) == (5, "") and "Whether the problem arrived is not known" in err and "collect" in err
+    assert names(tmp_path) == ["s.qsf.job", "tiny.qcf"] and json.loads((tmp_path / "s.qsf.job").read_text())["state"] == "sending"
+    status, out, err = collect()
+    assert status == 1 and "nothing was sent and nothing is charged" in err
+    assert solve()[0] == 0 and best(tmp_path) == LEAST and len(service.problems) == 1
+
+
+def test_arrived_although_the_client_could_not_know(solve, collect, service, tmp_path):
+    """The request arrives, then the network is gone: neither a reply nor the list of problems."""
+    service.fail("POST", "^problems", "drop after")
+    service.fail("GET", "^problems", "drop", times=3)
+    status, _, err = solve()
+    assert status == 5 and names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+    status, _, err = solve()
+    assert status == 1 and "was sent" in err and "not sent again" in err and len(service.problems) == 1
+    assert collect()[0] == 0 and best(tmp_path) == LEAST and len(service.problems) == 1
+
+
+def test_nobody_there(problem_file, tmp_path, main, service, monkeypatch):
+    """The service vanishes between the upload and the request: it never arrived, nothing is left."""
+    def vanish():
+        service.server.socket.close()
+        threading.Thread(target=service.server.shutdown).start()
+        return None
+    service.fail("POST", "combine", vanish)
+    status, _, err = main("solve", problem_file, "-o", tmp_path / "s.qsf", "--solver", "hybrid-bqm")
+    assert status == 5 and "cannot be reached" in err and names(tmp_path) == ["tiny.qcf"]
+
+
+@pytest.mark.parametrize("solver", SERVICES)
+@pytest.mark.parametrize("how, said", [("drop", "cannot be reached"), (500, "error of its own"), (401, "does not accept the token"),
+                                       (404, "as it was told")])
+def test_answer_that_cannot_be_had_now_is_there_later(solver, how, said, solve, collect, service, tmp_path):
+    service.fail("GET", r"^problems/.+", how, times=40)
+    status, out, err = solve(solver)
+    assert (status, out) == (5, "") and said in err and "The problem is at the service" in err and f"collect {tmp_path}/s.qsf.job" in err
+    assert names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+    service.faults.clear()
+    assert collect()[0] == 0 and best(tmp_path) == LEAST and len(service.problems) == 1
+
+
+@pytest.mark.parametrize("outcome, said", [("FAILED", "too hot"), ("CANCELLED", "was cancelled")])
+@pytest.mark.parametrize("solver", SERVICES)
+def test_problems_that_end_without_an_answer(solver, outcome, said, solve, service, tmp_path):
+    service.outcome, service.reason = outcome, "too hot"
+    status, out, err = solve(solver)
+    assert (status, out) == (5, "") and said in err and "collect" not in err and names(tmp_path) == ["tiny.qcf"]
+
+
+def shorten(answer):
+    """An answer of wrong length, in each format."""
+    if answer["format"] == "qp":
+        return {**answer, "solutions": answer["solutions"][:8]}
+    if answer["format"] == "bq":
+        import dimod
+        whole = dimod.SampleSet.from_serializable(answer["data"])
+        return {**answer, "data": dimod.SampleSet.from_samples((whole.record.sample[:, :-1], list(whole.variables)[:-1]), "BINARY",
+                                                               whole.record.energy).to_serializable()}
+    return answer
+
+
+@pytest.mark.parametrize("solver", SERVICES)
+def test_answer_of_wrong_length(solver, solve, collect, service, tmp_path):
+    service.spoil = shorten
+    if solver == "hybrid-nl":
+        def shorten_data(answer):
+            service.answers.update({name: data[:-20] for name, data in service.answers.items()})
+            return answer
+        service.spoil = shorten_data
+    status, out, err = solve(solver)
+    assert (status, out) == (5, "") and f"collect {tmp_path}/s.qsf.job" in err and err.count("\n") == 1
+    assert names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+    service.spoil = None
+    for problem in service.problems.values():
+        problem.answer = None
+    assert collect()[0] == 0 and best(tmp_path) == LEAST
+
+
+def test_slow_answer(solve, service, tmp_path, monkeypatch):
+    service.pending, service.delay = 0.6, 1.2
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    status, out, err = solve()
+    assert status == 0 and "hybrid-nl: pending" in err and "hybrid-nl: in progress" in err
+
+
+# The job file.
+
+
+def test_nothing_is_sent_twice_unasked(solve, service, tmp_path):
+    solve("hybrid-nl", "--no-wait")
+    status, out, err = solve()
+    assert (status, out) == (1, "") and f"qstereo-bridge collect {tmp_path}/s.qsf.job" in err and "--resubmit" in err
+    assert len(service.problems) == 1
+    assert solve("hybrid-nl", "--resubmit")[0] == 0 and len(service.problems) == 2 and names(tmp_path) == ["s.qsf", "tiny.qcf"]
+
+
+def test_job_of_another_problem_is_not_forgotten(solve, service, problem_file):
+    solve("hybrid-nl", "--no-wait")
+    problem_file.write_bytes(qcf.pack_qcf(grid(2, 2, 3, seed=1)))
+    status, _, err = solve()
+    assert status == 1 and "another problem" in err and len(service.problems) == 1
+
+
+def test_collect_wants_the_problem_that_was_sent(solve, collect, service, problem_file, tmp_path):
+    solve("hybrid-nl", "--no-wait")
+    good = problem_file.read_bytes()
+    problem_file.write_bytes(qcf.pack_qcf(grid(2, 2, 3, seed=1)))
+    status, _, err = collect()
+    assert status == 3 and "not the problem that was sent" in err
+    problem_file.unlink()
+    status, _, err = collect()
+    assert status == 2 and "no longer at" in err and "--problem" in err
+    (tmp_path / "elsewhere.qcf").write_bytes(good)
+    assert collect("--problem", tmp_path / "elsewhere.qcf", "-o", tmp_path / "t.qsf")[0] == 0
+    assert names(tmp_path) == ["elsewhere.qcf", "t.qsf"]
+
+
+def test_job_file_may_move_with_its_problem(solve, service, problem_file, tmp_path, main):
+    """As on another machine."""
+    solve("hybrid-nl", "--no-wait")
+    other = tmp_path / "other"
+    other.mkdir()
+    problem_file.rename(other / "tiny.qcf")
+    (tmp_path / "s.qsf.job").rename(other / "s.qsf.job")
+    assert main("collect", other / "s.qsf.job")[0] == 0 and names(other) == ["s.qsf", "tiny.qcf"]
+
+
+def test_collect_refuses_the_answer_of_another_problem(solve, collect, service, tmp_path):
+    solve("hybrid-nl", "--no-wait")
+    first = next(iter(service.problems))
+    solve("hybrid-nl", "--no-wait", "--resubmit")
+    path = tmp_path / "s.qsf.job"
+    path.write_text(json.dumps({**json.loads(path.read_text()), "problem_id": first}))
+    status, _, err = collect()
+    assert status == 5 and "the answer to another problem" in err and not (tmp_path / "s.qsf").exists()
+
+
+@pytest.mark.parametrize("content", ["", "[]", "{}", '{"schema": 2}', '{"schema": 1, "state": "odd"}', "\xff"])
+def test_bad_job_files(content, solve, collect, service, tmp_path):
+    (tmp_path / "s.qsf.job").write_bytes(content.encode("latin-1"))
+    for status, _, err in (collect(), solve()):
+        assert status == 3 and "no job file" in err and not service.problems
+    assert solve("hybrid-nl", "--resubmit")[0] == 0
+
+
+def test_one_process_at_a_time(solve, collect, service, tmp_path):
+    solve("hybrid-nl", "--no-wait")
+    with jobs.Job.load(str(tmp_path / "s.qsf.job")):
+        for status, _, err in (collect(), solve()):
+            assert status == 4 and "another qstereo-bridge" in err
+    assert collect()[0] == 0
+
+
+def test_problem_from_stdin(service, problem_file, tmp_path, main, command):
+    found = command("solve", "-", "-o", tmp_path / "s.qsf", "--solver", "hybrid-nl", "--no-wait", input=problem_file.read_bytes())
+    assert found.returncode == 0
+    status, _, err = main("collect", tmp_path / "s.qsf.job")
+    assert status == 2 and "stdin" in err
+    assert main("collect", tmp_path / "s.qsf.job", "--problem", problem_file)[0] == 0
+
+
+def test_samples_to_stdout(service, problem_file, tmp_path, command, monkeypatch):
+    service.fail("GET", r"^problems/.+", 404, times=9)
+    monkeypatch.chdir(tmp_path)
+    found = command("solve", problem_file, "-o", "-", "--solver", "hybrid-nl", cwd=tmp_path)
+    job, = tmp_path.glob("qstereo-*.qsf.job")
+    assert found.returncode == 5 and found.stdout == b"" and job.name.encode() in found.stderr
+    service.faults.clear()
+    found = command("collect", job, "-o", "-", cwd=tmp_path)
+    assert found.returncode == 0 and qsf.parse_qsf(found.stdout).bits.shape[1] == 12 and names(tmp_path) == ["tiny.qcf"]
+
+
+def test_folder_that_cannot_hold_the_job(service, problem_file, tmp_path, main):
+    status, _, err = main("solve", problem_file, "-o", tmp_path / "none" / "s.qsf", "--solver", "hybrid-nl", "--no-wait")
+    assert status == 4 and "cannot write" in err and not service.problems
+
+
+def test_failed_write_of_the_samples_keeps_the_job(solve, collect, service, tmp_path, monkeypatch):
+    from qstereo_bridge.output import Output
+
+    def full(*arguments):
+        raise OSError(28, "No space left on device")
+    with monkeypatch.context() as patch:
+        patch.setattr(Output, "write", full)
+        status, _, err = solve()
+    assert status == 4 and "No space left" in err and names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+    assert collect()[0] == 0 and len(service.problems) == 1
+
+
+# Signals.
+
+
+def child(arguments, environment, out):
+    """The command as a process has it, in one that has the modules already."""
+    os.dup2(os.open(out, os.O_CREAT | os.O_WRONLY | os.O_APPEND), 2)
+    os.environ.update(environment)
+    sys.argv = ["qstereo-bridge", *arguments]
+    from qstereo_bridge.__main__ import run
+    run()
+
+
+@pytest.fixture(scope="module")
+def processes():
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["qstereo_bridge.remote", "dwave.cloud.client", "dwave.cloud.api.resources", "dwave.optimization", "dimod"])
+    return context
+
+
+@pytest.fixture
+def begin(processes, problem_file, tmp_path, environment, service):
+    def start(solver, *options):
+        arguments = ["solve", str(problem_file), "-o", str(tmp_path / "s.qsf"), "--solver", solver, *options]
+        process = processes.Process(target=child, args=(arguments, environment, str(tmp_path / "stderr")), daemon=True)
+        process.start()
+        return process
+    return start
+
+
+def until(condition, seconds=20):
+    stop = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < stop
+        time.sleep(0.005)
+
+
+@pytest.mark.parametrize("solver", SERVICES)
+def test_ctrl_c_cancels_what_has_not_begun(solver, begin, service, tmp_path):
+    service.pending = 60
+    process = begin(solver)
+    until(lambda: service.problems and '"sent"' in (tmp_path / "s.qsf.job").read_text())
+    os.kill(process.pid, signal.SIGINT)
+    process.join(20)
+    said = (tmp_path / "stderr").read_text()
+    assert process.exitcode == 130 and "had not begun and is cancelled; nothing is charged" in said and TOKEN not in said
+    assert [problem.status for problem in service.problems.values()] == ["CANCELLED"] and names(tmp_path) == ["stderr", "tiny.qcf"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_interrupted_says_how_to_collect(number, begin, collect, service, tmp_path):
+    """Begun: not cancelled. Other signals than Ctrl-C cancel nothing."""
+    service.pending, service.delay = (0, 60) if number == signal.SIGINT else (60, 60)
+    process = begin("hybrid-nl")
+    until(lambda: service.problems and '"sent"' in (tmp_path / "s.qsf.job").read_text())
+    os.kill(process.pid, number)
+    process.join(20)
+    assert process.exitcode == 128 + number and f"collect {tmp_path}/s.qsf.job" in (tmp_path / "stderr").read_text()
+    assert not any(problem.cancelled for problem in service.problems.values())
+    service.pending = service.delay = 0
+    assert collect()[0] == 0 and best(tmp_path) == LEAST and len(service.problems) == 1
+
+
+def test_interrupted_in_the_upload(begin, service, tmp_path):
+    reached = threading.Event()
+    service.fail("PUT", "part", lambda: (reached.set(), time.sleep(30)))
+    process = begin("hybrid-nl")
+    assert reached.wait(20)
+    os.kill(process.pid, signal.SIGINT)
+    process.join(20)
+    assert process.exitcode == 130 and "interrupted; nothing was sent" in (tmp_path / "stderr").read_text()
+    assert names(tmp_path) == ["stderr", "tiny.qcf"] and not service.problems
+
+
+def recover(solve, collect, tmp_path):
+    """What a person does after the machine went down: collect, and solve again where that says that nothing was sent."""
+    if (tmp_path / "s.qsf.job").exists():
+        status, _, err = collect()
+        if status == 0:
+            return
+        assert status == 1 and "nothing was sent" in err
+    if not (tmp_path / "s.qsf").exists():
+        assert solve()[0] == 0
+
+
+@pytest.mark.parametrize("when", ["before", "after"])
+@pytest.mark.parametrize("method, path", [("POST", "combine"), ("POST", "^problems"), ("GET", r"^problems/.+")])
+def test_killed_at_the_worst_moments(method, path, when, begin, solve, collect, service, tmp_path):
+    """kill -9 when the service has a request, and has not carried it out or has."""
+    process = None
+
+    def kill():
+        os.kill(process.pid, signal.SIGKILL)
+        time.sleep(0.05)
+        return "drop" if when == "before" else "drop after"
+    service.fail(method, path, lambda: kill())
+    process = begin("hybrid-nl")
+    process.join(20)
+    assert process.exitcode == -signal.SIGKILL
+    recover(solve, collect, tmp_path)
+    assert len(service.problems) == 1 and best(tmp_path) == LEAST and "s.qsf.job" not in names(tmp_path)
+
+
+def test_killed_at_any_moment(begin, solve, collect, service, tmp_path):
+    """QSTEREO_KILLS=50 kills at fifty random moments, spread over a whole run."""
+    began = time.monotonic()
+    process = begin("hybrid-bqm")
+    process.join(20)
+    whole = time.monotonic() - began
+    assert process.exitcode == 0
+    rng, stages = random.Random(1), set()
+    for _ in range(int(os.environ.get("QSTEREO_KILLS", 12))):
+        service.problems.clear()
+        with contextlib.suppress(FileNotFoundError):
+            (tmp_path / "s.qsf").unlink()
+        process = begin("hybrid-bqm")
+        time.sleep(rng.uniform(0, whole))
+        process.kill()
+        process.join(10)
+        path = tmp_path / "s.qsf.job"
+        stages.add(json.loads(path.read_text())["state"] if path.exists() else "none")
+        recover(solve, collect, tmp_path)
+        assert len(service.problems) == 1 and best(tmp_path) == LEAST and not path.exists()
+    assert len(stages) > 1
+
+
+# Several problems.
+
+
+@pytest.fixture
+def frames(tmp_path):
+    problems = {f"frame{i}": grid(2, 2, 3, seed=i) for i in range(5)}
+    for name, problem in problems.items():
+        (tmp_path / f"{name}.qcf").write_bytes(qcf.pack_qcf(problem))
+    return problems
+
+
+@pytest.mark.parametrize("jobs_at_once", [1, 3])
+def test_many(jobs_at_once, frames, service, tmp_path, main):
+    arguments = "solve", *sorted(tmp_path.glob("frame*.qcf")), "--out-dir", tmp_path / "out", "--solver", "hybrid-bqm", "--jobs", jobs_at_once
+    status, out, err = main(*arguments)
+    assert (status, err) == (0, "") and out.count("\n") == 5 and "[5/5]" in out and len(service.problems) == 5
+    for name, problem in frames.items():
+        read = qsf.parse_qsf((tmp_path / "out" / f"{name}.qsf").read_bytes())
+        assert read.records["energy"].min() == models.energies(problem, all_states(12)).min()
+        assert read.info["parameters"]["label"] == name
+    assert sum(path.split("?")[0].endswith("solvers/remote/") for _, path, _ in service.requests) == 2
+    status, out, err = main(*arguments)
+    assert (status, err) == (0, "") and out.count("skipped") == 5 and len(service.problems) == 5
+    (tmp_path / "frame3.qcf").write_bytes(qcf.pack_qcf(grid(2, 2, 3, seed=9)))
+    status, out, _ = main(*arguments, "--json")
+    found = json.loads(out)
+    assert status == 0 and len(service.problems) == 6 and found["failed"] == []
+    assert [bool(one.get("skipped")) for one in sorted(found["problems"], key=lambda one: one["problem"])] == [True, True, True, False, True]
+
+
+def test_one_of_many_fails(frames, service, tmp_path, main):
+    (tmp_path / "frame2.qcf").write_bytes(b"no problem")
+    service.fail("POST", "^problems", 400)
+    arguments = "solve", *sorted(tmp_path.glob("frame*.qcf")), "--out-dir", tmp_path / "out", "--solver", "hybrid-nl"
+    status, out, err = main(*arguments)
+    assert status == 1 and out.count("\n") == 3 and "2 of 5 failed" in err and "frame2.qcf: byte 0" in err and "frame0.qcf" in err
+    (tmp_path / "frame2.qcf").write_bytes(qcf.pack_qcf(frames["frame2"]))
+    status, out, err = main(*arguments)
+    assert (status, err) == (0, "") and out.count("skipped") == 3 and len(names(tmp_path / "out")) == 5 and len(service.problems) == 5
+
+
+def test_many_here(frames, tmp_path, main):
+    status, out, err = main("solve", *tmp_path.glob("frame*.qcf"), "--out-dir", tmp_path / "out", "--solver", "exact", "--jobs", 2)
+    assert (status, err) == (0, "") and out.count("proven optimal") == 5
+
+
+def test_many_are_collected_on_a_second_run(frames, service, tmp_path, main):
+    arguments = "solve", *sorted(tmp_path.glob("frame*.qcf")), "--out-dir", tmp_path / "out", "--solver", "hybrid-nl"
+    status, out, _ = main(*arguments, "--no-wait")
+    assert status == 0 and len(service.problems) == 5 and names(tmp_path / "out") == [f"frame{i}.qsf.job" for i in range(5)]
+    status, out, err = main(*arguments)
+    assert (status, err) == (0, "") and len(service.problems) == 5 and names(tmp_path / "out") == [f"frame{i}.qsf" for i in range(5)]
+
+
+def test_many_of_one_name(frames, tmp_path, main):
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "frame0.qcf").write_bytes(b"")
+    status, _, err = main("solve", tmp_path / "frame0.qcf", tmp_path / "other" / "frame0.qcf", "--out-dir", tmp_path / "out")
+    assert status == 2 and "would both go to" in err
+
+
+# Tokens.
+
+
+def test_no_token_in_logs(service, problem_file, tmp_path, command, environment):
+    """D-Wave's client logs what it does where the user asks it to."""
+    environment.update(DWAVE_LOG_LEVEL="trace")
+    found = command("solve", problem_file, "-o", tmp_path / "s.qsf", "--solver", "qpu")
+    assert found.returncode == 0 and len(found.stderr) > 1000
+    service.fail("POST", "^problems", 500, times=9)
+    assert command("solve", problem_file, "-o", tmp_path / "s.qsf", "--solver", "hybrid-bqm").returncode == 5
+
+
+def test_no_token_at_the_service_but_in_its_header(solve, service):
+    for solver in SERVICES:
+        solve(solver)
+    assert all(TOKEN.encode() not in body and TOKEN not in path for _, path, body in service.requests)
+    assert all(TOKEN not in json.dumps(problem.job) for problem in service.problems.values())

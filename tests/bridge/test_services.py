@@ -1,0 +1,489 @@
+"""D-Wave's services through its real clients, on the loopback stand-in: what is sent, what comes back, limits, messages."""
+
+import base64
+import io
+import json
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import dimod
+import numpy as np
+import pytest
+from dwave.optimization import Model
+from problems import all_states, entry, grid, make, random_problem
+from service import TOKEN
+from qstereo_bridge import cli, hybrid, models, qcf, qsf, qpu, remote, services, solvers
+
+HYBRIDS = ["hybrid-bqm", "hybrid-cqm", "hybrid-nl"]
+SERVICES = ["qpu", *HYBRIDS]
+SMALL = grid(2, 2, 3)
+
+
+def least(problem):
+    return int(models.energies(problem, all_states(problem.linear.size)).min())
+
+
+def solved(path):
+    return qsf.parse_qsf(path.read_bytes())
+
+
+@pytest.fixture
+def solve(problem_file, tmp_path, main, service):
+    """Solves tiny.qcf (or `problem`) and gives (status, stdout, stderr)."""
+    def run(solver, *options, problem=None):
+        if problem is not None:
+            problem_file.write_bytes(qcf.pack_qcf(problem))
+        return main("solve", problem_file, "-o", tmp_path / "s.qsf", "--solver", solver, *options)
+    return run
+
+
+def sent(service):
+    """The last problem: its data (decoded by dimod or dwave.optimization where it was uploaded) and its job."""
+    job = list(service.problems.values())[-1].job
+    if job["data"]["format"] == "qp":
+        return None, job
+    read = {"bqm": dimod.BinaryQuadraticModel.from_file, "cqm": dimod.ConstrainedQuadraticModel.from_file, "nl": Model.from_file}[job["type"]]
+    return read(io.BytesIO(service.uploads[job["data"]["data"]]["whole"])), job
+
+
+@pytest.mark.parametrize("immediate", [True, False], ids=["at once", "polled"])
+@pytest.mark.parametrize("solver", SERVICES)
+@pytest.mark.parametrize("problem", [SMALL, grid(2, 2, 3, dense=True)], ids=["sparse", "dense"])
+def test_answers(solver, immediate, problem, solve, service, tmp_path):
+    service.immediate, service.pending, service.delay = immediate, 0 if immediate else 0.1, 0 if immediate else 0.1
+    status, out, err = solve(solver, "--json", problem=problem)
+    found, read = json.loads(out), solved(tmp_path / "s.qsf")
+    assert status == 0 and "Traceback" not in err and sorted(path.name for path in tmp_path.iterdir()) == ["s.qsf", "tiny.qcf"]
+    assert found["best_energy"] == found["energy"] == least(problem) and found["feasible"] >= 1
+    assert (read.records["energy"] == models.energies(problem, read.bits)).all() and read.solver == solver
+    (problem_id, at_service), = service.problems.items()
+    assert read.info["problem_id"] == problem_id and read.info["service_solver"] == at_service.job["solver"]["name"]
+    assert read.info["parameters"]["label"] == "tiny" and at_service.label.startswith("tiny ")
+    timing = read.info["timing"]
+    assert {"qpu_access_time"} < set(timing) and all(isinstance(value, (int, float)) for value in timing.values())
+
+
+def test_every_timing_key_of_the_qpu_is_kept(solve, tmp_path):
+    from service import QPU_TIMING
+    solve("qpu")
+    assert solved(tmp_path / "s.qsf").info["timing"] == QPU_TIMING
+
+
+def test_bqm_is_the_problem(solve, service):
+    solve("hybrid-bqm", "--label", "a name", "--time-limit", 7)
+    bqm, job = sent(service)
+    assert bqm == models.to_bqm(SMALL) and job["params"] == {"time_limit": 7} and job["label"].startswith("a name ")
+    solve("hybrid-bqm")
+    assert sent(service)[1]["params"] == {"time_limit": 3}
+
+
+def test_cqm_is_the_problem_without_penalties(solve, service, tmp_path):
+    solve("hybrid-cqm")
+    cqm, job = sent(service)
+    assert len(cqm.constraints) == 4 and cqm.discrete == {0, 1, 2, 3} and job["params"] == {"time_limit": 5}
+    states = all_states(12)
+    assert np.allclose(cqm.objective.energies((states, range(12))), models.energies(SMALL, states, penalties=False))
+
+
+def test_energies_of_infeasible_cqm_answers_are_h(solve, service, tmp_path):
+    """The service leaves the penalties out of its energies, the .qsf has them in."""
+    def spoil(answer):
+        answer["data"] = dimod.SampleSet.from_samples_cqm(np.eye(12)[:2], sent(service)[0]).to_serializable()
+        return answer
+    service.spoil = spoil
+    status, out, _ = solve("hybrid-cqm", "--json")
+    assert status == 0 and json.loads(out)["feasible"] == 0
+    assert (solved(tmp_path / "s.qsf").records["energy"] == models.energies(SMALL, np.eye(12, dtype=np.uint8)[:2])).all()
+
+
+def nl_energies(problem, states):
+    model = models.to_nl(problem)
+    with model.lock():
+        model.states.resize(1)
+        decision, = model.iter_decisions()
+        for state in states:
+            decision.set_state(0, state)
+            yield model.objective.state(0)
+
+
+def test_nonlinear_models_have_the_energies_of_the_problem():
+    """All labellings of one-hot problems, all states of others; groups of several sizes, tables and Toeplitz blocks, all weights."""
+    one_hot = 0
+    for problem in [*(random_problem(seed, 8) for seed in range(150)), grid(2, 2, 3), grid(2, 2, 3, dense=True)]:
+        states = all_states(problem.linear.size)
+        if problem.one_hot().all():
+            one_hot += 1
+            states = states[models.feasible(problem, states)]
+            starts = problem.starts()
+            decisions = [[int(state[a:b].argmax()) for a, b in zip(starts, starts[1:])] for state in states]
+        else:
+            decisions = states
+        assert list(nl_energies(problem, decisions)) == models.energies(problem, states).tolist()
+    assert 10 < one_hot < 140
+
+
+def test_blocks_as_arrays():
+    for seed in range(60):
+        for block in random_problem(seed).blocks:
+            rows, columns = block.shape
+            assert block.dense().tolist() == [[entry(block, i, j) for j in range(columns)] for i in range(rows)]
+
+
+def test_nonlinear_models_of_potts_are_small():
+    """Neither the labels nor the weights become a table: nodes do not grow with the picture."""
+    for dense in (False, True):
+        small, large = (models.to_nl(grid(size, size, 8, dense)) for size in (3, 30))
+        assert small.num_nodes() == large.num_nodes() < 25 and large.decision_state_size() == 8 * 900
+
+
+def test_nonlinear_without_one_hot_groups(solve, tmp_path):
+    problem = make([3, 2], [qcf.Toeplitz((3, 2), 0, 0, np.array([-7], "<i4"))], [{"weight": 1, "g": 0, "h": 1}], [4, -1, 2, -3, 5], [(0, 0)] * 2)
+    assert solve("hybrid-nl", problem=problem)[0] == 0
+    assert solved(tmp_path / "s.qsf").records["energy"].min() == least(problem)
+
+
+# The quantum annealer.
+
+
+def test_qpu_parameters(solve, service, tmp_path):
+    assert solve("qpu", "--num-reads", 50, "--annealing-time", 35, "--chain-strength", 123)[0] == 0
+    job, info = sent(service)[1], solved(tmp_path / "s.qsf").info
+    assert job["params"] == {"num_reads": 50, "annealing_time": 35} and job["type"] == "ising"
+    assert info["chain_strength"] == 123 and info["chip"] == "Advantage2_mock" and "majority" in info["broken_chains"]
+    assert solved(tmp_path / "s.qsf").records["occurrences"].sum() == 50
+    assert solve("qpu", "--chain-strength", "auto")[0] == 0
+    from dwave.embedding.chain_strength import uniform_torque_compensation
+    expected = uniform_torque_compensation(models.to_bqm(SMALL).change_vartype("SPIN", inplace=False))
+    assert solved(tmp_path / "s.qsf").info["chain_strength"] == pytest.approx(expected)
+
+
+def one_future(samples, variables, occurrences=None):
+    return SimpleNamespace(sampleset=dimod.SampleSet.from_samples((samples, variables), "SPIN", energy=np.zeros(len(samples)),
+                                                                  num_occurrences=occurrences), timing={})
+
+
+def test_broken_chains_are_mended_by_majority():
+    """Chains of three, two and one qubits on a problem of three variables; qubits in an order of their own."""
+    problem = make([1, 1, 1], [], [], [1, 2, 3], [(0, 0)] * 3)
+    job = SimpleNamespace(chains=[[5, 9, 7], [2, 4], [11]], warnings=[], chip=None, embedding={}, parameters={"chain_strength": 1})
+    qubits = [11, 9, 4, 2, 5, 7]
+    rows = {(1, 1, 1, 1, 1, 1): ([1, 1, 1], 0), (-1, 1, -1, 1, -1, -1): ([0, 1, 0], 2 / 3), (1, -1, -1, -1, 1, 1): ([1, 0, 1], 1 / 3)}
+    answer = qpu.Qpu.decode(problem, one_future(list(rows), qubits, [3, 2, 1]), job)
+    assert answer.bits.tolist() == [bits for bits, _ in rows.values()]
+    assert np.allclose(answer.broken, [share for _, share in rows.values()]) and answer.occurrences.tolist() == [3, 2, 1]
+
+
+def test_fast_anneal_is_read_relative_to_its_own_variable():
+    problem = make([1, 1], [], [], [1, 2], [(0, 0)] * 2)
+    job = SimpleNamespace(chains=[[0], [1], [2]], warnings=[], chip=None, embedding={}, parameters={"chain_strength": 1})
+    answer = qpu.Qpu.decode(problem, one_future([(1, -1, 1), (1, -1, -1), (-1, -1, -1)], [0, 1, 2]), job)
+    assert answer.bits.tolist() == [[1, 0], [0, 1], [1, 1]]
+
+
+def test_broken_chains_reach_the_samples_file(solve, service, tmp_path):
+    """Every qubit of the answer at random: chains of more than one qubit break."""
+    class Random:
+        def sample(self, bqm, num_reads):
+            rng = np.random.default_rng(1)
+            return dimod.SampleSet.from_samples_bqm((rng.choice([-1, 1], (num_reads, len(bqm))), list(bqm.variables)), bqm)
+    service.sampler = Random()
+    problem = grid(2, 2, 4, dense=True)
+    status, _, err = solve("qpu", "--num-reads", 5, problem=problem)
+    read = solved(tmp_path / "s.qsf")
+    assert status == 0 and read.records["broken"].max() > 0 and (read.records["broken"] != qsf.NO_CHAINS).all()
+    assert "warning: the best samples have broken chains" in err and any("broken" in said for said in read.info["warnings"])
+    assert read.info["embedding"]["longest_chain"] > 1 and 0 < read.info["mean_broken_share"] < 1
+
+
+def test_warnings_in_plain_words(solve, tmp_path):
+    wide = make([1, 1], [qcf.Table(np.array([[1]], "<i4"))], [{"weight": 1, "g": 0, "h": 1}], [5000, 0], [(0, 0)] * 2)
+    assert "warning: some coefficients are a thousand times smaller" in solve("qpu", problem=wide)[2]
+    status, out, err = solve("qpu", "--chain-strength", 1, problem=grid(2, 2, 4, dense=True))
+    assert status == 0 and "warning: couplings of the problem are as strong as the chains" in err
+    assert solve("qpu", "--chain-strength", 1, "--quiet")[1:] == ("", "")
+
+
+def test_ocean_has_the_warnings_that_we_put_into_words():
+    import dwave.system.warnings as ocean
+    named = {name for name in vars(ocean) if name.endswith("Warning") and name != "UserWarning"}
+    assert set(qpu.WARNINGS) == named
+
+
+def test_fast_anneal_has_no_linear_terms(solve, service, tmp_path):
+    status, out, _ = solve("qpu", "--fast-anneal", "--annealing-time", 0.01, "--json")
+    job = sent(service)[1]
+    h = np.frombuffer(base64.b64decode(job["data"]["lin"]), "<f8")
+    assert status == 0 and np.nanmax(np.abs(h)) == 0 and job["params"]["fast_anneal"] is True
+    assert json.loads(out)["best_energy"] == least(SMALL)
+
+
+def test_reverse_annealing(solve, service, tmp_path, main):
+    solve("hybrid-nl")
+    (tmp_path / "s.qsf").rename(tmp_path / "s0.qsf")
+    start = solved(tmp_path / "s0.qsf")
+    status, _, _ = solve("qpu", "--reverse-from", tmp_path / "s0.qsf", "--annealing-time", 40)
+    params = sent(service)[1]["params"]
+    assert status == 0 and params["anneal_schedule"] == [[0, 1], [10, 0.45], [30, 0.45], [40, 1]] and "annealing_time" not in params
+    state = np.array(params["initial_state"])
+    best = start.bits[start.records["energy"].argmin()]
+    assert set(state.tolist()) <= {-1, 1, 3} and (state == 1).sum() >= best.sum() and (state != 3).sum() >= 12
+    info = solved(tmp_path / "s.qsf").info
+    assert info["parameters"]["reverse_from"] == "s0.qsf" and "initial_state" not in info["parameters"]
+    other = grid(2, 2, 3, seed=1)
+    status, _, err = solve("qpu", "--reverse-from", tmp_path / "s0.qsf", problem=other)
+    assert status == 3 and "not of this problem" in err and len(service.problems) == 2
+
+
+def test_embedding_of_the_user(solve, service, tmp_path):
+    from qstereo_bridge import embedding
+    with services.connect("qpu") as session:
+        chip = qpu._chip(session.solver)
+    found = embedding.find(embedding.Source.of(SMALL), chip, 7)
+    (tmp_path / "e.json").write_text(found.to_json())
+    assert solve("qpu", "--embedding", tmp_path / "e.json")[0] == 0
+    lin = np.frombuffer(base64.b64decode(sent(service)[1]["data"]["lin"]), "<f8")
+    used = {qubit for qubit, bias in zip(service.solvers["Advantage2_mock"]["properties"]["qubits"], lin) if not np.isnan(bias)}
+    assert used == {qubit for chain in found.chains.values() for qubit in chain}
+    (tmp_path / "e.json").write_text(replace(found, chains={**found.chains, 0: found.chains[1]}).to_json())
+    status, _, err = solve("qpu", "--embedding", tmp_path / "e.json")
+    assert status == 3 and "e.json: on Advantage2_mock" in err and "embed the problem on this chip anew" in err
+    (tmp_path / "e.json").write_text("{}")
+    status, _, err = solve("qpu", "--embedding", tmp_path / "e.json")
+    assert status == 3 and err.count("e.json") == 1 and "no embedding file" in err
+    assert solve("qpu", "--embedding", tmp_path / "none.json")[0] == 4
+
+
+def test_chip_of_the_solver_is_that_of_the_topology(service):
+    from qstereo_bridge import embedding
+    with services.connect("qpu") as session:
+        chip, named = qpu._chip(session.solver), embedding.Chip.named("zephyr:3")
+    assert (chip.digest, chip.family, chip.size) == (named.digest, named.family, named.size)
+
+
+def test_an_embedding_is_looked_for_once(solve, monkeypatch):
+    from qstereo_bridge import embedding
+    problem = grid(3, 2, 3, dense=True)
+    assert solve("qpu", problem=problem)[0] == 0
+    monkeypatch.setattr(embedding, "find", None)
+    assert solve("qpu", problem=problem)[0] == 0
+
+
+# Limits: nothing is sent.
+
+
+@pytest.mark.parametrize("solver, name, properties, options, said", [
+    ("hybrid-bqm", "hybrid_bqm_solver", {"maximum_number_of_variables": 11}, [], "12 variables, the service takes 11; hybrid-nl takes larger"),
+    ("hybrid-bqm", "hybrid_bqm_solver", {"maximum_number_of_biases": 35}, [], "36 biases, the service takes 35"),
+    ("hybrid-bqm", "hybrid_bqm_solver", {}, ["--time-limit", 2], "a time limit of 2 s, the service takes 3.0 to 3,600 s"),
+    ("hybrid-bqm", "hybrid_bqm_solver", {}, ["--time-limit", 4000], "a time limit of 4000 s"),
+    ("hybrid-cqm", "hybrid_cqm_solver", {"maximum_number_of_constraints": 3}, [], "4 constraints, the service takes 3; hybrid-nl"),
+    ("hybrid-cqm", "hybrid_cqm_solver", {}, ["--time-limit", 4], "a time limit of 4 s"),
+    ("hybrid-nl", "hybrid_nl_solver", {"maximum_number_of_nodes": 5}, [], "nodes, the service takes 5; take a smaller window"),
+    ("hybrid-nl", "hybrid_nl_solver", {"maximum_state_size": 5}, [], "bytes of state, the service takes 5"),
+    ("hybrid-nl", "hybrid_nl_solver", {"maximum_decision_state_size": 5}, [], "bytes of decisions, the service takes 5"),
+    ("hybrid-nl", "hybrid_nl_solver", {}, ["--time-limit", 1], "a time limit of 1 s"),
+    ("qpu", "Advantage2_mock", {}, ["--num-reads", 20000], "20000 reads, this solver takes 1 to 10,000"),
+    ("qpu", "Advantage2_mock", {}, ["--annealing-time", 3000], "3000 microseconds of annealing, this solver takes 0.5 to 2,000"),
+    ("qpu", "Advantage2_mock", {"qubits": [0], "couplers": []}, [], "12 variables do not fit on a chip of 1 qubits"),
+    ("qpu", "Advantage2_mock", {"parameters": {"num_reads": ""}}, ["--fast-anneal", "--annealing-time", 1], "no fast anneal"),
+    ("qpu", "Advantage2_mock", {"parameters": {"num_reads": ""}}, ["--reverse-from", "x.qsf"], "no reverse annealing"),
+    ("qpu", "Advantage2_mock", {}, ["--fast-anneal"], "wants an --annealing-time"),
+    ("qpu", "Advantage2_mock", {}, ["--fast-anneal", "--annealing-time", 1, "--reverse-from", "x.qsf"], "cannot begin from a state"),
+    ("qpu", "Advantage2_mock", {"problem_run_duration_range": [0, 1e6]}, ["--num-reads", 10000, "--annealing-time", 2000], "allows 1 s"),
+    ("qpu", "hybrid_nl_solver", {}, ["--solver-name", "hybrid_nl_solver"], "no such solver"),
+    ("hybrid-nl", "hybrid_bqm_solver", {}, ["--solver-name", "hybrid_bqm_solver"], "is no solver for hybrid-nl"),
+    ("hybrid-nl", "hybrid_bqm_solver", {}, ["--solver-name", "nothing"], "no such solver")])
+def test_limits(solver, name, properties, options, said, solve, service, tmp_path):
+    service.solvers[name]["properties"].update(properties)
+    status, out, err = solve(solver, *options)
+    assert (status, out) == (5, "") and said in err and err.count("\n") == 1
+    assert not service.problems and not service.uploads and sorted(path.name for path in tmp_path.iterdir()) == ["tiny.qcf"]
+
+
+def test_no_embedding(solve, service):
+    service.solvers["Advantage2_mock"]["properties"].update(qubits=list(range(40)), couplers=[[i, i + 1] for i in range(39)])
+    status, _, err = solve("qpu")
+    assert status == 5 and "does not fit on this chip: no embedding" in err and not service.problems
+
+
+def test_solver_by_name(solve, service, tmp_path):
+    from dwave.cloud.testing import mocks
+    service.solvers["another"] = mocks.hybrid_nl_solver_data(name="another")
+    assert solve("hybrid-nl", "--solver-name", "another")[0] == 0
+    assert solved(tmp_path / "s.qsf").info["service_solver"] == "another"
+
+
+# Messages.
+
+
+@pytest.mark.parametrize("solver", SERVICES)
+@pytest.mark.parametrize("method, path, how, said", [
+    ("GET", "solvers", 401, "does not accept the token"), ("GET", "solvers", 403, "refuses it to this account"),
+    ("GET", "solvers", 429, "too many requests"), ("GET", "solvers", 500, "error of its own"), ("POST", "problems", 401, "does not accept the token"),
+    ("POST", "problems", 403, "refuses it to this account"), ("POST", "problems", 400, "D-Wave's service says: as it was told"),
+    ("POST", "problems", 404, "as it was told"), ("POST", "problems", 429, "too many requests")])
+def test_refusals_before_anything_is_charged(solver, method, path, how, said, solve, service, tmp_path):
+    service.fail(method, path, how, times=50)
+    status, out, err = solve(solver)
+    assert (status, out) == (5, "") and said in err and err.count("\n") == 1 and TOKEN not in err
+    assert not service.problems and sorted(path.name for path in tmp_path.iterdir()) == ["tiny.qcf"]
+
+
+def test_token_that_is_not_accepted(solve, service, monkeypatch):
+    monkeypatch.setenv("DWAVE_API_TOKEN", TOKEN[:-1] + "8")
+    status, _, err = solve("hybrid-nl")
+    assert status == 5 and "does not accept the token" in err and "dwave config create" in err
+
+
+def test_refused_by_the_solver(solve, service):
+    """The published range of reads says one thing, the service another."""
+    service.solvers["Advantage2_mock"]["properties"]["num_reads_range"] = [1, 10]
+    real, service_range = qpu._within, service.solvers["Advantage2_mock"]["properties"]
+    try:
+        qpu._within = lambda *arguments: None
+        status, _, err = solve("qpu", "--num-reads", 11)
+    finally:
+        qpu._within = real
+    assert status == 5 and "refuses the problem: num_reads must be in range [1, 10]" in err and not service.problems
+
+
+def errors():
+    import dwave.cloud.exceptions as cloud
+    return [(ValueError("API token not defined"), "dwave config create"), (cloud.ConfigFileReadError("gone"), "dwave config create"),
+            (cloud.SolverAuthenticationError(), "does not accept the token"), (cloud.SolverNotFoundError(), "reaches no such solver"),
+            (cloud.SolverOfflineError("asleep"), "is offline"), (cloud.CanceledFutureError(), "was cancelled"),
+            (cloud.RequestTimeout(), "cannot be reached"), (cloud.PollingTimeout(), "cannot be reached"),
+            (cloud.ProblemUploadError("part 1"), "cannot be reached"), (cloud.SolverFailureError("too many reads"), "says: too many reads"),
+            (cloud.SolverError(error_msg="down", error_code=503), "error of its own"), (KeyError("x is not a parameter"), "not a parameter"),
+            (ImportError("No module"), "pip install"), (cloud.InvalidAPIResponseError(f"token {TOKEN}"), "token (token)")]
+
+
+@pytest.mark.parametrize("error, said", errors())
+def test_errors_of_services(error, said):
+    with pytest.raises(solvers.SolverError) as caught, services.explained():
+        raise error
+    assert said in str(caught.value) and TOKEN not in str(caught.value) and "\n" not in str(caught.value)
+    assert caught.value.__suppress_context__
+
+
+def test_scrub(monkeypatch, tmp_path):
+    monkeypatch.setenv("DWAVE_API_TOKEN", "short-secret")
+    assert services.scrub(f"a short-secret and {TOKEN}.") == "a (token) and (token)."
+    monkeypatch.delenv("DWAVE_API_TOKEN")
+    (tmp_path / "dwave.conf").write_text("[defaults]\ntoken = from-the-file\n")
+    monkeypatch.setenv("DWAVE_CONFIG_FILE", str(tmp_path / "dwave.conf"))
+    assert services.scrub("with from-the-file") == "with (token)"
+
+
+# Lists and plans.
+
+
+def test_list_of_solvers(main, service):
+    service.solvers["hybrid_nl_solver"]["status"] = "OFFLINE"
+    status, out, err = main("solvers")
+    assert (status, err) == (0, "") and "zephyr:3" in out and "2,000,000 nodes" in out and "OFFLINE" in out
+    found = {one["name"]: one for one in json.loads(main("solvers", "--json")[1])["solvers"]}
+    assert {name: one["kind"] for name, one in found.items()} == {
+        "Advantage2_mock": "qpu", "hybrid_bqm_solver": "hybrid-bqm", "hybrid_cqm_solver": "hybrid-cqm", "hybrid_nl_solver": "hybrid-nl"}
+    assert found["Advantage2_mock"]["limits"]["qubits"] == 336 and not found["hybrid_nl_solver"]["online"]
+    assert 0 <= found["hybrid_bqm_solver"]["load"] <= 1
+    service.fail("GET", "solvers", 401, times=9)
+    status, out, err = main("solvers")
+    assert status == 5 and "does not accept the token" in err
+
+
+@pytest.mark.parametrize("solver", SERVICES)
+def test_dry_run_with_an_account_goes_by_the_solver(solver, problem_file, main, service):
+    dry_run = "solve", problem_file, "--solver", solver, "--dry-run"
+    status, out, err = main(*dry_run)
+    assert (status, err) == (0, "") and "as published" not in out and "estimated charge" in out and "nothing was sent" in out
+    found = json.loads(main(*dry_run, "--json")[1])
+    assert found["service_solver"] in service.solvers and found["charge_seconds"] > 0 and found["variables"] == 12
+    for name in ("hybrid_bqm_solver", "hybrid_cqm_solver"):
+        service.solvers[name]["properties"]["maximum_number_of_variables"] = 3
+    service.solvers["hybrid_nl_solver"]["properties"]["maximum_number_of_nodes"] = 3
+    service.solvers["Advantage2_mock"]["properties"].update(qubits=[0], couplers=[])
+    assert "it does not fit" in main(*dry_run)[1] and not service.problems and not service.uploads
+
+
+def planning(solver, problem, **options):
+    options = SimpleNamespace(solver=solver, memory_limit=1 << 33, time_limit=None, **options)
+    return cli.SOLVERS[solver].run(solver, problem, options).plan(hybrid.PUBLISHED.get(solver))
+
+
+@pytest.mark.parametrize("dense", [False, True])
+def test_plans_agree_with_the_models(dense):
+    problem = grid(5, 4, 4, dense)
+    bqm, cqm, nl = models.to_bqm(problem), models.to_cqm(problem), models.to_nl(problem)
+    plan = planning("hybrid-bqm", problem)
+    with bqm.to_file(version=2) as file:
+        assert plan["upload_bytes"] == len(file.read())
+    assert (plan["variables"], plan["quadratic_terms"]) == bqm.shape and plan["biases"] == sum(bqm.shape)
+    plan = planning("hybrid-cqm", problem)
+    assert plan["biases"] == cqm.num_biases() and plan["constraints"] == len(cqm.constraints)
+    with cqm.to_file() as file:
+        assert 0.8 < plan["upload_bytes"] / file.seek(0, 2) < 1.3
+    plan = planning("hybrid-nl", problem)
+    with nl.to_file() as file:
+        assert plan["upload_bytes"] == file.seek(0, 2)
+    assert (plan["nodes"], plan["bytes of decisions"]) == (nl.num_nodes(), 8 * 20)
+    plan = planning("qpu", problem)
+    assert plan["upload_bytes"] == 4 * sum(math.ceil(8 * count / 3) for count in bqm.shape)
+    assert plan["largest_degree"] == max(bqm.degree(v) for v in bqm.variables)
+    assert (plan["linear_min"], plan["linear_max"]) == (bqm.linear.min(), bqm.linear.max())
+    assert (plan["quadratic_min"], plan["quadratic_max"]) == (bqm.quadratic.min(), bqm.quadratic.max())
+
+
+@pytest.mark.parametrize("size, bqm, cqm", [((100, 100, 16), 600, 38), ((176, 178, 16), 600, 189)])
+def test_least_time_limits(size, bqm, cqm):
+    problem = grid(*size)
+    assert planning("hybrid-bqm", problem)["minimum_time_limit"] == bqm
+    assert planning("hybrid-cqm", problem)["minimum_time_limit"] == pytest.approx(cqm, rel=0.02)
+    assert planning("hybrid-nl", problem)["minimum_time_limit"] == 5
+    assert planning("hybrid-bqm", problem)["fits"] and not planning("qpu", problem)["fits"]
+
+
+@pytest.mark.parametrize("name", HYBRIDS)
+def test_least_times_are_those_of_oceans_samplers(name, service):
+    import dwave.system
+    problem = grid(30, 20, 4)
+    sampler, build, least = {"hybrid-bqm": ("LeapHybridSampler", models.to_bqm, "min_time_limit"),
+                             "hybrid-cqm": ("LeapHybridCQMSampler", models.to_cqm, "min_time_limit"),
+                             "hybrid-nl": ("LeapHybridNLSampler", models.to_nl, "estimated_min_time_limit")}[name]
+    with getattr(dwave.system, sampler)() as sampler:
+        expected = getattr(sampler, least)(build(problem))
+        kind = cli.SOLVERS[name].run(name, problem, SimpleNamespace(memory_limit=1 << 33, time_limit=None))
+        assert kind.least_time(sampler.properties) == pytest.approx(expected, rel=1e-12)
+
+
+def test_plan_beyond_the_limits():
+    problem = grid(384, 288, 16)
+    assert not planning("hybrid-bqm", problem)["fits"] and not planning("hybrid-cqm", problem)["fits"]
+    assert planning("hybrid-nl", problem)["fits"]
+    assert planning("qpu", SMALL)["fits"] is None
+    assert planning("qpu", grid(41, 41, 4))["fits"] is False
+    assert planning("qpu", make([1], [], [], [3], [(0, 0)]))["quadratic_max"] is None
+
+
+def test_plan_of_repeated_pairs():
+    """What cancels is not sent."""
+    problem = make([1] * 3, [qcf.Table(np.array([[5]], "<i4"))], [{"weight": 1, "h": 1}, {"weight": 2, "h": 1},
+                                                                 {"weight": 1, "h": 2}, {"weight": -1, "h": 2}], [0] * 3, [(0, 0)] * 3)
+    plan = planning("qpu", problem)
+    assert (plan["quadratic_terms"], plan["quadratic_min"], plan["quadratic_max"], plan["largest_degree"]) == (1, 15, 15, 1)
+
+
+def test_configured(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    assert not services.configured()
+    monkeypatch.delenv("DWAVE_CONFIG_FILE")
+    monkeypatch.chdir(tmp_path)
+    assert not services.configured()
+    (tmp_path / "dwave").mkdir()
+    (tmp_path / "dwave" / "dwave.conf").touch()
+    assert services.configured()
+    monkeypatch.setenv("DWAVE_CONFIG_FILE", "/dev/null")
+    assert not services.configured()
+    monkeypatch.setenv("DWAVE_API_TOKEN", TOKEN)
+    assert services.configured() and remote.WANTED.keys() == set(SERVICES)
