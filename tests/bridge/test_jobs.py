@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import random
 import signal
+import socket
 import sys
 import threading
 import time
@@ -154,6 +155,7 @@ def test_arrived_although_the_client_could_not_know(solve, collect, service, tmp
 def test_nobody_there(problem_file, tmp_path, main, service, monkeypatch):
     """The service vanishes between the upload and the request: it never arrived, nothing is left."""
     def vanish():
+        service.server.socket.shutdown(socket.SHUT_RDWR)  # closing alone lets a poll that is under way take one more connection
         service.server.socket.close()
         threading.Thread(target=service.server.shutdown).start()
         return None
