@@ -48,8 +48,8 @@ static uint64_t count_edges(const qs_model *model)
     return count;
 }
 
-/* The cuts of Ishikawa's graph, as if the smoothness were linear: k + 1 vertices a site, source and sink; k + 2 edges a site and k + 1 an edge of the problem. Each edge
- * is a term, and where its two arcs have variables, five. Only while no label has left. */
+/* The cuts of Ishikawa's graph, as if the smoothness were linear: k + 1 vertices a site, source and sink; k + 2 edges a site and k + 1
+ * an edge of the problem. Each edge is a term, and where its two arcs have variables, five. Only while no label has left. */
 static void count_cut(const laid_out *problem, bool arcs, figures *counted)
 {
     const qs_labels *labels = &problem->problem->qubo.labels;
