@@ -79,6 +79,7 @@ bench: all $(ENV) $(BUILD)/bench_encode ## measure speed, memory and sizes besid
 	@$(BIN)/python tests/bridge/bench_bridge.py
 	@$(BIN)/python tests/bench/bench_solvers.py --qstereo $(BUILD)/qstereo $(if $(DATA),--data $(DATA))
 	@$(BIN)/python tests/bench/bench_anneal.py --qstereo $(BUILD)/qstereo --bridge $(BIN)/qstereo-bridge $(if $(DATA),--data $(DATA))
+	@$(BIN)/python tests/bench/bench_reduce.py --qstereo $(BUILD)/qstereo --bridge $(BIN)/qstereo-bridge $(if $(DATA),--data $(DATA))
 
 bench-embedding: all $(ENV) ## the largest windows that embed into D-Wave's chips, in each encoding (about an hour)
 	@$(BIN)/python tests/bench/bench_embedding.py --qstereo $(BUILD)/qstereo

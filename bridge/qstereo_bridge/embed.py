@@ -27,6 +27,8 @@ def embed(options):
         output = Output(options.output, last=not picture)
     with output:
         problem, progress = cli.read(options), cli.progress(options)
+        if problem.linear.size == 0:
+            raise Failure(NO, f"{options.problem}: nothing is left to decide, so there is nothing to embed")
         try:
             chip = embedding.Chip.named(options.topology)
         except ValueError as error:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from conftest import TOKEN
 from dwave.system.testing import MockDWaveSampler
-from problems import grid, make, random_problem
+from problems import grid, nothing, make, random_problem
 from qstereo_bridge import embedding, models, picture, qcf, solvers, tiles
 
 GRAPH = {"zephyr": dwave.graphs.zephyr_graph, "pegasus": dwave.graphs.pegasus_graph}
@@ -245,6 +245,12 @@ def test_a_cache_that_cannot_be_written_is_none(cache, tmp_path):
     target.mkdir(parents=True)
     embedding.obtain(source, chip, seed=1)
     assert list(cache.iterdir()) == [target]
+
+
+def test_nothing_to_embed(tmp_path, main, cache):
+    (tmp_path / "p.qcf").write_bytes(qcf.pack_qcf(nothing(3)))
+    status, _, err = main("embed", tmp_path / "p.qcf", "--topology", "zephyr:3", "-o", tmp_path / "e.json")
+    assert status == 1 and "nothing is left to decide" in err and not (tmp_path / "e.json").exists()
 
 
 def test_command(problem_file, tmp_path, main, cache):
