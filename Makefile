@@ -77,6 +77,7 @@ check-python: all $(ENV) $(BUILD)/no-opencv/qstereo
 bench: all $(ENV) $(BUILD)/bench_encode ## measure speed, memory and sizes beside public tools
 	@$(BUILD)/bench_encode
 	@$(BIN)/python tests/bridge/bench_bridge.py
+	@$(BIN)/python tests/bridge/bench_upload.py
 	@$(BIN)/python tests/bench/bench_solvers.py --qstereo $(BUILD)/qstereo $(if $(DATA),--data $(DATA))
 	@$(BIN)/python tests/bench/bench_anneal.py --qstereo $(BUILD)/qstereo --bridge $(BIN)/qstereo-bridge $(if $(DATA),--data $(DATA))
 	@$(BIN)/python tests/bench/bench_reduce.py --qstereo $(BUILD)/qstereo --bridge $(BIN)/qstereo-bridge $(if $(DATA),--data $(DATA))
