@@ -328,6 +328,8 @@ def _summary(options, problem, answer, energies, seconds):
     from .models import feasible
 
     good = energies[feasible(problem, answer.bits)]
+    # Without one-hot groups every state is feasible here; which ones are labellings, the encoding alone says.
+    told = bool(problem.one_hot().any()) or problem.linear.size == 0
     least, bound = min(energies.tolist(), default=None), answer.lower_bound
     # A minimum of H that is no labelling proves nothing of the labellings.
     proven = bound is not None and bool((good == bound).any())
@@ -337,11 +339,12 @@ def _summary(options, problem, answer, energies, seconds):
     if options.json:
         return json.dumps({"schema": 1, "solver": options.solver, **real, "proven_optimal": proven,
                            "iterations": answer.iterations, "seconds": round(seconds, 3), "samples": energies.size,
-                           "feasible": good.size})
+                           "feasible": good.size if told else None})
     bounded = ("" if bound is None else " (proven optimal)" if proven else
                f" (at most {real['gap']} above the least)" if bound < least else
                " (the minimum of the QUBO is infeasible: the penalty is too small)")
-    best = f"{good.size} feasible, best energy of these {real['best_energy']}" if good.size else "none feasible"
+    best = ("no one-hot groups: `qstereo validate` says which samples are labellings" if not told else
+            f"{good.size} feasible, best energy of these {real['best_energy']}" if good.size else "none feasible")
     return (f"{options.solver}: {energies.size} samples, best energy {real['energy']}{bounded}; {best}; {seconds:.1f} s\n"
             f"{options.output}: written")
 

@@ -13,7 +13,7 @@ import time
 import numpy as np
 import pytest
 from conftest import COMMAND, TOKEN
-from problems import grid, make, nothing, random_problem
+from problems import domain_walls, grid, make, nothing, random_problem
 from qstereo_bridge import __version__, cli, models, qcf, qsf, remote, solvers
 
 SERVICES = ["qpu", "hybrid-nl", "hybrid-bqm", "hybrid-cqm"]
@@ -269,6 +269,15 @@ def test_wrong_energy_is_an_error(problem_file, tmp_path, main, monkeypatch):
     monkeypatch.setattr(solvers, "exact", lying)
     status, _, err = main("solve", problem_file, "-o", tmp_path / "s.qsf", "--solver", "exact")
     assert status == 5 and "internal error" in err and not (tmp_path / "s.qsf").exists()
+
+
+def test_without_one_hot_groups_nothing_is_said_of_labellings(tmp_path, main):
+    problem, samples = tmp_path / "p.qcf", tmp_path / "s.qsf"
+    problem.write_bytes(qcf.pack_qcf(domain_walls(2, 2, 3)[0]))
+    solve = "solve", problem, "-o", samples, *FAST
+    assert "`qstereo validate` says which samples are labellings" in main(*solve)[1]
+    told = json.loads(main(*solve, "--json")[1])
+    assert told["feasible"] is None and told["samples"] == 5 and told["best_energy"] == told["energy"]
 
 
 @pytest.mark.parametrize("solver", cli.SOLVERS)
