@@ -8,10 +8,9 @@ from qstereo_bridge import cli, qcf
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from bridge_tools import COMMAND  # noqa: E402
 from problems import grid  # noqa: E402
 from service import TOKEN, Service  # noqa: E402, F401
-
-COMMAND = [sys.executable, "-m", "qstereo_bridge"]
 
 
 @pytest.fixture

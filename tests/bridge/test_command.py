@@ -12,8 +12,9 @@ import time
 
 import numpy as np
 import pytest
-from conftest import COMMAND, TOKEN
+from bridge_tools import COMMAND
 from problems import domain_walls, grid, make, nothing, random_problem
+from service import TOKEN
 from qstereo_bridge import __version__, cli, models, qcf, qsf, remote, solvers
 
 SERVICES = ["qpu", "hybrid-nl", "hybrid-bqm", "hybrid-cqm"]

@@ -9,9 +9,9 @@ import dwave.system
 import networkx as nx
 import numpy as np
 import pytest
-from conftest import TOKEN
 from dwave.system.testing import MockDWaveSampler
 from problems import grid, nothing, make, random_problem
+from service import TOKEN
 from qstereo_bridge import embedding, models, picture, qcf, solvers, tiles
 
 GRAPH = {"zephyr": dwave.graphs.zephyr_graph, "pegasus": dwave.graphs.pegasus_graph}

@@ -1,16 +1,13 @@
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(Path(__file__).parent))
 
-QSTEREO = os.environ.get("QSTEREO", ROOT / "build" / "qstereo")
-BRIDGE = os.environ.get("QSTEREO_BRIDGE", ROOT / ".venv" / "bin" / "qstereo-bridge")
+from library import BRIDGE, QSTEREO  # noqa: E402
 
 
 @pytest.fixture

@@ -1,11 +1,14 @@
 """libqstereo, called from Python: the first implementation of the file formats, beside the bridge's."""
 
 import ctypes
+import os
 from pathlib import Path
 
 import numpy as np
 
 ROOT = Path(__file__).parents[2]
+QSTEREO = os.environ.get("QSTEREO", ROOT / "build" / "qstereo")
+BRIDGE = os.environ.get("QSTEREO_BRIDGE", ROOT / ".venv" / "bin" / "qstereo-bridge")
 
 
 class Qubo:

@@ -7,10 +7,9 @@ import sys
 import google_crc32c
 import numpy as np
 import pytest
-from conftest import ROOT
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from library import Qubo
+from library import Qubo, ROOT
 from qstereo_bridge import models, qcf, qsf
 from qstereo_bridge.container import Corrupt
 

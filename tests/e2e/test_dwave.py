@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import BRIDGE, ROOT
+from library import BRIDGE, ROOT
 
 sys.path.append(str(ROOT / "tests" / "bridge"))
 

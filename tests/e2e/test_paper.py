@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from conftest import ROOT
+from library import ROOT
 from qstereo_bridge import models, qcf
 
 PAPER = ROOT / "samples" / "paper"

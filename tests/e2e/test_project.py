@@ -4,7 +4,7 @@ import re
 import subprocess
 
 import qstereo_bridge
-from conftest import QSTEREO, ROOT
+from library import QSTEREO, ROOT
 
 
 def test_one_version():

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from conftest import ROOT
 from PIL import Image
+from library import ROOT
 
 SCENES = ROOT.parent / "shared" / "data" / "middlebury"
 
