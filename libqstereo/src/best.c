@@ -85,8 +85,11 @@ static bool watch_messages(void *context, const qs_progress *progress)
         start_moves(s);
         proven = improve(s, s->moved) != QS_OK || s->solution.energy == s->solution.lower_bound;
     }
-    bool done = !s->stopped && s->guest && !s->guest->between(s->guest->context, &s->state, &s->solution);
+    bool done = !s->stopped && s->guest && !s->guest->between(s->guest->context, &s->state, &s->solution, false);
     s->stopped = s->stopped || !qs_told(s->options, &s->solution);
+    if (s->stopped && s->guest) {
+        s->guest->between(s->guest->context, &s->state, &s->solution, true);
+    }
     return !done && !proven && s->solution.energy > s->solution.lower_bound && !s->stopped;
 }
 

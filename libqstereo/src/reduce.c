@@ -20,7 +20,8 @@ typedef struct reducer {
     uint32_t *excess;
     int64_t *shares;
     uint64_t next;  /* without target: the iteration at which to look for the excess */
-    int64_t looked; /* the gap when that was done last */
+    int64_t looked; /* the gap when that was done last, */
+    uint64_t looked_at; /* and the iteration */
     qs_reduction so_far;
 } reducer;
 
@@ -40,9 +41,12 @@ static bool tell(void *context, const qs_progress *progress)
 }
 
 /* Whether it is time for the excess: at the end in any case, and where it can be above the gap. With a target as often as the gap has narrowed. */
-static bool is_due(reducer *r, const qs_trws_state *state, const qs_solution *so_far)
+static bool is_due(reducer *r, const qs_trws_state *state, const qs_solution *so_far, bool stopped)
 {
     int64_t gap = so_far->energy - so_far->lower_bound;
+    if (stopped) {
+        return r->looked_at != so_far->iterations;
+    }
     if (gap == 0 || so_far->iterations >= r->iterations) {
         return true;
     }
@@ -68,6 +72,7 @@ static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
     so_far->lower_bound = bound > so_far->lower_bound ? bound : so_far->lower_bound;
     so_far->energy = qs_model_energy(&r->sets.model, r->sets.labelling);
     r->looked = so_far->energy - so_far->lower_bound;
+    r->looked_at = so_far->iterations;
     if (r->sets.left_count < state->model->sites / FEW) {
         qs_trws_visit_only(state, r->sets.left, r->sets.left_count);
     }
@@ -91,12 +96,12 @@ static void finish(reducer *r, qs_trws_state *state, qs_solution *so_far, int64_
     }
 }
 
-static bool between(void *context, qs_trws_state *state, qs_solution *so_far)
+static bool between(void *context, qs_trws_state *state, qs_solution *so_far, bool stopped)
 {
     reducer *r = context;
-    if (!at_target(r) && is_due(r, state, so_far)) {
+    if (!at_target(r) && is_due(r, state, so_far, stopped)) {
         int64_t room = tighten(r, state, so_far);
-        if (so_far->energy == so_far->lower_bound) {
+        if (so_far->energy == so_far->lower_bound && !stopped) {
             finish(r, state, so_far, room);
         }
     }

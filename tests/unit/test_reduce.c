@@ -717,6 +717,34 @@ static bool bounds_hold(void *context, const qs_reduction *r)
 }
 
 /* With targets, so that labels leave in many iterations, each of which must leave the rest right. */
+static bool until(void *context, const qs_reduction *so_far)
+{
+    return so_far->iterations < *(const uint64_t *)context;
+}
+
+/* Whoever loses patience gets what has been proven until then: nearly as much as at the end of so many iterations, which ends with one labelling more. */
+static void stopped_is_nearly_as_good_as_ended(void **unused)
+{
+    (void)unused;
+    static wide_grid g;
+    uint64_t state = 45, left[2] = {0};
+    for (int round = 0; round < ROUNDS / 10; round++) {
+        uint8_t kept[COLUMNS * ROWS * WIDE_LABELS];
+        uint16_t labelling[COLUMNS * ROWS];
+        make_wide(&g, &state);
+        for (int i = 0; i < 2; i++) {
+            uint64_t last = 2 + (uint64_t)round % 5;
+            qs_reduce_options options = {.iterations = i ? last : 0, .watch = i ? NULL : until, .context = &last};
+            qs_reduction r;
+            assert_int_equal(qs_reduce(&g.model, &options, memory, sizeof memory, kept, labelling, &r), QS_OK);
+            assert_int_equal(qs_model_energy(&g.model, labelling), r.upper_bound);
+            left[i] += r.variables;
+        }
+    }
+    print_message("variables where stopped %d, where ended %d\n", (int)left[0], (int)left[1]);
+    assert_true(left[0] < 2 * left[1]);
+}
+
 static void larger_grids_step_by_step(void **unused)
 {
     (void)unused;
@@ -885,6 +913,7 @@ int main(void)
         cmocka_unit_test(huge_costs),
         cmocka_unit_test(no_optimum_of_larger_grids_is_lost),
         cmocka_unit_test(larger_grids_step_by_step),
+        cmocka_unit_test(stopped_is_nearly_as_good_as_ended),
         cmocka_unit_test(visits_leave_nothing_out),
         cmocka_unit_test(scale_has_room),
         cmocka_unit_test(mended_by_definition),
