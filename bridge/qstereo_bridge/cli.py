@@ -63,9 +63,10 @@ signal). A failed command leaves no output file, and an existing one as it
 was; that the output can be written is seen to before anything is sent.
 
 exact proves the minimum of the QUBO. Where that is infeasible, the penalty is too small, and nothing is proven of labellings.
-ilp leaves the penalties out and proves the minimum over the labellings, the states with one variable at 1 in each one-hot
-group. It likes one-hot-sparse best, and reduced problems; --time-limit is for all parts together, and where it ends the
-search the bound still holds. It needs HiGHS: pip install qstereo-bridge[exact].
+ilp leaves the penalties out and proves the minimum over the states with one variable at 1 in each one-hot group: in one-hot
+and one-hot-sparse, over the labellings. It takes one-hot-sparse, and reduced problems, hundreds of times faster than other
+encodings (`qstereo reduce core.qcf -o sparse.qcf --encoding one-hot-sparse` writes a core anew). --time-limit is for the search
+in all parts together; where it ends it the bound still holds. It needs HiGHS: pip install qstereo-bridge[exact].
 
 examples:
   qstereo-bridge solve p.qcf -o s.qsf
@@ -328,8 +329,7 @@ def _summary(options, problem, answer, energies, seconds):
     from .models import feasible
 
     good = energies[feasible(problem, answer.bits)]
-    # Without one-hot groups every state is feasible here; which ones are labellings, the encoding alone says.
-    told = bool(problem.one_hot().any()) or problem.linear.size == 0
+    told = problem.groups_say_all
     least, bound = min(energies.tolist(), default=None), answer.lower_bound
     # A minimum of H that is no labelling proves nothing of the labellings.
     proven = bound is not None and bool((good == bound).any())
@@ -337,13 +337,13 @@ def _summary(options, problem, answer, energies, seconds):
         "energy": least, "lower_bound": bound, "gap": None if bound is None else least - bound,
         "best_energy": min(good.tolist(), default=None)}.items()}
     if options.json:
-        return json.dumps({"schema": 1, "solver": options.solver, **real, "proven_optimal": proven,
+        return json.dumps({"schema": 1, "solver": options.solver, **real, "proven_optimal": proven if told else None,
                            "iterations": answer.iterations, "seconds": round(seconds, 3), "samples": energies.size,
                            "feasible": good.size if told else None})
-    bounded = ("" if bound is None else " (proven optimal)" if proven else
+    bounded = ("" if bound is None else f" (proven {'optimal' if told else 'least of the QUBO'})" if proven else
                f" (at most {real['gap']} above the least)" if bound < least else
                " (the minimum of the QUBO is infeasible: the penalty is too small)")
-    best = ("no one-hot groups: `qstereo validate` says which samples are labellings" if not told else
+    best = ("`qstereo validate` says which samples are labellings" if not told else
             f"{good.size} feasible, best energy of these {real['best_energy']}" if good.size else "none feasible")
     return (f"{options.solver}: {energies.size} samples, best energy {real['energy']}{bounded}; {best}; {seconds:.1f} s\n"
             f"{options.output}: written")

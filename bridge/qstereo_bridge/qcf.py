@@ -25,7 +25,8 @@ GROUP_RUN = np.dtype([("count", "<u4"), ("size", "<u4")])
 COUPLING_RUN = np.dtype([("block", "<u4"), ("form", "<u4"), ("width", "<u4"), ("weight", "<i4"), ("g", "<u4"),
                          ("h", "<u4"), ("count", "<u4"), ("repeat", "<u4"), ("stride", "<u4")])
 LATTICE, LIST = 0, 1
-LABL_SIZE, LABL_SCALE = 64, 16
+LABL_SIZE, LABL_ENCODING, LABL_SCALE = 64, 0, 16
+ONE_HOT_ENCODINGS = (1, 2)
 
 
 def penalty_run(width):
@@ -103,6 +104,13 @@ class Problem:
     def scale(self):
         """Integer units in one real unit: from the side chunk labl, 1 without one."""
         return next((struct.unpack_from("<I", labl, LABL_SCALE)[0] for name, labl in self.sides if name == "labl"), 1)
+
+    @property
+    def groups_say_all(self):
+        """Whether a state is a labelling exactly when each one-hot group has one variable at 1: of other encodings the bridge cannot tell."""
+        labl = next((labl for name, labl in self.sides if name == "labl"), None)
+        known = labl is None or struct.unpack_from("<I", labl, LABL_ENCODING)[0] in ONE_HOT_ENCODINGS
+        return self.groups == 0 or (known and bool(self.one_hot().any()))
 
     def magnitude(self, dtype):
         """The bound on all energies (FORMAT.md's M), computed in `dtype`: np.int64 is exact where M is below 2^62."""

@@ -55,7 +55,7 @@ def test_json(problem_file, tmp_path, main):
 
 
 def test_real_units_and_no_feasible_sample(tmp_path, main):
-    labl = bytes(16) + (2).to_bytes(4, "little") + bytes(44)
+    labl = (1).to_bytes(4, "little") + bytes(12) + (2).to_bytes(4, "little") + bytes(44)
     problem = make([2], [], [], [-5, -5], [(1, 0)], 2, [("labl", labl)])
     (tmp_path / "p.qcf").write_bytes(qcf.pack_qcf(problem))
     status, out, _ = main("solve", tmp_path / "p.qcf", "-o", tmp_path / "s.qsf", "--solver", "exact", "--json")
@@ -273,12 +273,17 @@ def test_wrong_energy_is_an_error(problem_file, tmp_path, main, monkeypatch):
 
 
 def test_without_one_hot_groups_nothing_is_said_of_labellings(tmp_path, main):
+    """Domain walls, and terminals, which are one-hot but bound to labels of their own."""
     problem, samples = tmp_path / "p.qcf", tmp_path / "s.qsf"
-    problem.write_bytes(qcf.pack_qcf(domain_walls(2, 2, 3)[0]))
-    solve = "solve", problem, "-o", samples, *FAST
-    assert "`qstereo validate` says which samples are labellings" in main(*solve)[1]
-    told = json.loads(main(*solve, "--json")[1])
-    assert told["feasible"] is None and told["samples"] == 5 and told["best_energy"] == told["energy"]
+    terminals = grid(2, 1, 3)
+    terminals.sides = [("labl", (4).to_bytes(4, "little") + bytes(12) + (1).to_bytes(4, "little") + bytes(44))]
+    for unknown in (domain_walls(2, 2, 3)[0], terminals):
+        problem.write_bytes(qcf.pack_qcf(unknown))
+        solve = "solve", problem, "-o", samples, "--solver", "exact"
+        said = main(*solve)[1]
+        assert "`qstereo validate` says which samples are labellings" in said and "(proven least of the QUBO)" in said
+        told = json.loads(main(*solve, "--json")[1])
+        assert told["feasible"] is told["proven_optimal"] is None and told["best_energy"] == told["energy"] == told["lower_bound"]
 
 
 @pytest.mark.parametrize("solver", cli.SOLVERS)
