@@ -43,7 +43,7 @@ SOLVERS = {
                   {"time_limit": None}),
     "qpu": Solver("qpu", "D-Wave's quantum annealer, by minor embedding",
                   {"num_reads": 1000, "annealing_time": None, "chain_strength": None, "fast_anneal": None, "reverse_from": None,
-                   "embedding": None, "seed": None, **SERVICE_OPTIONS}, "Qpu"),
+                   "embedding": None, "copies": 1, "seed": None, **SERVICE_OPTIONS}, "Qpu"),
     "hybrid-nl": Solver("hybrid", "D-Wave's nonlinear hybrid solver, one integer a site: for pictures of more than a few thousand pixels",
                         {"time_limit": None, **SERVICE_OPTIONS}, "Nl"),
     "hybrid-bqm": Solver("hybrid", "D-Wave's hybrid solver, penalties in the model", {"time_limit": None, **SERVICE_OPTIONS}, "Bqm"),
@@ -110,6 +110,14 @@ def _number(kind, low, high):
     return parse
 
 
+def _or_auto(number, auto):
+    """The type of an option that takes a number, or the word auto for the value `auto`."""
+    def parse(text):
+        return auto if text == "auto" else number(text)
+    parse.__name__ = f"{number.__name__} or auto"
+    return parse
+
+
 def _parser():
     parser = _Parser(prog="qstereo-bridge", description="Solve QUBO coefficient files with D-Wave's samplers.")
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
@@ -129,10 +137,13 @@ def _parser():
     add("--seed", type=_number(int, 0, 2**31 - 1), metavar="N", help="seed of the random numbers (a random one); qpu: of the embedding")
     add("--time-limit", type=positive, metavar="S", help="seconds; hybrid solvers: the least they allow")
     add("--annealing-time", type=_number(float, 1e-3, 1e9), metavar="US", help="microseconds of each anneal (the chip's default)")
-    add("--chain-strength", type=_strength, metavar="X", help="coupling in a chain (auto: uniform torque compensation)")
+    add("--chain-strength", type=_or_auto(_number(float, 1e-6, 1e9), None), metavar="X",
+        help="coupling in a chain (auto: uniform torque compensation)")
     add("--fast-anneal", action="store_true", default=None, help="the fast-anneal protocol; wants an --annealing-time")
     add("--reverse-from", metavar="S0.qsf", help="anneal backwards from the best sample of S0.qsf, then forwards again")
     add("--embedding", metavar="E.json", help="the embedding to use (one that is remembered, or a new one)")
+    add("--copies", type=_or_auto(whole, "auto"), metavar="N",
+        help="copies of the problem side by side on the chip: each read samples them all; auto: as many as are found (1)")
     add("--solver-name", metavar="NAME", help="the solver of your account (the first that fits)")
     add("--label", metavar="TEXT", help="the problem's name at the service (the file's name without .qcf)")
     add("--no-wait", action="store_true", help="send, write S.qsf.job and return; `collect` fetches the answer")
@@ -175,10 +186,6 @@ def _add_embed(commands):
     add("--picture", metavar="E.png", help="draw the problem's graph and the chip, each chain in the colour of its variable")
     _common(add)
     embed.set_defaults(solver="embed")
-
-
-def _strength(text):
-    return None if text == "auto" else _number(float, 1e-6, 1e9)(text)
 
 
 def _options(arguments):

@@ -16,7 +16,7 @@ import os
 import re
 import secrets
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -68,6 +68,11 @@ class Source:
         """Of the graph alone, whatever its groups."""
         return _digest(np.array([self.variables]), self.rows, self.columns)
 
+    def times(self, copies):
+        """The graph of so many copies side by side: variable v of copy c is c * variables + v."""
+        shift = self.variables * np.arange(copies)[:, None]
+        return Source((self.rows + shift).ravel(), (self.columns + shift).ravel(), np.append(0, (self.starts[1:] + shift).ravel()))
+
 
 @dataclass(frozen=True)
 class Chip:
@@ -110,6 +115,11 @@ class Chip:
     @functools.cached_property
     def digest(self):
         return _digest(self.qubits, self.couplers)
+
+    def without(self, qubits):
+        """The rest of the chip."""
+        return replace(self, qubits=self.qubits[~np.isin(self.qubits, qubits)],
+                       couplers=self.couplers[~np.isin(self.couplers, qubits).any(axis=1)])
 
 
 def _working_graph(name):
@@ -202,6 +212,29 @@ def find(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None):
     return Embedding(chip.name, method, seed, round(time.monotonic() - began, 3), source.digest, chip.digest, chains)
 
 
+def find_copies(source, chip, copies, first, seed=None, timeout=TIMEOUT, progress=lambda text: None):
+    """The Embedding of `copies` copies of a Source ("auto": as many as are found), each on qubits of its own; `first` is the first copy's.
+
+    Each further copy is found on the qubits that those before it leave. Raises SolverError where fewer are found.
+    """
+    began, rest, last = time.monotonic(), chip, first.chains
+    chains = list(map(last.get, range(source.variables)))
+    count, left = 1, timeout
+    while count != copies and left > 0:
+        rest = rest.without([qubit for chain in last.values() for qubit in chain])
+        try:
+            last = find(source, rest, seed, left, lambda text: progress(f"copy {count + 1}, {text}")).chains
+        except NoEmbedding:
+            break
+        chains += map(last.get, range(source.variables))
+        count, left = count + 1, timeout - (time.monotonic() - began)
+    if copies not in ("auto", count):
+        raise SolverError(f"{count:,} of {copies:,} copies found on {chip.name} within {timeout:g} s; take fewer --copies, or --copies auto "
+                          "for as many as are found")
+    return replace(first, seconds=round(first.seconds + time.monotonic() - began, 3), problem=source.times(count).digest,
+                   chains=dict(enumerate(chains)))
+
+
 def _tiled(source, chip, seed, timeout, progress):
     """A layout in tiles and how it was made. What missing qubits and couplers break in it minorminer mends, all other chains fixed."""
     from . import tiles
@@ -265,27 +298,28 @@ def check(embedding, source, chip):
                          f"for {embedding.topology}: embed the problem on this chip anew")
 
 
-def _cache_path(source, chip):
-    """Where the embedding of these two graphs is kept. The folder may be deleted at any time."""
+def _cache_path(source, chip, copies):
+    """Where the embedding of so many copies ("auto": of those that were found) is kept. The folder may be deleted at any time."""
     base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    return os.path.join(base, "qstereo", f"embedding-{source.digest[:32]}-{chip.digest[:32]}.json")
+    name = f"embedding-{source.digest[:32]}-{chip.digest[:32]}" + (f"-{copies}" if copies != 1 else "")
+    return os.path.join(base, "qstereo", f"{name}.json")
 
 
-def kept(source, chip):
+def kept(source, chip, copies=1):
     """The Embedding that the cache has for these two graphs, or None."""
     with contextlib.suppress(OSError, NotThisOne):
-        found = read(_cache_path(source, chip))
-        check(found, source, chip)
+        found = read(_cache_path(source, chip, copies))
+        check(found, source.times(max(1, len(found.chains) // source.variables) if copies == "auto" else copies), chip)
         return found
     return None
 
 
-def keep(embedding, source, chip):
+def keep(embedding, source, chip, copies=1):
     """Put an Embedding into the cache, unless a shorter one is there. A cache that cannot be written is none."""
-    before = kept(source, chip)
+    before = kept(source, chip, copies)
     if before is not None and before.figures()["qubits"] <= embedding.figures()["qubits"]:
         return
-    path = _cache_path(source, chip)
+    path = _cache_path(source, chip, copies)
     temporary = f"{path}.{os.getpid()}.tmp"
     with contextlib.suppress(OSError):
         os.makedirs(os.path.dirname(path), exist_ok=True)
@@ -297,10 +331,13 @@ def keep(embedding, source, chip):
             os.remove(temporary)
 
 
-def obtain(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None):
-    """The Embedding of a Source into a Chip: the one kept, else a new one, which is kept. Raises NoEmbedding."""
-    found = kept(source, chip)
-    if found is None:
+def obtain(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None, copies=1):
+    """The Embedding of a Source, or of copies of it, into a Chip: the one kept, else a new one, which is kept. Raises NoEmbedding, SolverError."""
+    found = kept(source, chip, copies)
+    if found is None and copies == 1:
         found = find(source, chip, seed, timeout, progress)
         keep(found, source, chip)
+    elif found is None:
+        found = find_copies(source, chip, copies, obtain(source, chip, seed, timeout, progress), seed, timeout, progress)
+        keep(found, source, chip, copies)
     return found

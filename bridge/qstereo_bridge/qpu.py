@@ -45,6 +45,8 @@ class Qpu:
         options, n, qubits = self.options, self.problem.linear.size, len(properties["qubits"])
         if n > qubits:
             raise SolverError(f"{n:,} variables do not fit on a chip of {qubits:,} qubits; {SMALLER}, or use hybrid-nl")
+        if n * self.least_copies() > qubits:
+            raise SolverError(f"{options.copies:,} copies of {n:,} variables do not fit on a chip of {qubits:,} qubits; take fewer --copies")
         _within(options.num_reads, "reads", properties.get("num_reads_range"))
         known = properties.get("parameters", {})
         if options.fast_anneal:
@@ -59,6 +61,9 @@ class Qpu:
         _within(options.annealing_time, "microseconds of annealing",
                 properties.get("fast_anneal_time_range" if options.fast_anneal else "annealing_time_range"))
 
+    def least_copies(self):
+        return 1 if self.options.copies == "auto" else self.options.copies
+
     def prepare(self, session, progress):
         from dwave.cloud.coders import encode_problem_as_qp
         from dwave.embedding import embed_bqm
@@ -68,23 +73,29 @@ class Qpu:
 
         progress("building the model")
         ising, solver = self.ising(), session.solver
-        embedding = self.embedding(ising, _chip(solver), progress)
+        chains = self.embedding(ising, _chip(solver), progress)
+        chains = [sorted(map(int, chains[v])) for v in range(len(chains))]
         strength = self.options.chain_strength
         strength = float(uniform_torque_compensation(ising) if strength is None else strength)
         warnings = WarningHandler("save")
-        warnings.chain_length(embedding)
-        warnings.chain_strength(ising, strength, embedding)
         warnings.energy_scale(ising)
-        chains = [sorted(map(int, embedding[v])) for v in range(len(ising))]
-        target = embed_bqm(ising, dict(enumerate(chains)), edgelist_to_adjacency(solver.undirected_edges), chain_strength=strength)
+        adjacency, linear, quadratic, offset = edgelist_to_adjacency(solver.undirected_edges), {}, {}, 0
+        for at in range(0, len(chains), len(ising)):
+            copy = dict(enumerate(chains[at:at + len(ising)]))
+            warnings.chain_length(copy)
+            warnings.chain_strength(ising, strength, copy)
+            target = embed_bqm(ising, copy, adjacency, chain_strength=strength)
+            linear.update(target.linear)
+            quadratic.update(target.quadratic)
+            offset += target.offset
         lengths = np.array(list(map(len, chains)))
         parameters, sent = self.parameters(chains, session.properties)
         _check_duration(solver, session.properties, int(lengths.sum()), sent)
         return Request(sent, {**parameters, "chain_strength": strength}, data=encode_problem_as_qp(
-            solver, dict(target.linear), dict(target.quadratic), target.offset, undirected_biases=True), facts={
+            solver, linear, quadratic, offset, undirected_biases=True), facts={
                 "chains": chains, "chip": session.properties.get("chip_id"),
                 "warnings": sorted({one["type"].__name__ for one in warnings.saved}),
-                "embedding": {"qubits": int(lengths.sum()), "longest_chain": int(lengths.max()),
+                "embedding": {"copies": len(chains) // len(ising), "qubits": int(lengths.sum()), "longest_chain": int(lengths.max()),
                               "mean_chain": float(lengths.mean())}})
 
     def ising(self):
@@ -98,7 +109,7 @@ class Qpu:
         return bqm
 
     def embedding(self, ising, chip, progress):
-        """The user's embedding, the one of this graph that is remembered, or a new one: {variable: qubits}."""
+        """The user's embedding, the one of this graph that is remembered, or a new one: {variable: qubits}, one copy after the other."""
         from . import embedding
 
         options, pairs = self.options, np.sort(np.array(list(ising.quadratic), np.int32).reshape(-1, 2), axis=1)
@@ -110,9 +121,11 @@ class Qpu:
                 with io(options.embedding, "read"):
                     found = embedding.read(options.embedding)
                 embedding.check(found, source, chip)
+                if options.copies != 1:
+                    found = embedding.find_copies(source, chip, options.copies, found, options.seed, progress=progress)
             else:
                 progress("looking for an embedding")
-                found = embedding.obtain(source, chip, options.seed)
+                found = embedding.obtain(source, chip, options.seed, progress=progress, copies=options.copies)
         except embedding.NotThisOne as error:
             prefix = "" if str(error).startswith(options.embedding) else f"{options.embedding}: "
             raise Failure(BAD_INPUT, f"{prefix}{error}") from None
@@ -132,6 +145,7 @@ class Qpu:
         told["anneal_schedule"] = [[0.0, 1.0], [time / 4, REVERSE_TO], [3 * time / 4, REVERSE_TO], [time, 1.0]]
         told["reinitialize_state"] = True
         spins = 2 * self.start().astype(int) - 1
+        spins = np.tile(spins, len(chains) // spins.size)
         state = {qubit: int(spin) for chain, spin in zip(chains, spins) for qubit in chain}
         sent = StructuredSolver.reformat_parameters("ising", {**told, "initial_state": state}, properties)
         return {**told, "reverse_from": os.path.basename(options.reverse_from)}, sent
@@ -156,12 +170,14 @@ class Qpu:
         lengths = np.array(list(map(len, job.chains)))
         sums = np.add.reduceat(samples[:, [column[qubit] for chain in job.chains for qubit in chain]],
                                np.cumsum(lengths) - lengths, axis=1, dtype=np.int64)
-        spins, n = np.where(sums >= 0, 1, -1), problem.linear.size
+        # A row for each copy, those of one read together.
+        copies, n = job.embedding.get("copies", 1), problem.linear.size
+        spins = np.where(sums >= 0, 1, -1).reshape(copies * len(samples), -1)
         spins[:, :n] *= spins[:, n:] if spins.shape[1] > n else 1
-        broken = (np.abs(sums) != lengths).mean(axis=1)
+        broken = (np.abs(sums) != lengths).reshape(spins.shape).mean(axis=1)
         bits = (spins[:, :n] > 0).astype(np.uint8)
         energies = models.energies(problem, bits)
-        occurrences = sampleset.record.num_occurrences
+        occurrences = np.repeat(sampleset.record.num_occurrences, copies)
         best = energies == energies.min()
         warnings = list(job.warnings)
         warnings += ["ChainBreakWarning"] * bool(broken[best].min() > 0)
@@ -176,8 +192,8 @@ class Qpu:
         """`properties` None: of no account, by what D-Wave published."""
         n, terms = self.problem.linear.size, models.Terms(self.problem)
         chips = PUBLISHED_QUBITS if properties is None else {properties.get("chip_id", "the chip"): len(properties["qubits"])}
-        found = {"variables": n, "quadratic_terms": terms.count, "qubits": chips, "minimum_time_limit": None,
-                 "fits": None if n <= max(chips.values()) else False}
+        found = {"variables": n, "quadratic_terms": terms.count, "copies": self.options.copies, "qubits": chips, "minimum_time_limit": None,
+                 "fits": None if n * self.least_copies() <= max(chips.values()) else False}
         if found["fits"] is None:
             found.update(_ranges(*models.expand(self.problem, limit=self.options.memory_limit)))
         # The solver's format qp: base64 of one double for each qubit and each coupler, before embedding.

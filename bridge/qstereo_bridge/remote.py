@@ -218,6 +218,9 @@ def planned(options, found):
     whose = "of " + found["service_solver"] if found["service_solver"] else "as published; without an account the solver cannot be asked"
     lines = [f"{options.solver}: {found['variables']:,} variables, {found['quadratic_terms']:,} quadratic terms"]
     if options.solver == "qpu":
+        if found["copies"] != 1:
+            lines.append(f"as many copies as are found on the chip, {options.num_reads:,} samples of each" if found["copies"] == "auto" else
+                         f"{found['copies']:,} copies: {options.num_reads * found['copies']:,} samples from {options.num_reads:,} reads")
         if found["fits"] is None:
             lines.append(f"largest degree {found['largest_degree']}; linear terms {found['linear_min']} to {found['linear_max']}, "
                          f"quadratic terms {found['quadratic_min']} to {found['quadratic_max']}")

@@ -112,6 +112,22 @@ def test_a_layout_looks_for_the_place_where_qubits_work():
     assert found.method == "tiles"
 
 
+@pytest.mark.parametrize("name, share, size, copies, chains", [
+    ("zephyr:6", 0, (3, 2, 8), 6, {2}), ("pegasus:5", 0, (2, 2, 5), 4, {2}), ("zephyr:8", 0, (2, 2, 10), 4, {4}),
+    ("zephyr:6", 0.05, (3, 2, 8), 4, None), ("zephyr:3", 0, (3, 3, 2), 9, None)])
+def test_copies_have_qubits_of_their_own(name, share, size, copies, chains):
+    """Of a layout in tiles they are the same layout in other tiles, as long as there are any."""
+    problem, graph = grid(*size), without(full(name), share, 3)
+    source, chip = embedding.Source.of(problem), chip_of(graph)
+    first = embedding.find(source, chip, seed=1, timeout=60)
+    found = embedding.find_copies(source, chip, copies, first, seed=1, timeout=60)
+    n, pairs = source.variables, models.to_bqm(problem).quadratic.keys()
+    dwave.embedding.verify_embedding(found.chains, nx.Graph((c * n + i, c * n + j) for c in range(copies) for i, j in pairs), graph)
+    assert len(found.chains) == copies * n and first.chains.items() <= found.chains.items()
+    assert chains is None or {len(chain) for chain in found.chains.values()} == chains
+    embedding.check(found, source.times(copies), chip)
+
+
 def test_other_graphs_are_minorminers():
     for problem in (grid(2, 2, 4, dense=True), grid(3, 3, 2), grid(1, 1, 5), random_problem(3), make([3, 2], [], [], [0] * 5, [(0, 0)] * 2)):
         source = embedding.Source.of(problem)

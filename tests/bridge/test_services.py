@@ -8,6 +8,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import dimod
+import networkx as nx
 import numpy as np
 import pytest
 from dwave.optimization import Model
@@ -269,6 +270,110 @@ def test_an_embedding_is_looked_for_once(solve, monkeypatch):
     assert solve("qpu", problem=problem)[0] == 0
 
 
+def parts_sent(service):
+    """The couplers sent with a bias tie qubits together: these parts, and h."""
+    data, chip = sent(service)[1]["data"], service.solvers["Advantage2_mock"]["properties"]
+    h = dict(zip(chip["qubits"], np.frombuffer(base64.b64decode(data["lin"]), "<f8")))
+    used = {qubit for qubit, bias in h.items() if not np.isnan(bias)}
+    active = [(p, q) for p, q in chip["couplers"] if p in used and q in used]
+    graph = nx.Graph(pair for pair, bias in zip(active, np.frombuffer(base64.b64decode(data["quad"]), "<f8")) if bias)
+    assert set(graph) == used
+    return list(nx.connected_components(graph)), h
+
+
+@pytest.mark.parametrize("missing", [0, 20])
+@pytest.mark.parametrize("copies", [4, "auto"])
+@pytest.mark.parametrize("problem", [SMALL, grid(2, 2, 3, dense=True)], ids=["sparse", "dense"])
+def test_copies_share_a_read(problem, copies, missing, solve, service, tmp_path):
+    chip = service.solvers["Advantage2_mock"]["properties"]
+    gone = set(np.random.default_rng(2).choice(chip["qubits"], missing, replace=False).tolist())
+    chip.update(qubits=[qubit for qubit in chip["qubits"] if qubit not in gone],
+                couplers=[pair for pair in chip["couplers"] if not gone & set(pair)])
+    status, out, _ = solve("qpu", "--num-reads", 10, "--copies", copies, "--seed", 1, "--json", problem=problem)
+    read, (parts, h) = solved(tmp_path / "s.qsf"), parts_sent(service)
+    found = read.info["embedding"]
+    assert status == 0 and len(parts) == found["copies"] == (max(5, len(parts)) if copies == "auto" else 4)
+    assert sum(map(len, parts)) == found["qubits"] and sent(service)[1]["params"] == {"num_reads": 10}
+    assert read.records["occurrences"].tolist() == [1] * 10 * len(parts)
+    assert (read.records["energy"] == models.energies(problem, read.bits)).all() and json.loads(out)["best_energy"] == least(problem)
+    fields = sum(models.to_bqm(problem).change_vartype("SPIN", inplace=False).linear.values())
+    assert [sum(h[qubit] for qubit in part) for part in parts] == pytest.approx([fields] * len(parts))
+
+
+def test_copies_are_samples_of_their_own():
+    """Two copies of two variables, a read after the other; each has its own share of broken chains."""
+    problem = make([1, 1], [], [], [1, 2], [(0, 0)] * 2)
+    job = SimpleNamespace(chains=[[0], [1, 2], [3, 5], [4]], warnings=[], chip=None, embedding={"copies": 2}, parameters={"chain_strength": 1})
+    answer = qpu.Qpu.decode(problem, one_future([(1, -1, -1, 1, -1, -1), (-1, 1, 1, -1, 1, -1)], range(6), [3, 2]), job)
+    assert answer.bits.tolist() == [[1, 0], [1, 0], [0, 1], [0, 1]]
+    assert answer.broken.tolist() == [0, 0.5, 0, 0] and answer.occurrences.tolist() == [3, 3, 2, 2]
+
+
+def test_copies_of_a_problem_that_fits_once(solve, service, tmp_path):
+    from qstereo_bridge import embedding
+    chip = service.solvers["Advantage2_mock"]["properties"]
+    with services.connect("qpu") as session:
+        found = embedding.find(embedding.Source.of(SMALL), qpu._chip(session.solver), 7)
+    used = {qubit for chain in found.chains.values() for qubit in chain}
+    chip.update(qubits=sorted(used), couplers=[pair for pair in chip["couplers"] if used >= set(pair)])
+    status, _, err = solve("qpu", "--copies", 2)
+    assert status == 5 and "1 of 2 copies found" in err and "--copies auto" in err and "does not fit" not in err and not service.problems
+    assert solve("qpu", "--copies", "auto")[0] == 0 and solved(tmp_path / "s.qsf").info["embedding"]["copies"] == 1
+
+
+def test_copies_are_looked_for_once(solve, monkeypatch, tmp_path):
+    """Those of each number, and those of auto, beside the embedding of one."""
+    from qstereo_bridge import embedding
+    options = [("--copies", "auto"), ("--copies", 3), ()]
+    def run():
+        for more in options:
+            assert solve("qpu", "--num-reads", 5, *more)[0] == 0
+            yield solved(tmp_path / "s.qsf").info["embedding"]
+    before = list(run())
+    assert before[0]["copies"] > 3 and [one["copies"] for one in before[1:]] == [3, 1]
+    monkeypatch.setattr(embedding, "find", None)
+    assert list(run()) == before
+
+
+def test_copies_beside_the_embedding_of_the_user(solve, service, tmp_path):
+    """One that would not be found."""
+    from qstereo_bridge import embedding
+    with services.connect("qpu") as session:
+        chip = qpu._chip(session.solver)
+    found = embedding.find_copies(embedding.Source.of(SMALL), chip, 2, embedding.find(embedding.Source.of(SMALL), chip))
+    found = embedding.find(embedding.Source.of(SMALL), chip.without([qubit for chain in found.chains.values() for qubit in chain]), 7)
+    (tmp_path / "e.json").write_text(found.to_json())
+    assert solve("qpu", "--embedding", tmp_path / "e.json", "--copies", 3)[0] == 0
+    parts, _ = parts_sent(service)
+    assert len(parts) == 3 and {qubit for chain in found.chains.values() for qubit in chain} in parts
+
+
+def test_copies_of_fast_and_reverse_anneals(solve, service, tmp_path, main):
+    assert solve("qpu", "--num-reads", 10, "--copies", 3, "--fast-anneal", "--annealing-time", 0.01)[0] == 0
+    read = solved(tmp_path / "s.qsf")
+    assert len(parts_sent(service)[0]) == 3 and len(read.records) == 30 and read.records["energy"].min() == least(SMALL)
+    (tmp_path / "s.qsf").rename(tmp_path / "s0.qsf")
+    assert solve("qpu", "--copies", 3, "--reverse-from", tmp_path / "s0.qsf")[0] == 0
+    state, best = sent(service)[1]["params"]["initial_state"], read.bits[read.records["energy"].argmin()]
+    parts, h = parts_sent(service)
+    assert {qubit for qubit, spin in enumerate(state) if spin != 3} == set().union(*parts)
+    assert all(sum(state[qubit] == 1 for qubit in part) >= best.sum() for part in parts)
+
+
+def test_copies_are_collected(solve, tmp_path, main):
+    assert solve("qpu", "--num-reads", 10, "--copies", 3, "--no-wait")[0] == 0
+    assert main("collect", tmp_path / "s.qsf.job")[0] == 0 and len(solved(tmp_path / "s.qsf").records) == 30
+
+
+def test_dry_run_says_copies(solve, problem_file, main, service):
+    dry_run = "solve", problem_file, "--solver", "qpu", "--dry-run", "--copies"
+    assert "copies" not in main(*dry_run, 1)[1] and json.loads(main(*dry_run, 3, "--json")[1])["copies"] == 3
+    assert "3 copies: 3,000 samples from 1,000 reads" in main(*dry_run, 3)[1]
+    assert "as many copies as are found on the chip, 1,000 samples of each" in main(*dry_run, "auto")[1]
+    assert "it does not fit" not in main(*dry_run, 28)[1] and "it does not fit" in main(*dry_run, 29)[1] and not service.problems
+    assert main(*dry_run, 0)[0] == main(*dry_run, "some")[0] == 2
+
+
 # Limits: nothing is sent.
 
 
@@ -286,6 +391,7 @@ def test_an_embedding_is_looked_for_once(solve, monkeypatch):
     ("qpu", "Advantage2_mock", {}, ["--num-reads", 20000], "20000 reads, this solver takes 1 to 10,000"),
     ("qpu", "Advantage2_mock", {}, ["--annealing-time", 3000], "3000 microseconds of annealing, this solver takes 0.5 to 2,000"),
     ("qpu", "Advantage2_mock", {"qubits": [0], "couplers": []}, [], "12 variables do not fit on a chip of 1 qubits"),
+    ("qpu", "Advantage2_mock", {}, ["--copies", 29], "29 copies of 12 variables do not fit on a chip of 336 qubits; take fewer --copies"),
     ("qpu", "Advantage2_mock", {"parameters": {"num_reads": ""}}, ["--fast-anneal", "--annealing-time", 1], "no fast anneal"),
     ("qpu", "Advantage2_mock", {"parameters": {"num_reads": ""}}, ["--reverse-from", "x.qsf"], "no reverse annealing"),
     ("qpu", "Advantage2_mock", {}, ["--fast-anneal"], "wants an --annealing-time"),
@@ -408,7 +514,7 @@ def test_dry_run_with_an_account_goes_by_the_solver(solver, problem_file, main, 
 
 
 def planning(solver, problem, **options):
-    options = SimpleNamespace(solver=solver, memory_limit=1 << 33, time_limit=None, **options)
+    options = SimpleNamespace(solver=solver, memory_limit=1 << 33, time_limit=None, copies=1, **options)
     return cli.SOLVERS[solver].run(solver, problem, options).plan(hybrid.PUBLISHED.get(solver))
 
 
