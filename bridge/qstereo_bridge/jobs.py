@@ -304,7 +304,7 @@ def send(session, job, problem_type, data, parameters):
     with session.requests() as requests:
         requests.session.set_accept(media_type="application/vnd.dwave.sapi.problems+json", ask_version="3.0.0", accept_version="~=3.0")
         content = zlib.compress(orjson.dumps([body], option=orjson.OPT_SERIALIZE_NUMPY))
-        job.save(state=SENDING, time=_now())
+        job.save(state=SENDING, time=_now(), account=session.account(job.label))
         Job.hold()
         try:
             # A redirected POST would become a GET, whose answer is the list of the account's problems, or take the token elsewhere.
@@ -368,6 +368,9 @@ def find(session, job, patience=None):
             job.save(state=SENT, problem_id=found[0].id)
             return True
         if time.monotonic() > stop:
+            if job.facts.get("account") not in (None, session.account(job.label)):
+                raise SolverError(f"the problem may have been sent with another token or to another endpoint than are configured now, and "
+                                  f"these know nothing of it; with those that sent it, `qstereo-bridge collect {job.path}` finds it")
             return False
         time.sleep(0.5)
 
@@ -399,6 +402,8 @@ def wait(session, job, progress, once=False):
             if status in ("PENDING", "IN_PROGRESS"):
                 return None
         future = session.client.retrieve_answer(job.problem_id)
+        # The client would look for a solver of the same working graph, which a calibration since then has changed.
+        future.solver = session.solver
         while not future.wait(0.2):
             progress((future.remote_status or "sent").lower().replace("_", " "))
         if future.remote_status in ("FAILED", "CANCELLED"):

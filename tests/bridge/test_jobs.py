@@ -366,6 +366,28 @@ def test_reply_that_says_nothing_of_this_problem(reply, solve, service, tmp_path
     assert solve()[0] == 0 and len(service.problems) == 1 and names(tmp_path) == ["s.qsf", "tiny.qcf"]
 
 
+def test_another_account_does_not_say_that_nothing_was_sent(solve, collect, service, tmp_path, monkeypatch):
+    service.fail("POST", "^problems", "500 after")
+    service.fail("GET", "^problems", 500, times=99)
+    assert solve()[0] == 5 and json.loads((tmp_path / "s.qsf.job").read_text())["state"] == "sending"
+    service.faults.clear()
+    there = dict(service.problems)
+    service.problems.clear()
+    monkeypatch.setattr("service.TOKEN", "DEV-" + "9" * 40)
+    monkeypatch.setenv("DWAVE_API_TOKEN", "DEV-" + "9" * 40)
+    for status, _, err in (collect(), solve()):
+        assert status == 5 and "another token" in err and "nothing was sent" not in err and not service.problems
+    monkeypatch.undo()
+    service.problems.update(there)
+
+
+def test_chip_that_was_calibrated_since(solve, collect, service, tmp_path):
+    solve("qpu", "--no-wait")
+    solver = next(data for data in service.solvers.values() if "graph_id" in data["identity"].get("version", {}))
+    solver["identity"] = {**solver["identity"], "version": {"graph_id": "another"}}
+    assert collect()[0] == 0 and best(tmp_path) == LEAST
+
+
 @pytest.mark.parametrize("counts", [0, -1, 2**33])
 def test_impossible_occurrences_keep_the_job(counts, solve, collect, service, tmp_path):
     import dimod
