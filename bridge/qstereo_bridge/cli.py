@@ -319,7 +319,11 @@ def _check_energies(answer, energies, problem):
 def _records(answer, energies):
     import numpy as np
     from .qsf import BROKEN_UNITS, NO_CHAINS, RECORD
+    from .solvers import SolverError
 
+    counts = answer.occurrences
+    if counts is not None and ((np.asarray(counts) < 1) | (np.asarray(counts) >= 2**32)).any():
+        raise SolverError("the answer has samples that were never seen, or too often")
     records = np.empty(energies.size, RECORD)
     records["energy"] = energies
     records["occurrences"] = 1 if answer.occurrences is None else answer.occurrences
@@ -375,7 +379,7 @@ def solve(options, session=None, print_result=show):
     there = SOLVERS[options.solver].kind
     problem, job = read(options) if options.no_wait else None, None
     if options.no_wait and problem.linear.size:
-        return solve_there(options, problem, session, progress(options))
+        return solve_there(options, problem, session, progress(options), print_result)
     with io(options.output, "write"):
         output = Output(options.output, last=options.out_dir is None)
     with output:

@@ -16,10 +16,12 @@ import fcntl
 import json
 import os
 import secrets
+import threading
 import time
 from datetime import datetime, timezone
 
 from .failure import BAD_INPUT, IO, NO, Failure, io
+from .output import sync_folder
 from .services import connect, explain
 from .solvers import SolverError
 
@@ -35,32 +37,44 @@ class Job:
     """One job file, held open and locked. `facts` is what it says; the session that serves it is told to signals."""
 
     active = []
+    # Set by a signal: threads that still run send nothing any more.
+    stopping = threading.Event()
 
     def __init__(self, path, facts, stream=None):
         self.path, self.facts, self.stream, self.session = path, facts, stream, None
 
     @classmethod
-    def load(cls, path):
-        """The job in the file `path`, or None where there is none. Raises Failure: it is another process's, or no job file."""
+    def load(cls, path, whatever=False):
+        """The job in the file `path`, or None where there is none. Raises Failure: it is another process's, or no job file.
+
+        With `whatever` no job file does as well: it is to be replaced.
+        """
         with io(path, "read"):
-            try:
-                stream = open(path, "rb+")
-            except FileNotFoundError:
-                return None
-            _lock(stream, path)
+            while True:
+                try:
+                    stream = open(path, "rb+")
+                    _lock(stream, path)
+                    # It may have been replaced or removed, and let go, since it was opened.
+                    if os.path.samestat(os.fstat(stream.fileno()), os.stat(path)):
+                        break
+                    stream.close()
+                except FileNotFoundError:
+                    return None
             try:
                 facts = json.load(stream)
-                sound = facts["schema"] == SCHEMA and facts["state"] in (UPLOADING, SENDING, SENT) and all(
-                    isinstance(facts[key], str) for key in ("solver", "label", "problem_digest"))
-            except (ValueError, KeyError, TypeError):
+                sound = _sound(facts)
+            except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
                 sound = False
-        if not sound:
+        if not sound and whatever:
+            facts = {"state": UPLOADING}
+        elif not sound:
             stream.close()
             raise Failure(BAD_INPUT, f"{path}: this is no job file of this program's version; give another, or remove it")
         return cls(path, facts, stream)
 
-    def save(self, **changes):
-        """Change facts, and have them on the disk."""
+    def save(self, new=False, **changes):
+        """Change facts, and have them on the disk. `new`: there must be no such file yet. Raises Failure."""
+        Job.hold()
         self.facts.update(changes)
         with io(self.path, "write"):
             name = f"{self.path}.{os.getpid()}.tmp"
@@ -70,15 +84,25 @@ class Job:
                 stream.write(json.dumps(self.facts, indent=1).encode() + b"\n")
                 stream.flush()
                 os.fsync(stream.fileno())
-                os.replace(name, self.path)
+                _put(name, self.path, new)
+                sync_folder(self.path)
             except BaseException:
-                stream.close()
-                os.remove(name)
+                # What is buffered fails once more where the disk is full.
+                with contextlib.suppress(OSError):
+                    stream.close()
+                with contextlib.suppress(OSError):
+                    os.remove(name)
                 raise
             self._close()
             self.stream = stream
         if self not in Job.active:
             Job.active.append(self)
+
+    @staticmethod
+    def hold():
+        """After a signal no other thread goes on: the process is about to end."""
+        while Job.stopping.is_set() and threading.current_thread() is not threading.main_thread():
+            time.sleep(1)
 
     def _close(self):
         if self.stream:
@@ -109,12 +133,41 @@ class Job:
         self.leave()
 
 
+def _sound(facts):
+    """Whether a job file's content is what `save` writes; may raise what a wrong type raises."""
+    text = ("solver", "label", "problem_digest") + (("problem_id",) if facts["state"] == SENT else ())
+    perhaps = ("service_solver", "user_label", "problem")
+    return (facts["schema"] == SCHEMA and facts["state"] in (UPLOADING, SENDING, SENT) and isinstance(facts["parameters"], dict)
+            and all(isinstance(facts[key], str) for key in text)
+            and all(facts[key] is None or isinstance(facts[key], str) for key in perhaps)
+            and datetime.fromisoformat(facts["time"]).tzinfo is not None)
+
+
+def _put(name, path, new):
+    """Give the file `name` the name `path`. Raises Failure where it is to be new and another process was first."""
+    if new:
+        try:
+            os.link(name, path)
+        except FileExistsError:
+            raise Failure(IO, _AT_WORK.format(path)) from None
+        except OSError:
+            # A file system without links: two processes at the same instant are not told apart there.
+            os.replace(name, path)
+        else:
+            os.remove(name)
+    else:
+        os.replace(name, path)
+
+
+_AT_WORK = "{}: another qstereo-bridge is at work on this job; wait for it, or stop it"
+
+
 def _lock(stream, path):
     try:
         fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
         stream.close()
-        raise Failure(IO, f"{path}: another qstereo-bridge is at work on this job; wait for it, or stop it") from None
+        raise Failure(IO, _AT_WORK.format(path)) from None
 
 
 def path_of(output, digest):
@@ -125,23 +178,30 @@ def path_of(output, digest):
 
 
 def check_earlier(options):
-    """Raises Failure(NO) where an earlier job of the samples file may be at the service: nothing is sent twice unasked."""
-    earlier = None if options.resubmit else Job.load(path_of(options.output, options.digest))
-    if earlier:
-        with earlier:
-            if earlier.state != UPLOADING:
-                _refuse_to_send_again(earlier, options.digest)
+    """An earlier Job of the samples file that may be forgotten, held until another takes its place; None where there is none.
+
+    Raises Failure(NO) where it may be at the service: nothing is sent twice unasked.
+    """
+    earlier = Job.load(path_of(options.output, options.digest), whatever=options.resubmit)
+    if earlier and earlier.state != UPLOADING and not options.resubmit:
+        try:
+            _refuse_to_send_again(earlier, options.digest)
+        except BaseException:
+            earlier.leave()
+            raise
+    return earlier
 
 
-def start(options, variables):
-    """A new Job for the problem."""
+def start(options, variables, earlier=None):
+    """A new Job for the problem, in place of an `earlier` one that is held."""
     path, digest = path_of(options.output, options.digest), options.digest.hex()
     problem = None if options.problem == "-" else os.path.relpath(options.problem, os.path.dirname(path) or ".")
     label = (options.label or "qstereo")[:200]
     job = Job(path, {"schema": SCHEMA, "state": UPLOADING, "solver": options.solver, "service_solver": None,
                      "label": f"{label} {digest[:8]}-{secrets.token_hex(6)}", "user_label": options.label, "problem_id": None,
-                     "problem": problem, "problem_digest": digest, "variables": variables, "time": _now(), "parameters": {}})
-    job.save()
+                     "problem": problem, "problem_digest": digest, "variables": variables, "time": _now(), "parameters": {}},
+              earlier.stream if earlier else None)
+    job.save(new=earlier is None)
     return job
 
 
@@ -152,6 +212,9 @@ def keeping(job):
         yield
     except SolverError as error:
         raise SolverError(f"{error}; `qstereo-bridge collect {job.path}` asks again") if job else error from None
+    except Failure as failure:
+        raise Failure(failure.status, f"{failure}; `qstereo-bridge collect {job.path}` fetches the answer again, -o writes it "
+                      "elsewhere") if job else failure from None
     else:
         if job:
             job.remove()
@@ -172,12 +235,12 @@ def _refuse_to_send_again(earlier, digest):
                       f"`qstereo-bridge collect {earlier.path}` fetches the answer (--resubmit sends and charges it once more)")
 
 
-def solve(kind, options, progress, session):
+def solve(kind, options, progress, session, earlier=None):
     """Send the problem of `kind` and wait for the answer: (Answer, Job). With --no-wait the Answer is None.
 
     The job is to be removed when the answer is on the disk.
     """
-    job = start(options, kind.problem.linear.size)
+    job = start(options, kind.problem.linear.size, earlier)
     job.session = session
     with _left(job):
         kind.check(session.properties)
@@ -241,10 +304,21 @@ def send(session, job, problem_type, data, parameters):
     with session.requests() as requests:
         requests.session.set_accept(media_type="application/vnd.dwave.sapi.problems+json", ask_version="3.0.0", accept_version="~=3.0")
         content = zlib.compress(orjson.dumps([body], option=orjson.OPT_SERIALIZE_NUMPY))
-        job.save(state=SENDING, time=_now())
+        job.save(state=SENDING, time=_now(), account=session.account(job.label))
+        Job.hold()
         try:
-            reply = orjson.loads(requests.session.post("", data=content, headers={
-                "Content-Type": "application/json", "Content-Encoding": "deflate"}).content)[0]
+            # A redirected POST would become a GET, whose answer is the list of the account's problems, or take the token elsewhere.
+            said = requests.session.post("", data=content, allow_redirects=False, headers={
+                "Content-Type": "application/json", "Content-Encoding": "deflate"})
+            if said.is_redirect:
+                job.remove()
+                raise SolverError(f"D-Wave's endpoint has moved to {said.headers['Location']}; nothing was sent. "
+                                  "Set the endpoint in D-Wave's configuration")
+            reply = orjson.loads(said.content)[0]
+            if "error_msg" not in reply and (not isinstance(reply["id"], str) or reply["label"] != job.label):
+                raise ValueError("the service's reply is about another problem")
+        except SolverError:
+            raise
         except Exception as error:
             if _never_arrived(error):
                 job.remove()
@@ -255,7 +329,11 @@ def send(session, job, problem_type, data, parameters):
     if "error_msg" in reply:
         job.remove()
         raise SolverError(f"D-Wave's service refuses the problem: {reply['error_msg']}")
-    job.save(state=SENT, problem_id=reply["id"])
+    try:
+        job.save(state=SENT, problem_id=reply["id"])
+    except Failure as failure:
+        raise Failure(failure.status, f"{failure}. The problem is at the service as {reply['id']}; "
+                      f"`qstereo-bridge collect {job.path}` finds it by its label") from None
 
 
 def _never_arrived(error):
@@ -280,7 +358,8 @@ def find(session, job, patience=None):
     A request that has only just left may still arrive: the asking goes on until it is old enough, or for `patience` seconds.
     """
     age = (datetime.now(timezone.utc) - datetime.fromisoformat(job.time)).total_seconds()
-    stop = time.monotonic() + (max(0, ARRIVED - age) if patience is None else patience)
+    # By another clock it may have left in the future.
+    stop = time.monotonic() + (min(ARRIVED, max(0, ARRIVED - age)) if patience is None else patience)
     while True:
         with session.requests() as requests:
             listed = _patiently(lambda: requests.list_problems(label=job.label))
@@ -289,6 +368,9 @@ def find(session, job, patience=None):
             job.save(state=SENT, problem_id=found[0].id)
             return True
         if time.monotonic() > stop:
+            if job.facts.get("account") not in (None, session.account(job.label)):
+                raise SolverError(f"the problem may have been sent with another token or to another endpoint than are configured now, and "
+                                  f"these know nothing of it; with those that sent it, `qstereo-bridge collect {job.path}` finds it")
             return False
         time.sleep(0.5)
 
@@ -320,6 +402,8 @@ def wait(session, job, progress, once=False):
             if status in ("PENDING", "IN_PROGRESS"):
                 return None
         future = session.client.retrieve_answer(job.problem_id)
+        # The client would look for a solver of the same working graph, which a calibration since then has changed.
+        future.solver = session.solver
         while not future.wait(0.2):
             progress((future.remote_status or "sent").lower().replace("_", " "))
         if future.remote_status in ("FAILED", "CANCELLED"):
@@ -339,12 +423,16 @@ def wait(session, job, progress, once=False):
 def _told(job, error):
     if job.stream is None:
         return explain(error)
+    if getattr(error, "error_code", None) == 404:
+        return (f"{explain(error)}. Problem {job.problem_id} belongs to another account or region than the one configured, or the service "
+                f"has dropped it; with the account that sent it, `qstereo-bridge collect {job.path}` fetches the answer")
     return f"{explain(error)}. The problem is at the service; `qstereo-bridge collect {job.path}` fetches the answer later"
 
 
 def interrupted(cancel):
     """What the user is to know of each job when a signal ends the command; with `cancel`, what has not begun is cancelled first."""
     lines = []
+    Job.stopping.set()
     for job in list(Job.active):
         if job.state == UPLOADING:
             job.remove()

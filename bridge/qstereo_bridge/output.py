@@ -6,6 +6,16 @@ import os
 import stat
 
 
+def sync_folder(path):
+    """Have the names in the folder of `path` on the disk, where the system can."""
+    with contextlib.suppress(OSError):
+        folder = os.open(os.path.dirname(path) or ".", os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+
+
 class Output:
     """The file `path` ("-": stdout), made ready before the solver's work so that nothing forbids writing after it.
 
@@ -51,10 +61,15 @@ class Output:
         path = self.path if self.straight else self.temporary
         with open(1 if path == "-" else path, "wb", closefd=path != "-") as stream:
             stream.write(data)
+            if not self.straight:
+                # A job is forgotten once its answer is on the disk.
+                stream.flush()
+                os.fsync(stream.fileno())
 
     def keep(self):
         if not self.straight:
             os.replace(self.temporary, self.path)
+            sync_folder(self.path)
         Output.pending.discard(self.temporary)
         self.temporary, Output.kept = None, self.last
 

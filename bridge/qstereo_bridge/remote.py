@@ -13,22 +13,24 @@ from .failure import BAD_INPUT, NO, OK, USAGE, Failure, io
 from .hybrid import PUBLISHED
 from .output import Output
 from .qpu import estimated_seconds
-from .services import WANTED, configured, connect, explained
+from .services import WANTED, configured, connect, explain, explained
 
 
-def solve_there(options, problem, session, progress):
+def solve_there(options, problem, session, progress, print_result=cli.show):
     """Send the problem and wait: (Answer, Job). With --no-wait it is sent only, and the exit status is returned."""
-    jobs.check_earlier(options)
     kind = cli.SOLVERS[options.solver].run(options.solver, problem, options)
     with contextlib.ExitStack() as stack:
+        earlier = jobs.check_earlier(options)
+        if earlier:
+            stack.callback(earlier.leave)
         stack.enter_context(explained())
         session = session or stack.enter_context(connect(options.solver, options.solver_name))
-        answer, job = jobs.solve(kind, options, progress, session)
+        answer, job = jobs.solve(kind, options, progress, session, earlier)
     if not options.no_wait:
         return answer, job
     with job:
-        cli.show(options, json.dumps({"schema": 1, "solver": options.solver, "job": job.path, "problem_id": job.problem_id}) if options.json
-                 else f"{options.solver}: sent as {job.problem_id}; `qstereo-bridge collect {job.path}` fetches the answer")
+        print_result(options, json.dumps({"schema": 1, "solver": options.solver, "job": job.path, "problem_id": job.problem_id})
+                     if options.json else f"{options.solver}: sent as {job.problem_id}; `qstereo-bridge collect {job.path}` fetches the answer")
     return OK
 
 
@@ -133,10 +135,12 @@ def _one_of_many(task, session):
                 return task, {"skipped": True} if task.json else "skipped, the samples are there", None
             said = []
             _solve_or_collect(task, session, lambda options, text: said.append(text))
-            text = said[0] if said else "sent"
-            return task, json.loads(text) if task.json and said else text.splitlines()[0], None
+            return task, json.loads(said[0]) if task.json else said[0].splitlines()[0], None
     except Failure as failure:
         return task, None, str(failure)
+    except Exception as error:
+        # Whatever it is, the others go on.
+        return task, None, f"{task.problem}: {explain(error)}"
 
 
 def _solve_or_collect(task, session, print_result):
@@ -144,8 +148,10 @@ def _solve_or_collect(task, session, print_result):
     job = jobs.path_of(task.output, b"")
     if not cli.SOLVERS[task.solver].kind or task.resubmit or task.no_wait or not os.path.exists(job):
         return cli.solve(task, session, print_result)
-    with jobs.Job.load(job) as earlier:
-        pending = earlier.state != jobs.UPLOADING and earlier.problem_digest == task.digest.hex()
+    earlier, pending = jobs.Job.load(job), False
+    if earlier:
+        with earlier:
+            pending = earlier.state != jobs.UPLOADING and earlier.problem_digest == task.digest.hex()
     if not pending:
         return cli.solve(task, session, print_result)
     collecting = copy.copy(task)
@@ -158,7 +164,9 @@ def _is_there(task):
     from .container import FormatError
     from .qsf import read_qsf
     cli.read(task)
-    with contextlib.suppress(FileNotFoundError, FormatError), open(task.output, "rb") as stream:
+    if not os.path.lexists(task.output):
+        return False
+    with contextlib.suppress(FormatError), io(task.output, "read"), open(task.output, "rb") as stream:
         return read_qsf(stream, task.memory_limit).digest == task.digest
     return False
 

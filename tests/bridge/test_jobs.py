@@ -170,7 +170,7 @@ def test_nobody_there(problem_file, tmp_path, main, service, monkeypatch):
 def test_answer_that_cannot_be_had_now_is_there_later(solver, how, said, solve, collect, service, tmp_path):
     service.fail("GET", r"^problems/.+", how, times=40)
     status, out, err = solve(solver)
-    assert (status, out) == (5, "") and said in err and "The problem is at the service" in err and f"collect {tmp_path}/s.qsf.job" in err
+    assert (status, out) == (5, "") and said in err and ("is at the service" in err or how == 404) and f"collect {tmp_path}/s.qsf.job" in err
     assert names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
     service.faults.clear()
     assert collect()[0] == 0 and best(tmp_path) == LEAST and len(service.problems) == 1
@@ -288,6 +288,133 @@ def test_one_process_at_a_time(solve, collect, service, tmp_path):
     assert collect()[0] == 0
 
 
+def test_two_processes_at_once_send_one_problem(begin, service, tmp_path):
+    service.delay = 1
+    processes = [begin("hybrid-bqm") for _ in range(2)]
+    for process in processes:
+        process.join(30)
+    assert sorted(process.exitcode for process in processes) == [0, 4] and len(service.problems) == 1
+    assert best(tmp_path) == LEAST and not (tmp_path / "s.qsf.job").exists()
+
+
+def test_resubmit_leaves_a_job_alone_that_is_being_worked_on(solve, service, tmp_path):
+    solve("hybrid-nl", "--no-wait")
+    with jobs.Job.load(str(tmp_path / "s.qsf.job")):
+        assert solve("hybrid-nl", "--resubmit")[0] == 4
+    assert len(service.problems) == 1
+
+
+def test_a_lock_on_a_replaced_file_is_none(tmp_path, monkeypatch):
+    facts = {"schema": 1, "state": jobs.UPLOADING, "solver": "qpu", "label": "", "problem_digest": "", "parameters": {}, "time": jobs._now(),
+             "service_solver": None, "user_label": None, "problem": None}
+    path, lock = str(tmp_path / "s.qsf.job"), jobs._lock
+    job = jobs.Job(path, facts)
+    job.save(new=True)
+    with pytest.raises(jobs.Failure, match="another qstereo-bridge"):
+        jobs.Job(path, dict(facts)).save(new=True)
+
+    def late(stream, name):
+        monkeypatch.setattr(jobs, "_lock", lock)
+        job.save(state=jobs.SENDING)
+        lock(stream, name)
+    monkeypatch.setattr(jobs, "_lock", late)
+    with pytest.raises(jobs.Failure, match="another qstereo-bridge"):
+        jobs.Job.load(path)
+    job.leave()
+    assert names(tmp_path) == ["s.qsf.job"]
+
+
+@pytest.mark.parametrize("field, value", [("time", "x"), ("time", "2026-01-01T00:00:00"), ("problem", 5), ("problem_id", None), ("parameters", 5),
+                                          ("service_solver", 5)])
+def test_job_files_with_a_wrong_field(field, value, solve, collect, service, tmp_path):
+    solve("hybrid-nl", "--no-wait")
+    path = tmp_path / "s.qsf.job"
+    facts = json.loads(path.read_text())
+    for changed in ({**facts, field: value}, {key: facts[key] for key in facts if key != field}):
+        path.write_text(json.dumps(changed))
+        status, _, err = collect()
+        assert status == 3 and "no job file" in err
+
+
+def test_redirected_post_is_not_followed(solve, service, tmp_path, monkeypatch):
+    solve("hybrid-nl", "--no-wait")
+    other = next(iter(service.problems.values()))
+    other.label = None
+    (tmp_path / "s.qsf.job").unlink()
+    handler = service.server.RequestHandlerClass
+
+    def moved(self):
+        if self.path.endswith("problems/"):
+            self._body()
+            self.send_response(301)
+            self.send_header("Location", f"{service.url}problems/?")
+            self.send_header("Content-Length", "0")
+            self.end_headers()
+        else:
+            super(handler, self).do_POST()
+    monkeypatch.setattr(handler, "do_POST", moved, raising=False)
+    status, out, err = solve()
+    assert (status, out) == (5, "") and "has moved to" in err and len(service.problems) == 1 and names(tmp_path) == ["tiny.qcf"]
+
+
+@pytest.mark.parametrize("reply", [[None], [{}], [{"id": None, "label": "x"}], [{"id": "other", "label": None}], {}, []])
+def test_reply_that_says_nothing_of_this_problem(reply, solve, service, tmp_path, monkeypatch):
+    handler = service.server.RequestHandlerClass
+    submit = handler._submit
+    monkeypatch.setattr(handler, "ROUTES", [(pattern, (lambda self, query, body: (submit(self, query, body), (200, reply))[1])
+                                             if pattern == "POST problems/" else action) for pattern, action in handler.ROUTES])
+    assert solve()[0] == 0 and len(service.problems) == 1 and names(tmp_path) == ["s.qsf", "tiny.qcf"]
+
+
+def test_another_account_does_not_say_that_nothing_was_sent(solve, collect, service, tmp_path, monkeypatch):
+    service.fail("POST", "^problems", "500 after")
+    service.fail("GET", "^problems", 500, times=99)
+    assert solve()[0] == 5 and json.loads((tmp_path / "s.qsf.job").read_text())["state"] == "sending"
+    service.faults.clear()
+    there = dict(service.problems)
+    service.problems.clear()
+    monkeypatch.setattr("service.TOKEN", "DEV-" + "9" * 40)
+    monkeypatch.setenv("DWAVE_API_TOKEN", "DEV-" + "9" * 40)
+    for status, _, err in (collect(), solve()):
+        assert status == 5 and "another token" in err and "nothing was sent" not in err and not service.problems
+    monkeypatch.undo()
+    service.problems.update(there)
+
+
+def test_chip_that_was_calibrated_since(solve, collect, service, tmp_path):
+    solve("qpu", "--no-wait")
+    solver = next(data for data in service.solvers.values() if "graph_id" in data["identity"].get("version", {}))
+    solver["identity"] = {**solver["identity"], "version": {"graph_id": "another"}}
+    assert collect()[0] == 0 and best(tmp_path) == LEAST
+
+
+@pytest.mark.parametrize("counts", [0, -1, 2**33])
+def test_impossible_occurrences_keep_the_job(counts, solve, collect, service, tmp_path):
+    import dimod
+
+    def spoil(answer):
+        found = dimod.SampleSet.from_serializable(answer["data"])
+        found.record.num_occurrences[:] = counts
+        return {**answer, "data": found.to_serializable() | {"info": answer["data"]["info"]}}
+    service.spoil = spoil
+    status, _, err = solve("hybrid-bqm")
+    assert status == 5 and "never seen" in err and names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+
+
+def test_disk_full_when_the_problem_was_sent(solve, collect, service, tmp_path, monkeypatch):
+    put = jobs._put
+
+    def full(name, path, new):
+        if json.loads(open(name, "rb").read())["state"] == jobs.SENT:
+            raise OSError(28, "No space left on device")
+        put(name, path, new)
+    with monkeypatch.context() as patch:
+        patch.setattr(jobs, "_put", full)
+        status, _, err = solve()
+    assert status == 4 and "is at the service" in err and "collect" in err and names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+    assert collect()[0] == 0 and len(service.problems) == 1
+
+
 def test_problem_from_stdin(service, problem_file, tmp_path, main, command):
     found = command("solve", "-", "-o", tmp_path / "s.qsf", "--solver", "hybrid-nl", "--no-wait", input=problem_file.read_bytes())
     assert found.returncode == 0
@@ -320,7 +447,7 @@ def test_failed_write_of_the_samples_keeps_the_job(solve, collect, service, tmp_
     with monkeypatch.context() as patch:
         patch.setattr(Output, "write", full)
         status, _, err = solve()
-    assert status == 4 and "No space left" in err and names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+    assert status == 4 and "No space left" in err and "collect" in err and names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
     assert collect()[0] == 0 and len(service.problems) == 1
 
 
@@ -488,6 +615,33 @@ def test_one_of_many_fails(frames, service, tmp_path, main):
     (tmp_path / "frame2.qcf").write_bytes(qcf.pack_qcf(frames["frame2"]))
     status, out, err = main(*arguments)
     assert (status, err) == (0, "") and out.count("skipped") == 3 and len(names(tmp_path / "out")) == 5 and len(service.problems) == 5
+
+
+def test_nothing_is_sent_after_ctrl_c(processes, frames, service, environment, tmp_path):
+    service.pending = 60
+    service.fail("DELETE", "^problems", lambda: time.sleep(0.5), times=99)
+    arguments = ["solve", *map(str, sorted(tmp_path.glob("frame*.qcf"))), "--out-dir", str(tmp_path / "out"), "--solver", "hybrid-bqm",
+                 "--jobs", "2"]
+    process = processes.Process(target=child, args=(arguments, environment, str(tmp_path / "stderr")), daemon=True)
+    process.start()
+    until(lambda: len(service.problems) == 2)
+    time.sleep(0.5)
+    os.kill(process.pid, signal.SIGINT)
+    process.join(20)
+    assert process.exitcode == 130 and len(service.problems) == 2 and all(problem.cancelled for problem in service.problems.values())
+
+
+def test_output_of_many_that_is_a_folder(frames, service, tmp_path, main):
+    (tmp_path / "out" / "frame1.qsf").mkdir(parents=True)
+    status, out, err = main("solve", *sorted(tmp_path.glob("frame*.qcf")), "--out-dir", tmp_path / "out", "--solver", "hybrid-bqm")
+    assert status == 1 and out.count("written") == 0 and out.count("\n") == 4 and "1 of 5 failed" in err and "frame1" in err
+
+
+def test_many_sent_as_json(frames, service, tmp_path, main):
+    status, out, _ = main("solve", *sorted(tmp_path.glob("frame*.qcf")), "--out-dir", tmp_path / "out", "--solver", "hybrid-nl", "--no-wait",
+                          "--json")
+    found = json.loads(out)
+    assert status == 0 and len(found["problems"]) == 5 and all(one["job"].endswith(".qsf.job") for one in found["problems"])
 
 
 def test_many_here(frames, tmp_path, main):
