@@ -123,8 +123,16 @@ static bool ends_run(const qs_recoding *r, const qs_edge *before, const qs_edge 
     if (!m->mask || !left->counts.whole || r->encoding > QS_ONE_HOT_SPARSE) {
         return false;
     }
-    bool same_row = left->cell[before->first] / m->width == left->cell[edge->first] / m->width;
-    return !(same_row && edge->first == before->first + 1 && edge->second == before->second + 1);
+    uint32_t from = left->cell[before->first], to = left->cell[before->second];
+    bool same_row = (from + 1) % m->width != 0;
+    return !(same_row && left->cell[edge->first] == from + 1 && left->cell[edge->second] == to + 1);
+}
+
+/* Whether repair asks for the weight of every edge (sample.h), also where the linear terms hold all that it costs. */
+static bool repair_asks(const qs_recoding *r)
+{
+    const qs_model *m = r->left.model;
+    return r->encoding == QS_DOMAIN_WALL && m->pairwise.smoothness == QS_TRUNCATED_LINEAR && qs_band(&m->pairwise, m->labels) == m->labels - 1;
 }
 
 static void couple_set_pair(qs_recoding *r, const uint32_t *edges, size_t count)
@@ -132,8 +140,8 @@ static void couple_set_pair(qs_recoding *r, const uint32_t *edges, size_t count)
     const qs_left *left = &r->left;
     const qs_edge *one = &left->edges[edges[0]];
     uint32_t block = qs_add_block(r, (qs_block_of){QS_PAIR_BLOCK, one->first, one->second});
-    if (!left->counts.whole && qs_draft_block_sum(&r->draft, block) == 0) {
-        r->draft.block_count--; /* the sets have nothing in common */
+    if (!left->counts.whole && !repair_asks(r) && qs_draft_block_sum(&r->draft, block) == 0) {
+        r->draft.block_count--; /* what the edges cost is in the offset and the linear terms */
         return;
     }
     for (size_t i = 0; i < count; i++) {
