@@ -130,19 +130,21 @@ static bool read_sets(qs_reader *reader, const qs_chunk *chunk, qs_labels *l)
     return true;
 }
 
-static bool read_kept(qs_reader *reader, const qs_chunk *chunk, qs_labels *l, bool first)
+static bool read_kept(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q, bool first)
 {
+    qs_labels *l = &q->labels;
     if (!first || chunk->length < KEPT_HEAD) {
         return corrupt(reader, chunk, "length, number or place of kept");
     }
     uint32_t sites = qs_load_u32(chunk->payload);
     l->fixed_bytes = qs_load_u32(chunk->payload + 4);
     bool width = l->fixed_bytes == 0 || l->fixed_bytes == (l->labels <= UINT8_MAX ? 1 : 2);
-    if (sites == 0 || !width || (l->width > 0 && sites != l->sites) || (l->fixed_bytes == 0 && chunk->length != KEPT_HEAD)) {
+    bool plain = l->fixed_bytes == 0; /* all sites are open: each has a group at least */
+    if (sites == 0 || !width || (l->width > 0 && sites != l->sites) || (plain && (chunk->length != KEPT_HEAD || sites > q->groups))) {
         return corrupt(reader, chunk, "head of kept");
     }
     l->sites = l->open = sites;
-    return l->fixed_bytes == 0 || read_sets(reader, chunk, l);
+    return plain || read_sets(reader, chunk, l);
 }
 
 /* ---- trnc ---- */
@@ -242,7 +244,7 @@ bool qs_labels_read(qs_reader *reader, qs_qubo *qubo)
                 return false;
             }
         } else if (memcmp(chunk.type, "kept", 4) == 0) {
-            if (!read_kept(reader, &chunk, &qubo->labels, qubo->has_labels && !kept && !qubo->labels.excess)) {
+            if (!read_kept(reader, &chunk, qubo, qubo->has_labels && !kept && !qubo->labels.excess)) {
                 return false;
             }
             kept = true;

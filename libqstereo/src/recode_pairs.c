@@ -124,8 +124,9 @@ static bool ends_run(const qs_recoding *r, const qs_edge *before, const qs_edge 
     if (!m->mask || !left->counts.whole || r->encoding > QS_ONE_HOT_SPARSE) {
         return false;
     }
-    bool same_row = left->cell[before->first] / m->width == left->cell[edge->first] / m->width;
-    return !(same_row && edge->first == before->first + 1 && edge->second == before->second + 1);
+    uint32_t from = left->cell[before->first], to = left->cell[before->second];
+    bool same_row = (from + 1) % m->width != 0;
+    return !(same_row && left->cell[edge->first] == from + 1 && left->cell[edge->second] == to + 1);
 }
 
 static void couple_set_pair(qs_recoding *r, const uint32_t *edges, size_t count)
@@ -136,7 +137,7 @@ static void couple_set_pair(qs_recoding *r, const uint32_t *edges, size_t count)
     /* Repair moves the walls of linear costs along every edge, also where no two labels left tell the edge's cost from unary ones. */
     bool wanted = left->counts.whole || (r->encoding == QS_DOMAIN_WALL && qs_is_linear(&left->model->pairwise, left->model->labels));
     if (!wanted && qs_draft_block_sum(&r->draft, block) == 0) {
-        r->draft.block_count--; /* the sets have nothing in common */
+        r->draft.block_count--; /* what the edges cost is in the offset and the linear terms */
         return;
     }
     for (size_t i = 0; i < count; i++) {

@@ -314,6 +314,20 @@ static void label_sets_of_other_lengths(void **unused)
     }
 }
 
+/* A graph may have any number of sites that are fixed, but open ones have groups: else it would take four billion steps to find out. */
+static void open_sites_beyond_the_groups(void **unused)
+{
+    (void)unused;
+    for (qs_encoding encoding = QS_DOMAIN_WALL; encoding <= QS_ST_CUT_ARCS; encoding++) {
+        static const uint8_t many[] = {255, 255, 255, 255, 0, 0, 0, 0};
+        write_reduced(encoding, true);
+        size_t at = payload(reduced.file, reduced.size, "labl");
+        qs_store_u32(reduced.file + at + 32, 0);
+        qs_store_u32(reduced.file + at + 36, 0);
+        assert_int_equal(open_replaced("kept", many, 8), QS_E_CORRUPT);
+    }
+}
+
 /* Groups and sets that agree on a site of one label, which must be fixed. */
 static void open_sites_have_two_labels(void **unused)
 {
@@ -640,6 +654,7 @@ int main(void)
         cmocka_unit_test(strange_chunks),
         cmocka_unit_test(broken_label_sets),
         cmocka_unit_test(label_sets_of_other_lengths),
+        cmocka_unit_test(open_sites_beyond_the_groups),
         cmocka_unit_test(open_sites_have_two_labels),
         cmocka_unit_test(side_chunks_in_order),
         cmocka_unit_test(groups_are_those_of_the_encoding),

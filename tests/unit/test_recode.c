@@ -464,6 +464,50 @@ static void st_cut(void **unused)
     many(14, BITS + 1, whole_linear, QS_ST_CUT, QS_PENALTY_LOCAL, false);
 }
 
+/* ---- Repair of what is written. ---- */
+
+static void repair_states(const fixture *f, int64_t gap)
+{
+    static uint64_t memory[4096];
+    size_t size = qs_repair_workspace(&f->index);
+    assert_true(size <= sizeof memory);
+    for (uint64_t state = 0; state < (uint64_t)1 << f->qubo.variables; state++) {
+        uint8_t bits[BYTES];
+        uint32_t repaired;
+        to_bytes(state, bits);
+        int64_t before = qs_qubo_energy(&f->index, bits);
+        assert_int_equal(qs_sample_repair(&f->index, bits, memory, size, &repaired), QS_OK);
+        assert_int_equal(qs_sample_infeasible(&f->index, bits), 0);
+        assert_true(qs_qubo_energy(&f->index, bits) <= before - (repaired > 0 ? gap : 0));
+    }
+}
+
+/* H falls by the gap in the files that are written, over random label sets. */
+static void what_is_written_can_be_repaired(void **unused)
+{
+    (void)unused;
+    static const struct {
+        void (*smoothness)(fixture *, uint64_t *);
+        qs_encoding encoding;
+        qs_penalty penalty;
+    } kinds[] = {{any_smoothness, QS_ONE_HOT, QS_PENALTY_LOCAL}, {linear, QS_ONE_HOT_SPARSE, QS_PENALTY_LOCAL},
+                 {linear, QS_ONE_HOT_SPARSE, QS_PENALTY_MINIMAL}, {potts, QS_ONE_HOT_SPARSE, QS_PENALTY_MINIMAL},
+                 {potts, QS_DOMAIN_WALL, QS_PENALTY_LOCAL}, {linear, QS_DOMAIN_WALL, QS_PENALTY_LOCAL},
+                 {whole_linear, QS_DOMAIN_WALL, QS_PENALTY_LOCAL}, {potts, QS_MULTIWAY_CUT, QS_PENALTY_LOCAL},
+                 {whole_linear, QS_ST_CUT, QS_PENALTY_LOCAL}, {whole_linear, QS_ST_CUT_ARCS, QS_PENALTY_LOCAL}};
+    static fixture f;
+    uint64_t state = 41;
+    for (size_t kind = 0; kind < sizeof kinds / sizeof *kinds; kind++) {
+        for (int round = 0; round < ROUNDS / 5;) {
+            int64_t gap = 1 + tiny_random(&state, 3);
+            if (random_file(&f, &state, BITS - 2, kinds[kind].smoothness, (qs_encode_options){kinds[kind].encoding, kinds[kind].penalty, 0, (uint32_t)gap})) {
+                repair_states(&f, gap);
+                round++;
+            }
+        }
+    }
+}
+
 /* ---- A variable an arc: given the vertices, each is decided by itself. ---- */
 
 /* H with the arcs' variables at their best; `margin` = the least that any of them would cost at its other value. */
@@ -854,6 +898,53 @@ static void whole_problems_are_those_of_encode(void **unused)
     }
 }
 
+/* Walls whose label sets do not overlap couple nothing, but for the weight that repair asks for. */
+static void walls_apart_can_be_repaired(void **unused)
+{
+    (void)unused;
+    static fixture f;
+    for (uint64_t first = 1; first < 16; first++) {
+        for (uint64_t second = 1; second < 16; second++) {
+            make_grid(&f, 2, 1, 4, 5, QS_TRUNCATED_LINEAR);
+            memset(f.t.costs, 0, sizeof f.t.costs); /* of which the chains' kappa would come to more than the edge costs */
+            make_model(&f);
+            f.left[0] = first;
+            f.left[1] = second;
+            assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_DOMAIN_WALL}, false), QS_OK);
+            repair_states(&f, 1);
+        }
+    }
+}
+
+/* Masked cells end a run, and so does the last edge to the right. */
+static void masked_rows_are_runs_of_their_own(void **unused)
+{
+    (void)unused;
+    static fixture f;
+    static uint8_t direct[MEMORY];
+    static uint64_t memory[MEMORY / 8];
+    for (uint32_t mask = 1; mask < 1 << 6; mask++) {
+        for (uint32_t width = 1; width <= 6; width++) {
+            if (6 % width > 0) {
+                continue;
+            }
+            make_grid(&f, width, 6 / width, 2, 5, QS_POTTS);
+            for (uint32_t c = 0; c < 6; c++) {
+                f.t.mask[c] = mask >> c & 1;
+            }
+            f.t.problem.grid.mask = f.t.mask;
+            make_model(&f);
+            qs_encode_options options = {.encoding = QS_ONE_HOT};
+            assert_int_equal(recode(&f, options, false), QS_OK);
+            qs_buffer buffer = {direct, sizeof direct, 0};
+            qs_sink sink = qs_buffer_sink(&buffer);
+            assert_int_equal(qs_encode(&f.t.problem, &options, &sink, memory, sizeof memory, NULL), QS_OK);
+            assert_int_equal(f.size, buffer.size);
+            assert_memory_equal(f.file, direct, f.size);
+        }
+    }
+}
+
 /* Neither label sets nor truncation are noted where there are none. */
 static void nothing_left_to_decide(void **unused)
 {
@@ -1016,6 +1107,9 @@ int main(void)
         cmocka_unit_test(walls),
         cmocka_unit_test(multiway_cut),
         cmocka_unit_test(st_cut),
+        cmocka_unit_test(what_is_written_can_be_repaired),
+        cmocka_unit_test(walls_apart_can_be_repaired),
+        cmocka_unit_test(masked_rows_are_runs_of_their_own),
         cmocka_unit_test(st_cut_arcs),
         cmocka_unit_test(counts_by_formula),
         cmocka_unit_test(wall_bounds_are_tight),
