@@ -22,6 +22,7 @@ typedef struct reducer {
     uint64_t next;  /* without target: the iteration at which to look for the excess */
     int64_t looked; /* the gap when that was done last, */
     uint64_t looked_at; /* and the iteration */
+    bool stopped;       /* by the watch */
     qs_reduction so_far;
 } reducer;
 
@@ -37,7 +38,8 @@ static bool tell(void *context, const qs_progress *progress)
     r->so_far.upper_bound = progress->energy;
     r->so_far.lower_bound = progress->lower_bound;
     r->so_far.iterations = progress->iteration;
-    return !r->options || !r->options->watch || r->options->watch(r->options->context, &r->so_far);
+    r->stopped = r->stopped || (r->options && r->options->watch && !r->options->watch(r->options->context, &r->so_far));
+    return !r->stopped;
 }
 
 /* Whether it is time for the excess: at the end in any case, and where it can be above the gap. With a target as often as the gap has narrowed. */
@@ -85,13 +87,28 @@ static bool at_target(const reducer *r)
     return r->target > 0 && r->so_far.variables <= r->target;
 }
 
+/* Iterations between two looks; false = the limit is reached, or the watch has had enough. */
+static bool go_on(reducer *r, qs_trws_state *state, qs_solution *so_far)
+{
+    uint64_t end = so_far->iterations + BETWEEN + so_far->iterations / BETWEEN;
+    bool more = true;
+    while (more && so_far->iterations < end) {
+        qs_trws_iterate(state, 1);
+        so_far->iterations++;
+        qs_progress now = {so_far->energy, so_far->lower_bound, so_far->iterations};
+        more = tell(r, &now) && so_far->iterations < r->iterations;
+    }
+    return more;
+}
+
 /* The best labelling is proven as soon as the bound is above its energy less one. What it lacks still lets labels stay that are in no
  * optimum; at 0 ties alone are left. */
 static void finish(reducer *r, qs_trws_state *state, qs_solution *so_far, int64_t room)
 {
-    for (int64_t before = INT64_MAX; room > 0 && room <= before / 16 * 15 && r->so_far.open > 0 && !at_target(r);) {
+    bool more = true;
+    for (int64_t before = INT64_MAX; more && room > 0 && room <= before / 16 * 15 && r->so_far.open > 0 && !at_target(r);) {
         before = room;
-        qs_trws_iterate(state, BETWEEN + so_far->iterations / BETWEEN);
+        more = go_on(r, state, so_far);
         room = tighten(r, state, so_far);
     }
 }
