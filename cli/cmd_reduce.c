@@ -66,7 +66,7 @@ static int read_request(const arguments *given, request *asked)
 static int read_for(const request *asked, const problem_file *problem, reducing *how, qs_recode_options *coding)
 {
     const qs_labels *labels = &problem->qubo.labels;
-    const coded_problem of = {labels->pairwise, labels->labels, labels->scale, labels->encoding};
+    const coded_problem of = {problem->name, labels->pairwise, labels->labels, labels->scale, labels->encoding};
     int status = coding_read(asked->values[ENCODING], &asked->values[CODING], &of, coding);
     if (status == DONE) {
         status = reducing_read(&asked->values[REDUCING], coding->encode.encoding, how);

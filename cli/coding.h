@@ -19,19 +19,18 @@ enum { CODING_PENALTY, CODING_GAP, CODING_TRUNCATE, CODING_OPTIONS };
 
 /* What the coefficients are to hold. */
 typedef struct coded_problem {
+    const char *file; /* what the problem was read from; NULL = it is of the command line */
     qs_pairwise pairwise;
     uint32_t labels, scale;
     qs_encoding preset; /* the encoding where none is asked for */
 } coded_problem;
 
-/* Reads the arguments of --encoding (NULL = none) and of the rows. Returns DONE or BAD_USAGE, having said why. */
+/* Reads the arguments of --encoding (NULL = none) and of the rows. Returns DONE, BAD_USAGE, or BAD_INPUT where the smoothness of a
+ * file does not allow them, having said why. */
 int coding_read(const char *encoding, const char *const *values, const coded_problem *of, qs_recode_options *asked);
 
 /* Whether an encoding can hold a pairwise cost (docs/MATHS.md). */
 bool encoding_holds(qs_encoding encoding, const qs_pairwise *pairwise, uint32_t labels);
-
-/* Whether an encoding has the penalty. */
-bool encoding_has_penalty(qs_encoding encoding, qs_penalty penalty);
 
 /* "linear truncated at 3". */
 #define SMOOTHNESS_SIZE 48

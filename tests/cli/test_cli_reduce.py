@@ -251,7 +251,6 @@ USAGE = {
     "time limit": (["-o", "s", "--time-limit", "-1"], "--time-limit -1"),
     "iterations": (["-o", "s", "--iterations", "0"], "--iterations 0: not a whole number from 1"),
     "encoding": (["-o", "s", "--encoding", "domain-wal"], "did you mean domain-wall?"),
-    "encoding that does not hold it": (["-o", "s", "--encoding", "st-cut"], "--encoding st-cut cannot hold potts smoothness: one-hot, one-hot-s"),
     "penalty": (["-o", "s", "--encoding", "domain-wall", "--penalty", "paper"], "--encoding domain-wall has local and minimal only"),
     "penalty of another unit": (["-o", "s", "--penalty", "0.3"], "multiple above 0 of 1/2"),
     "gap": (["-o", "s", "--penalty", "paper", "--gap", "2"], "--gap goes with --penalty local or minimal"),
@@ -265,6 +264,20 @@ def test_usage_errors(folder, solved, name):
     assert (done.status, done.out) == (2, b"")
     assert words in done.err and done.err.startswith("qstereo reduce: ") and done.err.count("\n") == 1
     assert not list(folder.iterdir())
+
+
+def test_what_the_smoothness_of_the_file_does_not_allow(folder, tmp_path, solved):
+    """Another file can mend it, not another command line alone."""
+    linear = tmp_path / "linear.qcf"
+    assert run("encode", *solved.pair.paths, "-o", linear, "--disparity", "0:3", "--smoothness", "linear").status == 0
+    for problem, options, words in (
+            (solved.problem, ["--encoding", "st-cut"], "--encoding st-cut cannot hold potts smoothness: one-hot, one-hot-sparse, domain-wall, multiway"),
+            (linear, ["--encoding", "one-hot-sparse", "--penalty", "paper"], "--encoding one-hot-sparse has it for potts smoothness only")):
+        done = run("reduce", problem, "-o", folder / "s.qcf", *options)
+        assert (done.status, done.out) == (3, b"")
+        assert done.err.startswith(f"qstereo reduce: {problem}: --") and words in done.err and done.err.count("\n") == 1
+    assert not list(folder.iterdir())
+    call("reduce", linear, "-o", folder / "s.qcf", "--encoding", "one-hot", "--penalty", "paper")
 
 
 def test_problems_that_are_not_read(folder, tmp_path, solved):
