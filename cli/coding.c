@@ -55,6 +55,11 @@ static int fail_smoothness(const coded_problem *of, const char *reason)
     return of->file == NULL ? fail_usage("%s", reason) : fail(BAD_INPUT, of->file, "%s", reason);
 }
 
+static bool can_be_default(qs_penalty penalty, qs_encoding encoding, const coded_problem *of)
+{
+    return penalty != QS_PENALTY_GIVEN && encoding_has_penalty(encoding, penalty) && penalty_holds(encoding, penalty, &of->pairwise);
+}
+
 static int fail_encoding(qs_encoding encoding, const coded_problem *of)
 {
     char smoothness[SMOOTHNESS_SIZE], list[256] = "", reason[512];
@@ -73,7 +78,7 @@ static int fail_encoding(qs_encoding encoding, const coded_problem *of)
 
 static int read_encoding(const char *name, const coded_problem *of, qs_encoding *encoding)
 {
-    int value = (int)of->preset;
+    int value = (int)of->encoding;
     int status = name != NULL ? name_read(&encoding_names, name, "", &value) : DONE;
     *encoding = (qs_encoding)value;
     if (status == DONE && !encoding_holds(*encoding, &of->pairwise, of->labels)) {
@@ -105,7 +110,11 @@ static int read_alpha(const char *text, uint32_t scale, int64_t *alpha)
 static int read_penalty(const char *text, const coded_problem *of, qs_encode_options *asked)
 {
     int value = QS_PENALTY_GIVEN;
-    int status;
+    int status = DONE;
+    if (text == NULL) {
+        asked->penalty = can_be_default(of->penalty, asked->encoding, of) ? of->penalty : QS_PENALTY_LOCAL;
+        return DONE;
+    }
     if (strchr("0123456789.+-", text[0]) != NULL) {
         status = read_alpha(text, of->scale, &asked->alpha);
     } else {
@@ -123,16 +132,33 @@ static int read_penalty(const char *text, const coded_problem *of, qs_encode_opt
     return status;
 }
 
-static int read_gap(const char *text, qs_encode_options *asked)
+static int read_gap(const char *text, const coded_problem *of, qs_encode_options *asked)
 {
-    asked->gap = 1;
+    bool keeps_gap = asked->penalty == QS_PENALTY_LOCAL || asked->penalty == QS_PENALTY_MINIMAL;
+    asked->gap = keeps_gap ? of->gap : 1;
     if (text == NULL) {
         return DONE;
     }
-    if (asked->penalty != QS_PENALTY_LOCAL && asked->penalty != QS_PENALTY_MINIMAL) {
-        return fail_usage("--gap goes with --penalty local or minimal: no other keeps a gap");
+    if (!keeps_gap) {
+        return fail_usage("--gap goes with --penalty local or minimal, not with %s: no other keeps a gap",
+                          name_of(&penalty_names, (int)asked->penalty));
     }
     return number_read("--gap", text, 1, INT32_MAX, &asked->gap);
+}
+
+coded_problem coded_in_file(const problem_file *problem)
+{
+    const qs_labels *labels = &problem->qubo.labels;
+    return (coded_problem){
+        .file = problem->name,
+        .pairwise = labels->pairwise,
+        .labels = labels->labels,
+        .scale = labels->scale,
+        .encoding = labels->encoding,
+        .penalty = labels->penalty,
+        .gap = labels->gap,
+        .truncate = labels->excess_bytes > 0,
+    };
 }
 
 int coding_read(const char *encoding, const char *const *values, const coded_problem *of, qs_recode_options *asked)
@@ -143,8 +169,8 @@ int coding_read(const char *encoding, const char *const *values, const coded_pro
         status = read_penalty(values[CODING_PENALTY], of, &asked->encode);
     }
     if (status == DONE) {
-        status = read_gap(values[CODING_GAP], &asked->encode);
+        status = read_gap(values[CODING_GAP], of, &asked->encode);
     }
-    asked->truncate = values[CODING_TRUNCATE] != NULL;
+    asked->truncate = of->truncate || values[CODING_TRUNCATE] != NULL;
     return status;
 }

@@ -91,9 +91,34 @@ def test_defaults_are_those_of_the_file(folder, pair):
         assert run("encode", *pair.paths, "-o", folder / "p.qcf", "--disparity", "0:3", "--encoding", encoding, "--gap", "5").status == 0
         call("reduce", folder / "p.qcf", "-o", folder / "s.qcf")
         info = call("info", folder / "s.qcf")
-        assert (info["encoding"], info["penalty"], info["gap"]) == (encoding, "local", 1)
-        call("reduce", folder / "p.qcf", "-o", folder / "t.qcf", "--penalty", "local", "--encoding", encoding)
+        assert (info["encoding"], info["penalty"], info["gap"], info["truncated"]) == (encoding, "local", 5, False)
+        call("reduce", folder / "p.qcf", "-o", folder / "t.qcf", "--penalty", "local", "--encoding", encoding, "--gap", "5")
         assert (folder / "t.qcf").read_bytes() == (folder / "s.qcf").read_bytes()
+
+
+@pytest.mark.parametrize("made, options, penalty, gap", [
+    (["--penalty", "minimal", "--gap", "5"], ["--encoding", "domain-wall"], "minimal", 5),
+    (["--penalty", "minimal", "--gap", "5"], ["--penalty", "local"], "local", 5),
+    (["--penalty", "minimal", "--gap", "5"], ["--penalty", "paper"], "paper", 1),
+    (["--gap", "5"], ["--gap", "3"], "local", 3),
+    (["--penalty", "paper"], [], "paper", 1),
+    (["--penalty", "paper"], ["--encoding", "domain-wall"], "local", 1),
+    (["--penalty", "paper", "--smoothness", "linear", "--encoding", "one-hot"], ["--encoding", "one-hot-sparse"], "local", 1),
+    (["--penalty", "3000"], [], "local", 1)])
+def test_penalty_and_gap_of_the_file(folder, pair, made, options, penalty, gap):
+    assert run("encode", *pair.paths, "-o", folder / "p.qcf", "--disparity", "0:3", "--lambda", "60", *made).status == 0
+    facts = call("reduce", folder / "p.qcf", "-o", folder / "s.qcf", "--iterations", "1", *options)
+    info = call("info", folder / "s.qcf")
+    assert facts["sites_after"] > 0 and (info["penalty"], info["gap"]) == (penalty, gap)
+
+
+def test_what_is_truncated_stays_so(folder, pair):
+    """Of linear smoothness stopped at once, for what no optimum pays has soon left."""
+    options = ["--disparity", "0:3", "--lambda", "10", "--smoothness", "linear"]
+    for truncate in ([], ["--truncate"]):
+        assert call("encode", *pair.paths, "-o", folder / "p.qcf", *options, *truncate)["truncated"] == bool(truncate)
+        call("reduce", folder / "p.qcf", "-o", folder / "s.qcf", "--target", "1000")
+        assert call("info", folder / "s.qcf")["truncated"] == bool(truncate)
 
 
 @pytest.mark.parametrize("encoding, target", [("one-hot", 1000), ("one-hot-sparse", 1000), ("domain-wall", 700)])
