@@ -30,7 +30,7 @@ static int64_t microseconds(void)
 progress progress_begin(const char *solver, uint32_t scale, int64_t limit)
 {
     int64_t now = microseconds();
-    return (progress){solver, scale, now, limit, now + PERIOD, isatty(STDERR_FILENO) != 0, false};
+    return (progress){solver, scale, now, limit, now + PERIOD, isatty(STDERR_FILENO) != 0, false, false};
 }
 
 /* Appends to a line of LINE_SIZE: ", bound B, gap G", where there is a bound. */
@@ -59,9 +59,10 @@ static bool is_due(const progress *watched, int64_t time)
     return watched->terminal && time >= watched->next;
 }
 
-static bool has_time(const progress *watched, int64_t time)
+static bool has_time(progress *watched, int64_t time)
 {
-    return watched->limit == 0 || time - watched->begin < watched->limit;
+    watched->out_of_time = watched->limit > 0 && time - watched->begin >= watched->limit;
+    return !watched->out_of_time;
 }
 
 bool progress_watch(void *context, const qs_progress *now)

@@ -37,6 +37,8 @@ static int run_reduction(const laid_out *problem, const reducing *asked, void *w
     const qs_reduce_options options = {asked->iterations, asked->target, asked->into == QS_DOMAIN_WALL, progress_watch_reduction, &watched};
     qs_status ran = qs_reduce(&problem->model, &options, workspace, size, made->kept, labelling, &made->found);
     made->microseconds = progress_end(&watched);
+    made->out_of_time = watched.out_of_time;
+    made->target = asked->target;
     if (ran != QS_OK) {
         return fail_status(problem->problem->name, ran);
     }
@@ -87,6 +89,11 @@ static bool is_proven(const reduced *made)
     return made->found.lower_bound == made->found.upper_bound;
 }
 
+static bool at_target(const reduced *made, const problem_file *after)
+{
+    return after->qubo.variables <= made->target;
+}
+
 void reduced_json(const reduced *made, const problem_file *before, const problem_file *after)
 {
     const qs_labels *all = &before->qubo.labels, *left = &after->qubo.labels;
@@ -103,6 +110,13 @@ void reduced_json(const reduced *made, const problem_file *before, const problem
     }
     json_units("upper_bound", made->found.upper_bound, before->scale);
     json_truth("proven_optimal", is_proven(made));
+    if (made->target > 0) {
+        json_count("target", made->target);
+        json_truth("target_reached", at_target(made, after));
+    } else {
+        json_null("target");
+        json_null("target_reached");
+    }
     json_count("iterations", made->found.iterations);
     json_units("seconds", made->microseconds, 1000000);
 }
@@ -120,6 +134,21 @@ static void print_left(const reduced *made, const char *lower, const char *upper
         printf("left        open: the optimum lies between %s and %s\n", lower, upper);
     } else {
         printf("left        open: the optimum costs %s or less (the costs are too large for a lower bound)\n", upper);
+    }
+}
+
+/* Why a target was missed. */
+static void print_target(const reduced *made)
+{
+    printf("target      %" PRIu64 " not reached: ", made->target);
+    if (is_proven(made)) {
+        puts("the proof is complete, and what is left is ties");
+    } else if (made->out_of_time) {
+        puts("out of time");
+    } else if (has_bound(made)) {
+        printf("stopped after %" PRIu64 " iteration%s\n", made->found.iterations, plural(made->found.iterations));
+    } else {
+        puts("without a lower bound no more is proven");
     }
 }
 
@@ -147,5 +176,8 @@ void reduced_print(const reduced *made, const problem_file *before, const proble
         printf("upper %s, no lower one\n", upper);
     }
     print_left(made, lower, upper, left->open);
-    printf("%" PRIu64 " iterations, %.3f s\n", made->found.iterations, (double)made->microseconds / 1e6);
+    if (made->target > 0 && !at_target(made, after)) {
+        print_target(made);
+    }
+    printf("%" PRIu64 " iteration%s, %.3f s\n", made->found.iterations, plural(made->found.iterations), (double)made->microseconds / 1e6);
 }

@@ -24,6 +24,8 @@ int reducing_read(const char *const *values, qs_encoding into, reducing *asked);
 
 typedef struct reduced {
     qs_reduction found; /* where one labelling alone is left, its energy is the lower bound too */
+    uint64_t target;    /* as asked; 0 = none */
+    bool out_of_time;   /* the time limit stopped it */
     int64_t microseconds;
     uint8_t *kept; /* as of qs_reduce; to be freed */
 } reduced;

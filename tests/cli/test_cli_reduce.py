@@ -6,7 +6,7 @@ import pytest
 from cli_tools import (SOLVERS, best_of_all, energy, on_terminal, random_pair, read_pnm, run, without_chunk, write_pgm, write_qsf)
 
 KEYS = {"schema", "variables_before", "variables_after", "sites_before", "sites_after", "labels_before", "labels_after", "lower_bound",
-        "upper_bound", "proven_optimal", "iterations", "seconds"}
+        "upper_bound", "proven_optimal", "target", "target_reached", "iterations", "seconds"}
 SMOOTH = {"potts": lambda t: (t != 0) * 1, "linear": np.abs, "quadratic": np.square}
 
 
@@ -129,12 +129,35 @@ def test_target(folder, encoding, target):
     whole, facts = call(*arguments), call(*arguments, "--target", target)
     assert 0 <= whole["variables_after"] < 100 < facts["variables_after"] == facts["variables"] <= target
     assert facts["iterations"] < whole["iterations"]
+    assert (facts["target"], facts["target_reached"], whole["target"], whole["target_reached"]) == (target, True, None, None)
     if encoding == "domain-wall":
         assert facts["variables_after"] + facts["sites_after"] > target
     call("encode", left, right, "-o", folder / "q.qcf", "--disparity", "0:7")
     again = call("reduce", folder / "q.qcf", "-o", folder / "r.qcf", "--encoding", encoding, "--target", target)
     assert (folder / "r.qcf").read_bytes() == (folder / "p.qcf").read_bytes()
     assert {**again, "seconds": 0} == {**{key: facts[key] for key in again}, "seconds": 0}
+
+
+MISSED = {"ties": ([], "the proof is complete, and what is left is ties"),
+          "iteration": (["--iterations", "1"], "stopped after 1 iteration"),
+          "iterations": (["--iterations", "2"], "stopped after 2 iterations"),
+          "time": (["--time-limit", "0.000001"], "out of time")}
+
+
+@pytest.mark.parametrize("case", MISSED)
+def test_a_missed_target(folder, case):
+    options, words = MISSED[case]
+    _, _, *paths = random_pair(folder, 20, 6)
+    if case == "ties":
+        paths = [write_pgm(folder / "flat.pgm", np.full((6, 20), 9))] * 2
+    assert run("encode", *paths, "-o", folder / "p.qcf", "--disparity", "0:3", "--lambda", "90").status == 0
+    facts = call("reduce", folder / "p.qcf", "-o", folder / "s.qcf", "--target", "1", *options)
+    assert (facts["target"], facts["target_reached"]) == (1, False) and facts["variables_after"] > 1
+    assert facts["proven_optimal"] == (case == "ties")
+    done = run("reduce", folder / "p.qcf", "-o", folder / "s.qcf", "--target", "1", *options)
+    assert (done.status, done.out.decode().count(f"\ntarget      1 not reached: {words}\n")) == (0, 1)
+    done = run("reduce", folder / "p.qcf", "-o", folder / "s.qcf", "--target", facts["variables_after"], *options)
+    assert (done.status, "target " in done.out.decode()) == (0, False)
 
 
 def test_reduced_again(folder, pair):
