@@ -4,6 +4,7 @@
 
 #include "json.h"
 #include "messages.h"
+#include "names.h"
 #include "numbers.h"
 #include "options.h"
 #include "output.h"
@@ -82,7 +83,7 @@ static void print_result(const request *asked, const reduced *smaller, const pro
         json_end();
     } else if (!output_is_standard(asked->output)) {
         printf("%s: %zu bytes\n", asked->output, after->file.size);
-        reduced_print(smaller, before, after);
+        reduced_print(smaller, before, name_of(&encoding_names, (int)before->qubo.labels.encoding), after);
     }
 }
 

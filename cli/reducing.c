@@ -157,15 +157,24 @@ static double share(uint64_t part, uint64_t whole)
     return whole > 0 ? 100.0 * (double)part / (double)whole : 0;
 }
 
-void reduced_print(const reduced *made, const problem_file *before, const problem_file *after)
+static void print_sites(const qs_labels *before, const qs_labels *after)
+{
+    printf("sites       %" PRIu32 " open, %" PRIu32 " before: ", after->open, before->open);
+    if (after->labels == 1) {
+        printf("all %" PRIu32 " have one label only, nothing is to be decided\n", after->sites);
+    } else {
+        printf("%.4g %% of all %" PRIu32 " are decided by proof\n", share(after->sites - after->open, after->sites), after->sites);
+    }
+}
+
+void reduced_print(const reduced *made, const problem_file *before, const char *form, const problem_file *after)
 {
     const qs_labels *all = &before->qubo.labels, *left = &after->qubo.labels;
     char lower[DECIMAL_SIZE] = "none", upper[DECIMAL_SIZE], gap[GAP_SIZE];
     decimal_write(made->found.upper_bound, before->scale, upper);
     printf("variables   %" PRIu32 " (%s), %" PRIu32 " before (%s)\n", after->qubo.variables, name_of(&encoding_names, (int)left->encoding),
-           before->qubo.variables, name_of(&encoding_names, (int)all->encoding));
-    printf("sites       %" PRIu32 " open, %" PRIu32 " before: %.4g %% of all %" PRIu32 " are decided by proof\n", left->open, all->open,
-           share(left->sites - left->open, left->sites), left->sites);
+           before->qubo.variables, form);
+    print_sites(all, left);
     printf("labels      %" PRIu64 " left, %" PRIu64 " before\n", labels_left(left), labels_left(all));
     printf("bounds      ");
     if (has_bound(made)) {

@@ -226,6 +226,12 @@ def test_standard_output_and_input(tmp_path, pair):
     assert done.out == whole
 
 
+def test_one_of_each(tmp_path, pair):
+    done = run("encode", *pair.paths, "-o", tmp_path / "p.qcf", "--disparity", "1:1", "--roi", "0,0,2,1")
+    assert done.out.decode().splitlines() == [f"{tmp_path / 'p.qcf'}: 1 site x 1 label = 1 variable, {(tmp_path / 'p.qcf').stat().st_size} bytes",
+                                              f"1 column on the left is no site: a match would fall outside {pair.paths[1]}"]
+
+
 USAGE = {
     "disparity reversed": (["--disparity", "5:2"], "empty"),
     "disparity not a range": (["--disparity", "5"], "MIN:MAX"),

@@ -138,6 +138,17 @@ def test_target(folder, encoding, target):
     assert {**again, "seconds": 0} == {**{key: facts[key] for key in again}, "seconds": 0}
 
 
+def test_one_label(folder, pair):
+    """There is nothing that a proof could decide."""
+    done = run("encode", *pair.paths, "-o", folder / "p.qcf", "--disparity", "0:0", "--reduce", "--encoding", "domain-wall")
+    text = done.out.decode()
+    assert f"{folder / 'p.qcf'}: 60 sites x 1 label, 0 variables in domain-wall, " in text and "\n1 iteration, " in text
+    assert "\nvariables   0 (domain-wall), 60 before (sites x labels)\n" in text
+    assert "\nsites       0 open, 60 before: all 60 have one label only, nothing is to be decided\n" in text
+    text = run("reduce", folder / "p.qcf", "-o", folder / "s.qcf").out.decode()
+    assert "\nvariables   0 (domain-wall), 0 before (domain-wall)\nsites       0 open, 0 before: all 60 have one label only" in text
+
+
 MISSED = {"ties": ([], "the proof is complete, and what is left is ties"),
           "iteration": (["--iterations", "1"], "stopped after 1 iteration"),
           "iterations": (["--iterations", "2"], "stopped after 2 iterations"),

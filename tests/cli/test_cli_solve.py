@@ -1,6 +1,7 @@
 """solve: the library's solvers on a .qcf, held against numpy and brute force."""
 import json
 import os
+import re
 import signal
 import time
 
@@ -221,3 +222,15 @@ def test_bad_files(tmp_path, folder, solved):
         done = run("solve", problem, "-o", folder / "s.qsf")
         assert (done.status, words in done.err) == (status, True)
     assert not list(folder.iterdir())
+
+
+@pytest.mark.parametrize("solver, options, words", [
+    ("bp", [], "50 iterations, S s, stopped at its own limit of 50 iterations"),
+    ("bp", ["--iterations", "2"], "2 iterations, S s, stopped at the limit of 2 iterations"),
+    ("bp", ["--iterations", "1"], "1 iteration, S s, stopped at the limit of 1 iteration"),
+    ("bp", ["--time-limit", "0.000001"], "1 iteration, S s, stopped at the time limit"),
+    ("bp", ["--time-limit", "500"], "50 iterations, S s, stopped at its own limit of 50 iterations")])
+def test_what_stopped_a_solver_in_words(folder, pair, solver, options, words):
+    assert run("encode", *pair.paths, "-o", folder / "p.qcf", "--disparity", "0:3", "--lambda", "60").status == 0
+    lines = run("solve", folder / "p.qcf", "-o", folder / "s.qsf", "--solver", solver, *options).out.decode().splitlines()
+    assert re.sub(r"\d+\.\d+ s", "S s", lines[1]) == words
