@@ -197,8 +197,8 @@ static void print_result(const answer *both, const request *asked, const chosen 
         printf("nothing was left to solve, energy %s\n", energy);
         return;
     }
-    printf("sample %" PRIu32 " of %" PRIu32 ", energy %s, %" PRIu32 " sites repaired\n", taken->sample,
-           both->samples.view.count, energy, taken->repaired);
+    printf("sample %" PRIu32 " of %" PRIu32 ", energy %s, %" PRIu32 " site%s repaired\n", taken->sample,
+           both->samples.view.count, energy, taken->repaired, plural(taken->repaired));
 }
 
 /* Writes the files, prints the result and then makes the files appear. */

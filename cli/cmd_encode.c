@@ -8,6 +8,7 @@
 #include "json.h"
 #include "messages.h"
 #include "names.h"
+#include "numbers.h"
 #include "output.h"
 #include "recoding.h"
 
@@ -15,7 +16,8 @@ static void print_outside(const encode_request *asked, uint32_t first)
 {
     uint32_t left = asked->pair.whole ? 0 : asked->pair.stereo.x;
     if (first > left) {
-        printf("%" PRIu32 " columns on the left are no sites: a match would fall outside %s\n", first - left, asked->pair.right);
+        printf("%" PRIu32 " column%s on the left %s: a match would fall outside %s\n", first - left, plural(first - left),
+               first - left == 1 ? "is no site" : "are no sites", asked->pair.right);
     }
 }
 
@@ -39,8 +41,9 @@ static bool write_bytes(void *context, const void *bytes, size_t size)
 static void print_stream(const encode_request *asked, const qs_problem *problem, uint64_t size)
 {
     uint32_t sites = qs_problem_sites(problem);
-    printf("%s: %" PRIu32 " sites x %" PRIu32 " labels = %" PRIu64 " variables, %" PRIu64 " bytes\n", asked->output,
-           sites, problem->labels, (uint64_t)sites * problem->labels, size);
+    uint64_t variables = (uint64_t)sites * problem->labels;
+    printf("%s: %" PRIu32 " site%s x %" PRIu32 " label%s = %" PRIu64 " variable%s, %" PRIu64 " bytes\n", asked->output, sites, plural(sites),
+           problem->labels, plural(problem->labels), variables, plural(variables), size);
     print_outside(asked, problem->frame.x);
 }
 
@@ -97,11 +100,13 @@ typedef struct building {
 static void print_built(const encode_request *asked, const building *built)
 {
     const qs_labels *labels = &built->written.qubo.labels;
-    printf("%s: %" PRIu32 " sites x %" PRIu32 " labels, %" PRIu32 " variables in %s, %zu bytes\n", asked->output, labels->sites,
-           labels->labels, built->written.qubo.variables, name_of(&encoding_names, (int)labels->encoding), built->written.file.size);
+    uint32_t variables = built->written.qubo.variables;
+    printf("%s: %" PRIu32 " site%s x %" PRIu32 " label%s, %" PRIu32 " variable%s in %s, %zu bytes\n", asked->output, labels->sites,
+           plural(labels->sites), labels->labels, plural(labels->labels), variables, plural(variables),
+           name_of(&encoding_names, (int)labels->encoding), built->written.file.size);
     print_outside(asked, labels->frame.x);
     if (asked->reduce) {
-        reduced_print(&built->smaller, &built->whole, &built->written);
+        reduced_print(&built->smaller, &built->whole, "sites x labels", &built->written);
     }
 }
 

@@ -4,6 +4,7 @@
 
 #include "json.h"
 #include "messages.h"
+#include "names.h"
 #include "numbers.h"
 #include "options.h"
 #include "output.h"
@@ -25,7 +26,7 @@ static const option options[] = {
     [REDUCING] = REDUCING_OPTION_ROWS,
     [ITERATIONS] = {"iterations", 0, false, "N", NULL, "stop after N iterations of trws (default 2000)"},
     [ENCODING] = {"encoding", 0, false, "NAME", NULL, "write this encoding, one of those of encode (default that of P.qcf)"},
-    [CODING] = CODING_OPTION_ROWS,
+    [CODING] = CODING_OPTION_ROWS(" (default P.qcf's, else local)", " (default P.qcf's)", " (default as P.qcf is)"),
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -65,8 +66,7 @@ static int read_request(const arguments *given, request *asked)
 /* What goes with what depends on the problem. */
 static int read_for(const request *asked, const problem_file *problem, reducing *how, qs_recode_options *coding)
 {
-    const qs_labels *labels = &problem->qubo.labels;
-    const coded_problem of = {labels->pairwise, labels->labels, labels->scale, labels->encoding};
+    const coded_problem of = coded_in_file(problem);
     int status = coding_read(asked->values[ENCODING], &asked->values[CODING], &of, coding);
     if (status == DONE) {
         status = reducing_read(&asked->values[REDUCING], coding->encode.encoding, how);
@@ -83,7 +83,7 @@ static void print_result(const request *asked, const reduced *smaller, const pro
         json_end();
     } else if (!output_is_standard(asked->output)) {
         printf("%s: %zu bytes\n", asked->output, after->file.size);
-        reduced_print(smaller, before, after);
+        reduced_print(smaller, before, name_of(&encoding_names, (int)before->qubo.labels.encoding), after);
     }
 }
 

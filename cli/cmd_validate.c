@@ -4,6 +4,7 @@
 #include "decimal.h"
 #include "json.h"
 #include "messages.h"
+#include "numbers.h"
 #include "options.h"
 #include "survey.h"
 
@@ -54,8 +55,8 @@ static void print_lines(const answer *both, const survey *seen)
 {
     const qs_samples_view *samples = &both->samples.view;
     char energy[DECIMAL_SIZE];
-    printf("%" PRIu32 " samples (%" PRIu64 " occurrences) by %.*s\n", samples->count, seen->occurrences,
-           (int)samples->solver_size, samples->solver);
+    printf("%" PRIu32 " sample%s (%" PRIu64 " occurrence%s) by %.*s\n", samples->count, plural(samples->count), seen->occurrences,
+           plural(seen->occurrences), (int)samples->solver_size, samples->solver);
     printf("%" PRIu32 " feasible: %s\n", seen->feasible, feasible_means(&both->problem.qubo));
     if (seen->feasible > 0) {
         decimal_write(seen->best_energy, both->problem.scale, energy);

@@ -8,6 +8,7 @@
 #include "json.h"
 #include "json_check.h"
 #include "names.h"
+#include "numbers.h"
 
 enum { HEX_SIZE = 2 * QS_DIGEST_SIZE + 1 };
 
@@ -123,7 +124,7 @@ void describe_problem(const problem_file *described)
     if (qubo->has_labels) {
         print_labels(&qubo->labels);
     }
-    printf("%-17s%" PRIu32 " in %" PRIu32 " groups\n", "variables", qubo->variables, qubo->groups);
+    printf("%-17s%" PRIu32 " in %" PRIu32 " group%s\n", "variables", qubo->variables, qubo->groups, plural(qubo->groups));
     printf("%-17s%" PRIu64 ", from %" PRIu64 " couplings of groups\n", "quadratic terms", summary.quadratic_terms,
            qubo->couplings);
     penalties found = find_penalties(described, &summary);
@@ -296,7 +297,7 @@ void describe_samples(const samples_file *described)
     int64_t best;
     to_hex(samples->problem, hex);
     printf("%s: samples (.qsf version %d), %zu bytes\n", described->name, QS_FORMAT_VERSION, described->file.size);
-    printf("%-17s%" PRIu32 " of %" PRIu32 " variables\n", "samples", samples->count, samples->variables);
+    printf("%-17s%" PRIu32 " of %" PRIu32 " variable%s\n", "samples", samples->count, samples->variables, plural(samples->variables));
     printf("%-17s%.*s\n", "solver", (int)samples->solver_size, samples->solver);
     if (best_stated(samples, &best)) {
         printf("%-17s%" PRId64 ", in the integer units of its .qcf (validate gives real ones)\n", "best energy", best);

@@ -23,7 +23,7 @@ static const option options[] = {
     [PAIR] = PAIR_OPTION_ROWS,
     [ENCODING] = {"encoding", 0, false, "NAME", NULL,
                   "see above (default one-hot-sparse for potts, else one-hot)"},
-    [CODING] = CODING_OPTION_ROWS,
+    [CODING] = CODING_OPTION_ROWS(" (default local)", " (default 1)", ""),
     [REDUCE] = {"reduce", 0, false, NULL, NULL, "leave out labels that are proven to be in no optimum, as reduce does; with these two:"},
     [REDUCING] = REDUCING_OPTION_ROWS,
     [JSON] = {"json", 0, false, NULL, NULL, "print what info --json prints of the file"},
@@ -60,7 +60,9 @@ static int read_coding(const char *const *values, encode_request *asked)
         .pairwise = asked->pair.pairwise,
         .labels = stereo->disparity_max - stereo->disparity_min + 1,
         .scale = stereo->scale,
-        .preset = default_encoding(&asked->pair),
+        .encoding = default_encoding(&asked->pair),
+        .penalty = QS_PENALTY_LOCAL,
+        .gap = 1,
     };
     return coding_read(values[ENCODING], &values[CODING], &of, &asked->options);
 }

@@ -102,6 +102,9 @@ int problem_index(problem_file *problem, budget *limit)
         return status;
     }
     qs_status built = qs_index_build(&problem->qubo, problem->workspace, size, &problem->index);
+    if (built == QS_E_CORRUPT) {
+        return fail(BAD_INPUT, problem->name, ".qcf damaged: its couplings do not fit its groups");
+    }
     return built == QS_OK ? DONE : fail_status(problem->name, built);
 }
 

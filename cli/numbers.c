@@ -94,3 +94,8 @@ int decimal_fail(const char *option, const char *text, decimal_status status, co
                                                     : "too fine";
     return fail_usage("%s %s: %s; it can be %s", option, text, why, can_be);
 }
+
+const char *plural(uint64_t count)
+{
+    return count == 1 ? "" : "s";
+}

@@ -21,6 +21,9 @@ int threshold_read(const char *option, const char *text, double *threshold);
 /* Seconds: a finite decimal number above 0, in microseconds. Returns DONE or BAD_USAGE. */
 int seconds_read(const char *option, const char *text, int64_t *microseconds);
 
+/* What a noun has behind its number: nothing for 1, else an s. */
+const char *plural(uint64_t count);
+
 /* Says why decimal_read refused the argument of an option, and what it `can_be`. Returns BAD_USAGE. */
 int decimal_fail(const char *option, const char *text, decimal_status status, const char *can_be);
 

@@ -4,6 +4,7 @@
 
 #include <inttypes.h>
 #include <signal.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
@@ -11,9 +12,10 @@
 
 #include "decimal.h"
 #include "gap.h"
+#include "messages.h"
 
-/* A line longer than the shortest of terminals is cut. */
-enum { PERIOD = 200000, LINE_WIDTH = 79, LINE_SIZE = 512 };
+/* No line is longer than the shortest of terminals. */
+enum { PERIOD = 200000, LINE_WIDTH = 79, LINE_SIZE = LINE_WIDTH + 1 };
 
 /* To the beginning of the line, and nothing behind. */
 static const char clear_line[] = "\r\033[K";
@@ -30,25 +32,55 @@ static int64_t microseconds(void)
 progress progress_begin(const char *solver, uint32_t scale, int64_t limit)
 {
     int64_t now = microseconds();
-    return (progress){solver, scale, now, limit, now + PERIOD, isatty(STDERR_FILENO) != 0, false};
+    return (progress){solver, scale, now, limit, now + PERIOD, isatty(STDERR_FILENO) != 0, false, false};
 }
 
-/* Appends to a line of LINE_SIZE: ", bound B, gap G", where there is a bound. */
-static void append_bound(const progress *shown, int64_t energy, int64_t lower_bound, char *line)
+/* Appends to a line what fits whole: half a number would be another one. */
+PRINTF_LIKE(2, 3) static void append(char line[LINE_SIZE], const char *format, ...)
+{
+    char part[LINE_SIZE];
+    va_list values;
+    va_start(values, format);
+    int size = vsnprintf(part, sizeof part, format, values);
+    va_end(values);
+    if (size >= 0 && strlen(line) + (size_t)size < LINE_SIZE) {
+        strcat(line, part);
+    }
+}
+
+static void begin_line(const progress *shown, int64_t time, uint64_t iteration, char line[LINE_SIZE])
+{
+    line[0] = '\0';
+    append(line, "%s: %.1f s, iteration %" PRIu64, shown->solver, (double)(time - shown->begin) / 1e6, iteration);
+}
+
+static void append_bound(const progress *shown, int64_t energy, int64_t lower_bound, char line[LINE_SIZE])
 {
     char bound[DECIMAL_SIZE], gap[GAP_SIZE];
-    size_t used = strlen(line);
     if (lower_bound != QS_NO_BOUND) {
         decimal_write(lower_bound, shown->scale, bound);
         gap_write(energy, lower_bound, shown->scale, gap);
-        (void)snprintf(line + used, LINE_SIZE - used, ", bound %s, gap %s", bound, gap);
+        append(line, ", bound %s", bound);
+        append(line, ", gap %s", gap);
+    }
+}
+
+/* In percent, which is short whatever the scale; of an energy of 0 there is none. */
+static void append_gap(const progress *shown, int64_t energy, int64_t lower_bound, char line[LINE_SIZE])
+{
+    char gap[DECIMAL_SIZE];
+    if (lower_bound != QS_NO_BOUND && energy != 0) {
+        append(line, ", gap %.4f %%", gap_percent(energy, lower_bound));
+    } else if (lower_bound != QS_NO_BOUND) {
+        decimal_write(energy - lower_bound, shown->scale, gap);
+        append(line, ", gap %s", gap);
     }
 }
 
 static void show(progress *shown, const char *line)
 {
     line_stands = 1;
-    fprintf(stderr, "%s%.*s", clear_line, LINE_WIDTH, line);
+    fprintf(stderr, "%s%s", clear_line, line);
     (void)fflush(stderr);
     shown->shown = true;
     shown->next = microseconds() + PERIOD;
@@ -59,9 +91,10 @@ static bool is_due(const progress *watched, int64_t time)
     return watched->terminal && time >= watched->next;
 }
 
-static bool has_time(const progress *watched, int64_t time)
+static bool has_time(progress *watched, int64_t time)
 {
-    return watched->limit == 0 || time - watched->begin < watched->limit;
+    watched->out_of_time = watched->limit > 0 && time - watched->begin >= watched->limit;
+    return !watched->out_of_time;
 }
 
 bool progress_watch(void *context, const qs_progress *now)
@@ -71,8 +104,8 @@ bool progress_watch(void *context, const qs_progress *now)
     char line[LINE_SIZE], energy[DECIMAL_SIZE];
     if (is_due(watched, time)) {
         decimal_write(now->energy, watched->scale, energy);
-        (void)snprintf(line, sizeof line, "%s: %.1f s, iteration %" PRIu64 ", energy %s", watched->solver,
-                       (double)(time - watched->begin) / 1e6, now->iteration, energy);
+        begin_line(watched, time, now->iteration, line);
+        append(line, ", energy %s", energy);
         append_bound(watched, now->energy, now->lower_bound, line);
         show(watched, line);
     }
@@ -85,9 +118,9 @@ bool progress_watch_reduction(void *context, const qs_reduction *now)
     int64_t time = microseconds();
     char line[LINE_SIZE];
     if (is_due(watched, time)) {
-        (void)snprintf(line, sizeof line, "%s: %.1f s, iteration %" PRIu64 ", %" PRIu64 " variables left", watched->solver,
-                       (double)(time - watched->begin) / 1e6, now->iterations, now->variables);
-        append_bound(watched, now->upper_bound, now->lower_bound, line);
+        begin_line(watched, time, now->iterations, line);
+        append(line, ", %" PRIu64 " variables left", now->variables);
+        append_gap(watched, now->upper_bound, now->lower_bound, line);
         show(watched, line);
     }
     return has_time(watched, time);

@@ -9,6 +9,7 @@ typedef struct progress {
     uint32_t scale;
     int64_t begin, limit, next; /* microseconds; limit 0 = none; next: when the line is to be written again */
     bool terminal, shown;
+    bool out_of_time; /* the solver was told to stop */
 } progress;
 
 /* Starts the clock. */

@@ -37,6 +37,8 @@ static int run_reduction(const laid_out *problem, const reducing *asked, void *w
     const qs_reduce_options options = {asked->iterations, asked->target, asked->into == QS_DOMAIN_WALL, progress_watch_reduction, &watched};
     qs_status ran = qs_reduce(&problem->model, &options, workspace, size, made->kept, labelling, &made->found);
     made->microseconds = progress_end(&watched);
+    made->out_of_time = watched.out_of_time;
+    made->target = asked->target;
     if (ran != QS_OK) {
         return fail_status(problem->problem->name, ran);
     }
@@ -87,6 +89,11 @@ static bool is_proven(const reduced *made)
     return made->found.lower_bound == made->found.upper_bound;
 }
 
+static bool at_target(const reduced *made, const problem_file *after)
+{
+    return after->qubo.variables <= made->target;
+}
+
 void reduced_json(const reduced *made, const problem_file *before, const problem_file *after)
 {
     const qs_labels *all = &before->qubo.labels, *left = &after->qubo.labels;
@@ -103,6 +110,13 @@ void reduced_json(const reduced *made, const problem_file *before, const problem
     }
     json_units("upper_bound", made->found.upper_bound, before->scale);
     json_truth("proven_optimal", is_proven(made));
+    if (made->target > 0) {
+        json_count("target", made->target);
+        json_truth("target_reached", at_target(made, after));
+    } else {
+        json_null("target");
+        json_null("target_reached");
+    }
     json_count("iterations", made->found.iterations);
     json_units("seconds", made->microseconds, 1000000);
 }
@@ -123,20 +137,44 @@ static void print_left(const reduced *made, const char *lower, const char *upper
     }
 }
 
+/* Why a target was missed. */
+static void print_target(const reduced *made)
+{
+    printf("target      %" PRIu64 " not reached: ", made->target);
+    if (is_proven(made)) {
+        puts("the proof is complete, and what is left is ties");
+    } else if (made->out_of_time) {
+        puts("out of time");
+    } else if (has_bound(made)) {
+        printf("stopped after %" PRIu64 " iteration%s\n", made->found.iterations, plural(made->found.iterations));
+    } else {
+        puts("without a lower bound no more is proven");
+    }
+}
+
 static double share(uint64_t part, uint64_t whole)
 {
     return whole > 0 ? 100.0 * (double)part / (double)whole : 0;
 }
 
-void reduced_print(const reduced *made, const problem_file *before, const problem_file *after)
+static void print_sites(const qs_labels *before, const qs_labels *after)
+{
+    printf("sites       %" PRIu32 " open, %" PRIu32 " before: ", after->open, before->open);
+    if (after->labels == 1) {
+        printf("all %" PRIu32 " have one label only, nothing is to be decided\n", after->sites);
+    } else {
+        printf("%.4g %% of all %" PRIu32 " are decided by proof\n", share(after->sites - after->open, after->sites), after->sites);
+    }
+}
+
+void reduced_print(const reduced *made, const problem_file *before, const char *form, const problem_file *after)
 {
     const qs_labels *all = &before->qubo.labels, *left = &after->qubo.labels;
     char lower[DECIMAL_SIZE] = "none", upper[DECIMAL_SIZE], gap[GAP_SIZE];
     decimal_write(made->found.upper_bound, before->scale, upper);
     printf("variables   %" PRIu32 " (%s), %" PRIu32 " before (%s)\n", after->qubo.variables, name_of(&encoding_names, (int)left->encoding),
-           before->qubo.variables, name_of(&encoding_names, (int)all->encoding));
-    printf("sites       %" PRIu32 " open, %" PRIu32 " before: %.4g %% of all %" PRIu32 " are decided by proof\n", left->open, all->open,
-           share(left->sites - left->open, left->sites), left->sites);
+           before->qubo.variables, form);
+    print_sites(all, left);
     printf("labels      %" PRIu64 " left, %" PRIu64 " before\n", labels_left(left), labels_left(all));
     printf("bounds      ");
     if (has_bound(made)) {
@@ -147,5 +185,8 @@ void reduced_print(const reduced *made, const problem_file *before, const proble
         printf("upper %s, no lower one\n", upper);
     }
     print_left(made, lower, upper, left->open);
-    printf("%" PRIu64 " iterations, %.3f s\n", made->found.iterations, (double)made->microseconds / 1e6);
+    if (made->target > 0 && !at_target(made, after)) {
+        print_target(made);
+    }
+    printf("%" PRIu64 " iteration%s, %.3f s\n", made->found.iterations, plural(made->found.iterations), (double)made->microseconds / 1e6);
 }

@@ -24,6 +24,8 @@ int reducing_read(const char *const *values, qs_encoding into, reducing *asked);
 
 typedef struct reduced {
     qs_reduction found; /* where one labelling alone is left, its energy is the lower bound too */
+    uint64_t target;    /* as asked; 0 = none */
+    bool out_of_time;   /* the time limit stopped it */
     int64_t microseconds;
     uint8_t *kept; /* as of qs_reduce; to be freed */
 } reduced;
@@ -32,8 +34,9 @@ typedef struct reduced {
 int reduce_problem(const laid_out *problem, const reducing *asked, budget *limit, reduced *made);
 void reduced_free(reduced *freed);
 
-/* What became of the problem `before`, in the file `after`: keys of JSON, and lines for people. */
+/* What became of the problem `before`, in the file `after`: keys of JSON, and lines for people, which say `form` of what the variables before
+ * are: their encoding, or how they are counted where that is of no interest. */
 void reduced_json(const reduced *made, const problem_file *before, const problem_file *after);
-void reduced_print(const reduced *made, const problem_file *before, const problem_file *after);
+void reduced_print(const reduced *made, const problem_file *before, const char *form, const problem_file *after);
 
 #endif

@@ -9,6 +9,7 @@
 #include "gap.h"
 #include "json.h"
 #include "messages.h"
+#include "numbers.h"
 #include "progress.h"
 
 static int fail_model(const char *name, qs_status status)
@@ -108,6 +109,8 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
     const qs_solve_options options = {how->iterations, how->seed, progress_watch, &watched};
     qs_status ran = by->run(&problem->model, &options, workspace, size, found->labelling, &found->solution);
     found->microseconds = progress_end(&watched);
+    found->out_of_time = watched.out_of_time;
+    found->own_limit = how->iterations == 0;
     free(workspace);
     if (ran == QS_E_ENCODING || ran == QS_E_OVERFLOW) {
         found->refusal = ran;
@@ -193,12 +196,28 @@ static void print_bound(const solved *found, uint32_t scale)
     }
 }
 
+/* Which limit it was that stopped a solver. */
+static void print_stop(const solved *found)
+{
+    if (found->solution.converged) {
+        return;
+    }
+    if (found->out_of_time) {
+        fputs(", stopped at the time limit", stdout);
+    } else {
+        printf(", stopped at %s limit of %" PRIu64 " iteration%s", found->own_limit ? "its own" : "the", found->solution.iterations,
+               plural(found->solution.iterations));
+    }
+}
+
 void solved_print(const solved *found, uint32_t scale)
 {
     char energy[DECIMAL_SIZE];
     decimal_write(found->solution.energy, scale, energy);
     printf("energy %s by %s", energy, found->solver);
     print_bound(found, scale);
-    printf("\n%" PRIu64 " iterations, %.3f s%s\n", found->solution.iterations, (double)found->microseconds / 1e6,
-           found->solution.converged ? "" : ", stopped before the solver was done");
+    printf("\n%" PRIu64 " iteration%s, %.3f s", found->solution.iterations, plural(found->solution.iterations),
+           (double)found->microseconds / 1e6);
+    print_stop(found);
+    putchar('\n');
 }

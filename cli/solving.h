@@ -24,6 +24,8 @@ typedef struct solved {
     qs_status refusal; /* QS_OK, or why the solver cannot be used; then nothing else is set */
     qs_solution solution;
     int64_t microseconds; /* of the solver alone */
+    bool out_of_time;     /* the time limit stopped it */
+    bool own_limit;       /* no limit of iterations was asked for */
     uint16_t *labelling;  /* of the problem's sites; to be freed */
     uint8_t *bits;        /* the sample of it; to be freed */
     int64_t qubo_energy;  /* H of the sample: less than the solution's energy where the costs were truncated */

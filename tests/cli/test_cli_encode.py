@@ -226,6 +226,12 @@ def test_standard_output_and_input(tmp_path, pair):
     assert done.out == whole
 
 
+def test_one_of_each(tmp_path, pair):
+    done = run("encode", *pair.paths, "-o", tmp_path / "p.qcf", "--disparity", "1:1", "--roi", "0,0,2,1")
+    assert done.out.decode().splitlines() == [f"{tmp_path / 'p.qcf'}: 1 site x 1 label = 1 variable, {(tmp_path / 'p.qcf').stat().st_size} bytes",
+                                              f"1 column on the left is no site: a match would fall outside {pair.paths[1]}"]
+
+
 USAGE = {
     "disparity reversed": (["--disparity", "5:2"], "empty"),
     "disparity not a range": (["--disparity", "5"], "MIN:MAX"),
@@ -271,6 +277,10 @@ USAGE = {
                      "--encoding st-cut cannot hold potts smoothness: one-hot, one-hot-sparse, domain-wall, multiway-cut can"),
     "cut of truncated linear": (["--encoding", "st-cut-arcs", "--smoothness", "linear", "--truncation", "14"],
                                 "st-cut-arcs cannot hold linear truncated at 14 smoothness"),
+    "paper of a band": (["--encoding", "one-hot-sparse", "--smoothness", "linear", "--penalty", "paper"],
+                        "--penalty paper: --encoding one-hot-sparse has it for potts smoothness only: choose local or minimal, or --encoding"),
+    "paper of a band, reduced": (["--encoding", "one-hot-sparse", "--smoothness", "linear", "--penalty", "paper", "--reduce"],
+                                 "--encoding one-hot-sparse has it for potts smoothness only"),
     "paper of a wall": (["--encoding", "domain-wall", "--penalty", "paper"], "--encoding domain-wall has local and minimal only"),
     "alpha of a cut": (["--encoding", "st-cut", "--smoothness", "linear", "--penalty", "30"], "--encoding st-cut has local and minimal only"),
     "target alone": (["--target", "9"], "--target goes with --reduce"),

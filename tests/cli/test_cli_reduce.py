@@ -1,12 +1,13 @@
 """reduce and encode --reduce: what leaves is proven, what is left is said truly, and the whole map comes back."""
 import json
+import re
 
 import numpy as np
 import pytest
 from cli_tools import (SOLVERS, best_of_all, energy, on_terminal, random_pair, read_pnm, run, without_chunk, write_pgm, write_qsf)
 
 KEYS = {"schema", "variables_before", "variables_after", "sites_before", "sites_after", "labels_before", "labels_after", "lower_bound",
-        "upper_bound", "proven_optimal", "iterations", "seconds"}
+        "upper_bound", "proven_optimal", "target", "target_reached", "iterations", "seconds"}
 SMOOTH = {"potts": lambda t: (t != 0) * 1, "linear": np.abs, "quadratic": np.square}
 
 
@@ -91,9 +92,34 @@ def test_defaults_are_those_of_the_file(folder, pair):
         assert run("encode", *pair.paths, "-o", folder / "p.qcf", "--disparity", "0:3", "--encoding", encoding, "--gap", "5").status == 0
         call("reduce", folder / "p.qcf", "-o", folder / "s.qcf")
         info = call("info", folder / "s.qcf")
-        assert (info["encoding"], info["penalty"], info["gap"]) == (encoding, "local", 1)
-        call("reduce", folder / "p.qcf", "-o", folder / "t.qcf", "--penalty", "local", "--encoding", encoding)
+        assert (info["encoding"], info["penalty"], info["gap"], info["truncated"]) == (encoding, "local", 5, False)
+        call("reduce", folder / "p.qcf", "-o", folder / "t.qcf", "--penalty", "local", "--encoding", encoding, "--gap", "5")
         assert (folder / "t.qcf").read_bytes() == (folder / "s.qcf").read_bytes()
+
+
+@pytest.mark.parametrize("made, options, penalty, gap", [
+    (["--penalty", "minimal", "--gap", "5"], ["--encoding", "domain-wall"], "minimal", 5),
+    (["--penalty", "minimal", "--gap", "5"], ["--penalty", "local"], "local", 5),
+    (["--penalty", "minimal", "--gap", "5"], ["--penalty", "paper"], "paper", 1),
+    (["--gap", "5"], ["--gap", "3"], "local", 3),
+    (["--penalty", "paper"], [], "paper", 1),
+    (["--penalty", "paper"], ["--encoding", "domain-wall"], "local", 1),
+    (["--penalty", "paper", "--smoothness", "linear", "--encoding", "one-hot"], ["--encoding", "one-hot-sparse"], "local", 1),
+    (["--penalty", "3000"], [], "local", 1)])
+def test_penalty_and_gap_of_the_file(folder, pair, made, options, penalty, gap):
+    assert run("encode", *pair.paths, "-o", folder / "p.qcf", "--disparity", "0:3", "--lambda", "60", *made).status == 0
+    facts = call("reduce", folder / "p.qcf", "-o", folder / "s.qcf", "--iterations", "1", *options)
+    info = call("info", folder / "s.qcf")
+    assert facts["sites_after"] > 0 and (info["penalty"], info["gap"]) == (penalty, gap)
+
+
+def test_what_is_truncated_stays_so(folder, pair):
+    """Of linear smoothness stopped at once, for what no optimum pays has soon left."""
+    options = ["--disparity", "0:3", "--lambda", "10", "--smoothness", "linear"]
+    for truncate in ([], ["--truncate"]):
+        assert call("encode", *pair.paths, "-o", folder / "p.qcf", *options, *truncate)["truncated"] == bool(truncate)
+        call("reduce", folder / "p.qcf", "-o", folder / "s.qcf", "--target", "1000")
+        assert call("info", folder / "s.qcf")["truncated"] == bool(truncate)
 
 
 @pytest.mark.parametrize("encoding, target", [("one-hot", 1000), ("one-hot-sparse", 1000), ("domain-wall", 700)])
@@ -104,12 +130,46 @@ def test_target(folder, encoding, target):
     whole, facts = call(*arguments), call(*arguments, "--target", target)
     assert 0 <= whole["variables_after"] < 100 < facts["variables_after"] == facts["variables"] <= target
     assert facts["iterations"] < whole["iterations"]
+    assert (facts["target"], facts["target_reached"], whole["target"], whole["target_reached"]) == (target, True, None, None)
     if encoding == "domain-wall":
         assert facts["variables_after"] + facts["sites_after"] > target
     call("encode", left, right, "-o", folder / "q.qcf", "--disparity", "0:7")
     again = call("reduce", folder / "q.qcf", "-o", folder / "r.qcf", "--encoding", encoding, "--target", target)
     assert (folder / "r.qcf").read_bytes() == (folder / "p.qcf").read_bytes()
     assert {**again, "seconds": 0} == {**{key: facts[key] for key in again}, "seconds": 0}
+
+
+def test_one_label(folder, pair):
+    """There is nothing that a proof could decide."""
+    done = run("encode", *pair.paths, "-o", folder / "p.qcf", "--disparity", "0:0", "--reduce", "--encoding", "domain-wall")
+    text = done.out.decode()
+    assert f"{folder / 'p.qcf'}: 60 sites x 1 label, 0 variables in domain-wall, " in text and "\n1 iteration, " in text
+    assert "\nvariables   0 (domain-wall), 60 before (sites x labels)\n" in text
+    assert "\nsites       0 open, 60 before: all 60 have one label only, nothing is to be decided\n" in text
+    text = run("reduce", folder / "p.qcf", "-o", folder / "s.qcf").out.decode()
+    assert "\nvariables   0 (domain-wall), 0 before (domain-wall)\nsites       0 open, 0 before: all 60 have one label only" in text
+
+
+MISSED = {"ties": ([], "the proof is complete, and what is left is ties"),
+          "iteration": (["--iterations", "1"], "stopped after 1 iteration"),
+          "iterations": (["--iterations", "2"], "stopped after 2 iterations"),
+          "time": (["--time-limit", "0.000001"], "out of time")}
+
+
+@pytest.mark.parametrize("case", MISSED)
+def test_a_missed_target(folder, case):
+    options, words = MISSED[case]
+    _, _, *paths = random_pair(folder, 20, 6)
+    if case == "ties":
+        paths = [write_pgm(folder / "flat.pgm", np.full((6, 20), 9))] * 2
+    assert run("encode", *paths, "-o", folder / "p.qcf", "--disparity", "0:3", "--lambda", "90").status == 0
+    facts = call("reduce", folder / "p.qcf", "-o", folder / "s.qcf", "--target", "1", *options)
+    assert (facts["target"], facts["target_reached"]) == (1, False) and facts["variables_after"] > 1
+    assert facts["proven_optimal"] == (case == "ties")
+    done = run("reduce", folder / "p.qcf", "-o", folder / "s.qcf", "--target", "1", *options)
+    assert (done.status, done.out.decode().count(f"\ntarget      1 not reached: {words}\n")) == (0, 1)
+    done = run("reduce", folder / "p.qcf", "-o", folder / "s.qcf", "--target", facts["variables_after"], *options)
+    assert (done.status, "target " in done.out.decode()) == (0, False)
 
 
 def test_reduced_again(folder, pair):
@@ -233,7 +293,7 @@ def test_time_limit_and_progress(folder, large):
     lines = shown.split("\r\033[K")
     assert lines[0] == lines[-1] == "" and 1 <= len(lines) - 2 <= 12
     for line in lines[1:-1]:
-        assert line.startswith("reduce: ") and " s, iteration " in line and " variables left, bound " in line and len(line) < 80
+        assert re.fullmatch(r"reduce: \d+\.\d s, iteration \d+, \d+ variables left, gap \d+\.\d{4} %", line) and len(line) < 80
     facts = call("reduce", large, "-o", folder / "s.qcf", "--time-limit", "0.5")
     assert facts["seconds"] < 20 and facts["lower_bound"] <= facts["upper_bound"]
 
@@ -251,7 +311,6 @@ USAGE = {
     "time limit": (["-o", "s", "--time-limit", "-1"], "--time-limit -1"),
     "iterations": (["-o", "s", "--iterations", "0"], "--iterations 0: not a whole number from 1"),
     "encoding": (["-o", "s", "--encoding", "domain-wal"], "did you mean domain-wall?"),
-    "encoding that does not hold it": (["-o", "s", "--encoding", "st-cut"], "--encoding st-cut cannot hold potts smoothness: one-hot, one-hot-s"),
     "penalty": (["-o", "s", "--encoding", "domain-wall", "--penalty", "paper"], "--encoding domain-wall has local and minimal only"),
     "penalty of another unit": (["-o", "s", "--penalty", "0.3"], "multiple above 0 of 1/2"),
     "gap": (["-o", "s", "--penalty", "paper", "--gap", "2"], "--gap goes with --penalty local or minimal"),
@@ -265,6 +324,20 @@ def test_usage_errors(folder, solved, name):
     assert (done.status, done.out) == (2, b"")
     assert words in done.err and done.err.startswith("qstereo reduce: ") and done.err.count("\n") == 1
     assert not list(folder.iterdir())
+
+
+def test_what_the_smoothness_of_the_file_does_not_allow(folder, tmp_path, solved):
+    """Another file can mend it, not another command line alone."""
+    linear = tmp_path / "linear.qcf"
+    assert run("encode", *solved.pair.paths, "-o", linear, "--disparity", "0:3", "--smoothness", "linear").status == 0
+    for problem, options, words in (
+            (solved.problem, ["--encoding", "st-cut"], "--encoding st-cut cannot hold potts smoothness: one-hot, one-hot-sparse, domain-wall, multiway"),
+            (linear, ["--encoding", "one-hot-sparse", "--penalty", "paper"], "--encoding one-hot-sparse has it for potts smoothness only")):
+        done = run("reduce", problem, "-o", folder / "s.qcf", *options)
+        assert (done.status, done.out) == (3, b"")
+        assert done.err.startswith(f"qstereo reduce: {problem}: --") and words in done.err and done.err.count("\n") == 1
+    assert not list(folder.iterdir())
+    call("reduce", linear, "-o", folder / "s.qcf", "--encoding", "one-hot", "--penalty", "paper")
 
 
 def test_problems_that_are_not_read(folder, tmp_path, solved):

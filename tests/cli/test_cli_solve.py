@@ -1,6 +1,7 @@
 """solve: the library's solvers on a .qcf, held against numpy and brute force."""
 import json
 import os
+import re
 import signal
 import time
 
@@ -145,6 +146,19 @@ def test_progress_on_a_terminal(folder, large):
         assert line.startswith("trws: ") and " s, iteration " in line and ", energy " in line and ", bound " in line and len(line) < 80
 
 
+@pytest.mark.parametrize("command", ["solve", "reduce"])
+def test_no_number_is_cut(folder, tmp_path, command):
+    """Energies of thirteen digits: what does not fit beside the rest is left out whole."""
+    _, _, left, right = random_pair(tmp_path, 400, 300)
+    assert run("encode", left, right, "-o", tmp_path / "fine.qcf", "--lambda", "20.000001").status == 0
+    _, shown = on_terminal(command, tmp_path / "fine.qcf", "-o", folder / "s", "--time-limit", "2")
+    lines = shown.split("\r\033[K")[1:-1]
+    end = {"solve": r", energy \d{7}\.\d{1,6}(, bound \d{7}\.\d{1,6})?", "reduce": r", \d+ variables left(, gap \d+\.\d{4} %)?"}
+    assert lines
+    for line in lines:
+        assert re.fullmatch(r"(best|reduce): \d+\.\d s, iteration \d+" + end[command], line) and len(line) < 80, line
+
+
 def test_no_progress_of_what_is_done_at_once(folder, solved):
     assert on_terminal("solve", solved.problem, "-o", folder / "s.qsf", "--solver", "icm") == (0, "")
 
@@ -221,3 +235,15 @@ def test_bad_files(tmp_path, folder, solved):
         done = run("solve", problem, "-o", folder / "s.qsf")
         assert (done.status, words in done.err) == (status, True)
     assert not list(folder.iterdir())
+
+
+@pytest.mark.parametrize("solver, options, words", [
+    ("bp", [], "50 iterations, S s, stopped at its own limit of 50 iterations"),
+    ("bp", ["--iterations", "2"], "2 iterations, S s, stopped at the limit of 2 iterations"),
+    ("bp", ["--iterations", "1"], "1 iteration, S s, stopped at the limit of 1 iteration"),
+    ("bp", ["--time-limit", "0.000001"], "1 iteration, S s, stopped at the time limit"),
+    ("bp", ["--time-limit", "500"], "50 iterations, S s, stopped at its own limit of 50 iterations")])
+def test_what_stopped_a_solver_in_words(folder, pair, solver, options, words):
+    assert run("encode", *pair.paths, "-o", folder / "p.qcf", "--disparity", "0:3", "--lambda", "60").status == 0
+    lines = run("solve", folder / "p.qcf", "-o", folder / "s.qsf", "--solver", solver, *options).out.decode().splitlines()
+    assert re.sub(r"\d+\.\d+ s", "S s", lines[1]) == words
