@@ -127,8 +127,8 @@ static void print_left(const reduced *made, const char *lower, const char *upper
     if (open == 0) {
         puts("left        nothing: the optimum is proven and unique");
     } else if (is_proven(made)) {
-        printf("left        ties only: the best labelling known is proven optimal, and every labelling of what is left costs\n"
-               "            %s or more\n",
+        printf("left        ties only, as far as the bound tells: the best labelling known is proven optimal, and what is left\n"
+               "            costs %s or more\n",
                upper);
     } else if (has_bound(made)) {
         printf("left        open: the optimum lies between %s and %s\n", lower, upper);
