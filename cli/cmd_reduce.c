@@ -36,11 +36,13 @@ static const command_line line = {
     .operands = {"P.qcf"},
     .about = "Leaves out what needs no solver: labels that are proven to be in no optimum. Every optimum stays, energies stay\n"
              "those of the whole problem, and decode gives the whole map. What is left is ties once the bound is tight; with\n"
-             "--target a hard core of that size is left for an annealer. Reads one-hot, one-hot-sparse and domain-wall.\n",
+             "--target a hard core of that size is left for an annealer. Reads one-hot, one-hot-sparse and domain-wall.\n"
+             "For the bridge's --solver ilp write one-hot-sparse: --encoding turns a domain-wall core over.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .examples = "  qstereo reduce p.qcf -o small.qcf\n"
-                "  qstereo reduce p.qcf -o small.qcf --target 500 --encoding domain-wall --truncate --json\n",
+                "  qstereo reduce p.qcf -o small.qcf --target 500 --encoding domain-wall --truncate --json\n"
+                "  qstereo reduce core.qcf -o core-sparse.qcf --encoding one-hot-sparse\n",
 };
 
 typedef struct request {

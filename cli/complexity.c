@@ -25,9 +25,9 @@ enum { FORMS = sizeof forms / sizeof forms[0] };
 
 /* One QUBO. */
 typedef struct figures {
-    const char *why_not; /* NULL = it was made; else nothing but the counts is known, and these only where `counted` */
-    bool counted;
-    uint64_t variables, terms;
+    const char *why_not; /* NULL = it was made; else nothing but the counts is known: */
+    uint64_t variables, terms; /* then 0 = not counted */
+    bool as_linear;            /* the counts are those that linear smoothness would have */
     qs_qubo_summary summary;
     double unit; /* 0 = every coefficient is 0 */
 } figures;
@@ -49,19 +49,36 @@ static uint64_t count_edges(const qs_model *model)
 }
 
 /* The cuts of Ishikawa's graph, as if the smoothness were linear: k + 1 vertices a site, source and sink; k + 2 edges a site and k + 1
- * an edge of the problem. Each edge is a term, and where its two arcs have variables, five. Only while no label has left. */
+ * an edge of the problem. Each edge is a term, and where its two arcs have variables, five. */
 static void count_cut(const laid_out *problem, bool arcs, figures *counted)
 {
     const qs_labels *labels = &problem->problem->qubo.labels;
     uint64_t k = labels->labels, sites = labels->open;
-    if (problem->model.kept != NULL) {
-        return;
-    }
     uint64_t vertices = sites * (k + 1) + 2;
     uint64_t edges = sites * (k + 2) + count_edges(&problem->model) * (k + 1);
-    counted->counted = true;
     counted->variables = arcs ? vertices + 2 * edges : vertices;
     counted->terms = arcs ? 5 * edges : edges;
+}
+
+static uint64_t labels_to_open(const qs_labels *labels)
+{
+    return labels_left(labels) - (labels->sites - labels->open);
+}
+
+/* What is known of a QUBO without making it; of the cuts of Ishikawa's graph only while no label has left. */
+static void count(const laid_out *problem, qs_encoding encoding, figures *counted)
+{
+    const qs_labels *labels = &problem->problem->qubo.labels;
+    uint64_t left = labels_to_open(labels);
+    if (encoding == QS_ST_CUT || encoding == QS_ST_CUT_ARCS) {
+        if (problem->model.kept == NULL) {
+            count_cut(problem, encoding == QS_ST_CUT_ARCS, counted);
+        }
+    } else if (encoding == QS_DOMAIN_WALL) {
+        counted->variables = left - labels->open;
+    } else {
+        counted->variables = encoding == QS_MULTIWAY_CUT ? left + (uint64_t)labels->labels * labels->labels : left;
+    }
 }
 
 /* What is left of one real unit when h is brought into [-4, 4] and J into [-2, 1], the ranges of a quantum processor. */
@@ -106,23 +123,27 @@ static qs_status look_at(const file_bytes *file, uint64_t left, figures *seen)
     return status;
 }
 
-static const char *reason(qs_status status)
+static const char *reason(qs_status status, uint64_t variables)
 {
-    return status == QS_E_OVERFLOW ? "coefficients above 2^53" : status == QS_E_LIMIT ? "over the memory limit" : qs_status_text(status);
+    if (status == QS_E_LIMIT) {
+        return variables > QS_VARIABLES_MAX ? "over 2147483647 variables" : "over the memory limit, so that the rest cannot be measured";
+    }
+    return status == QS_E_OVERFLOW ? "coefficients above 2^53" : qs_status_text(status);
 }
 
 static void measure(const laid_out *problem, size_t form, bool truncate, budget limit, figures *measured)
 {
     const qs_labels *labels = &problem->problem->qubo.labels;
     qs_encoding encoding = forms[form].encoding;
-    const qs_recode_options options = {{encoding, forms[form].penalty, 0, 1}, truncate, NULL};
+    const qs_recode_options options = {{encoding, forms[form].penalty, 0, labels->gap}, truncate, NULL};
     file_bytes file = {NULL, 0};
     memset(measured, 0, sizeof *measured);
     if (!encoding_holds(encoding, &labels->pairwise, labels->labels)) {
         bool cut = encoding == QS_ST_CUT || encoding == QS_ST_CUT_ARCS;
         measured->why_not = cut ? "linear smoothness without truncation only" : encoding == QS_MULTIWAY_CUT ? "potts only" : "potts and linear only";
         if (cut) {
-            count_cut(problem, encoding == QS_ST_CUT_ARCS, measured);
+            count(problem, encoding, measured);
+            measured->as_linear = measured->terms > 0;
         }
         return;
     }
@@ -130,12 +151,26 @@ static void measure(const laid_out *problem, size_t form, bool truncate, budget 
     if (status == QS_OK) {
         status = look_at(&file, limit.left, measured);
     }
-    measured->counted = status == QS_OK;
-    measured->why_not = status == QS_OK ? NULL : reason(status);
+    if (status != QS_OK) {
+        count(problem, encoding, measured);
+        measured->why_not = reason(status, measured->variables);
+    }
     file_free(&file);
 }
 
 enum { NAME, VARIABLES, TERMS, LINEAR, QUADRATIC, UNIT, TRUNCATED, NOTE, COLUMNS };
+
+static bool is_counted(const figures *of, uint64_t count)
+{
+    return of->why_not == NULL || count > 0;
+}
+
+static void write_count(const figures *of, uint64_t count, table_cell cell)
+{
+    if (is_counted(of, count)) {
+        (void)snprintf(cell, TABLE_CELL_SIZE, "%" PRIu64, count);
+    }
+}
 
 static void write_range(int64_t least, int64_t most, uint32_t scale, table_cell cell)
 {
@@ -161,10 +196,8 @@ static void fill_row(size_t form, const figures *whole, const figures *truncated
     (void)snprintf(cells[NAME], TABLE_CELL_SIZE, "%s%s%s", name_of(&encoding_names, (int)forms[form].encoding),
                    penalty == QS_PENALTY_LOCAL ? "" : ", ", penalty == QS_PENALTY_LOCAL ? "" : name_of(&penalty_names, (int)penalty));
     (void)snprintf(cells[NOTE], TABLE_CELL_SIZE, "%s", "");
-    if (whole->counted) {
-        (void)snprintf(cells[VARIABLES], TABLE_CELL_SIZE, "%" PRIu64, whole->variables);
-        (void)snprintf(cells[TERMS], TABLE_CELL_SIZE, "%" PRIu64, whole->terms);
-    }
+    write_count(whole, whole->variables, cells[VARIABLES]);
+    write_count(whole, whole->terms, cells[TERMS]);
     if (whole->why_not == NULL) {
         write_range(whole->summary.linear_min, whole->summary.linear_max, scale, cells[LINEAR]);
         write_range(whole->summary.quadratic_min, whole->summary.quadratic_max, scale, cells[QUADRATIC]);
@@ -182,10 +215,10 @@ void complexity_print(const laid_out *problem, budget limit)
     figures whole[FORMS], truncated;
     smoothness_write(&labels->pairwise, smoothness);
     printf("%s: %" PRIu32 " open sites, %" PRIu64 " labels left to them, %s smoothness\n"
-           "Coefficients of the QUBO in real units, penalties local with gap 1 where nothing else is said.\n"
+           "Coefficients in real units; penalties local where nothing else is said, with the file's gap %" PRIu32 ".\n"
            "unit: what is left of an energy of 1 when h is scaled into [-4, 4] and J into [-2, 1].\n"
            "truncated: the same with --truncate.\n\n",
-           problem->problem->name, labels->open, labels_left(labels) - (labels->sites - labels->open), smoothness);
+           problem->problem->name, labels->open, labels_to_open(labels), smoothness, labels->gap);
     memcpy(cells, heading, sizeof heading);
     for (size_t form = 0; form < FORMS; form++) {
         measure(problem, form, false, limit, &whole[form]);
@@ -196,19 +229,17 @@ void complexity_print(const laid_out *problem, budget limit)
     for (size_t form = 0; form < FORMS; form++) {
         if (whole[form].why_not != NULL) {
             printf("%s: %s%s\n", cells[(form + 1) * COLUMNS + NAME],
-                   whole[form].why_not, whole[form].counted ? "; counted as for that" : "");
+                   whole[form].why_not, whole[form].as_linear ? "; counted as for that" : "");
         }
     }
 }
 
-static void json_counts(const figures *of)
+static void json_counted(const char *key, const figures *of, uint64_t count)
 {
-    if (of->counted) {
-        json_count("variables", of->variables);
-        json_count("quadratic_terms", of->terms);
+    if (is_counted(of, count)) {
+        json_count(key, count);
     } else {
-        json_null("variables");
-        json_null("quadratic_terms");
+        json_null(key);
     }
 }
 
@@ -240,7 +271,8 @@ static void json_figures(const laid_out *problem, size_t form, bool truncate, bu
     json_name("penalty", name_of(&penalty_names, (int)forms[form].penalty));
     json_truth("truncated", truncate);
     json_name("why_not", measured.why_not);
-    json_counts(&measured);
+    json_counted("variables", &measured, measured.variables);
+    json_counted("quadratic_terms", &measured, measured.terms);
     json_ranges(&measured, problem->problem->scale);
     json_item_end();
 }

@@ -37,9 +37,10 @@ static const command_line line = {
              "disparity d, which matches pixel (x, y) with (x - d, y) of the right picture. Pixels of which a match\n"
              "would lie outside the right picture are left out.\n"
              "\n"
-             "one-hot is the paper's and holds every smoothness; one-hot-sparse (fewer terms, the same minimum) and\n"
-             "domain-wall (fewest variables) hold potts and linear, multiway-cut potts, st-cut and st-cut-arcs linear\n"
-             "without truncation.\n",
+             "one-hot is the paper's and holds every smoothness; one-hot-sparse and domain-wall (fewest variables) hold\n"
+             "potts and linear, multiway-cut potts, st-cut and st-cut-arcs linear without truncation. one-hot-sparse has\n"
+             "fewer terms than one-hot for potts; for linear without a small truncation it has more terms and larger\n"
+             "penalties, so that domain-wall is the choice there.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .examples = "  qstereo encode left.png right.png -o p.qcf --disparity 0:15 --lambda 20\n"

@@ -141,10 +141,10 @@ static void print_left(const reduced *made, const char *lower, const char *upper
 static void print_target(const reduced *made)
 {
     printf("target      %" PRIu64 " not reached: ", made->target);
-    if (is_proven(made)) {
-        puts("the proof is complete, and what is left is ties");
-    } else if (made->out_of_time) {
+    if (made->out_of_time) { /* perhaps after the proof, which goes on to tell ties apart */
         puts("out of time");
+    } else if (is_proven(made)) {
+        puts("the proof is complete, and what is left is ties");
     } else if (has_bound(made)) {
         printf("stopped after %" PRIu64 " iteration%s\n", made->found.iterations, plural(made->found.iterations));
     } else {

@@ -90,8 +90,33 @@ def test_an_encoding_that_does_not_fit_is_said_so(folder, tmp_path):
     assert run("encode", left, right, "-o", folder / "p.qcf", "--smoothness", "linear").status == 0
     rows = call("info", folder / "p.qcf", "--complexity", "--memory-limit", "24")["encodings"]
     fits = {row["encoding"]: row["why_not"] for row in rows}
-    assert fits["domain-wall"] is None and fits["st-cut-arcs"] == "over the memory limit"
-    assert "st-cut-arcs: over the memory limit" in run("info", folder / "p.qcf", "--complexity", "--memory-limit", "24").out.decode()
+    assert fits["domain-wall"] is None and fits["st-cut-arcs"].startswith("over the memory limit")
+    whole = call("info", folder / "p.qcf", "--complexity")["encodings"]
+    for row, measured in zip(rows, whole):
+        assert (row["encoding"], row["penalty"], row["variables"]) == (measured["encoding"], measured["penalty"], measured["variables"])
+        formula = row["encoding"].startswith("st-cut")
+        assert row["quadratic_terms"] == (measured["quadratic_terms"] if formula or not row["why_not"] else None)
+    text = run("info", folder / "p.qcf", "--complexity", "--memory-limit", "24").out.decode()
+    assert "st-cut-arcs: over the memory limit, so that the rest cannot be measured\n" in text
+
+
+@pytest.mark.parametrize("options", [[], ["--encoding", "domain-wall"], ["--lambda", "60", "--reduce", "--time-limit", "0.000001"]])
+def test_variables_are_counted_without_room_for_the_qubo(folder, tmp_path, options):
+    _, _, left, right = random_pair(tmp_path, 240, 160)
+    assert run("encode", left, right, "-o", folder / "p.qcf", "--disparity", "0:3", *options).status == 0
+    whole, rows = (call("info", folder / "p.qcf", "--complexity", *limit)["encodings"] for limit in ([], ["--memory-limit", "9"]))
+    assert {row["encoding"] for row in rows if (row["why_not"] or "").startswith("over")} >= {"one-hot", "domain-wall", "multiway-cut"}
+    assert [row["variables"] for row in rows] == [row["variables"] for row in whole]
+
+
+def test_the_gap_is_that_of_the_file(folder, pair):
+    for gap in ("1", "7"):
+        options = ["--disparity", "0:3", "--encoding", "domain-wall", "--gap", gap]
+        facts = call("encode", *pair.paths, "-o", folder / "p.qcf", *options)
+        row = call("info", folder / "p.qcf", "--complexity")["encodings"][8]
+        assert (row["encoding"], row["truncated"]) == ("domain-wall", False)
+        assert {key: row[key] for key in RANGES} == {key: facts[key] for key in RANGES}
+        assert f"with the file's gap {gap}.\n" in run("info", folder / "p.qcf", "--complexity").out.decode()
 
 
 def test_what_has_no_complexity(tmp_path, solved):
