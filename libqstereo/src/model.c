@@ -5,6 +5,7 @@
 #include "blocks.h"
 #include "bytes.h"
 #include "local.h"
+#include "magnitude.h"
 #include "pairwise.h"
 #include "sites.h"
 
@@ -353,6 +354,25 @@ static int64_t largest_pairwise(const qs_model *model)
     return largest;
 }
 
+/* Whether no sum of costs leaves 64 bits, whatever the labels. The format's bound on all numbers does not say so: it knows a weight
+ * times the entries of its block, and those of walls and of bands may be 0 where V is not. */
+static bool sums_fit(const building *b)
+{
+    const qs_index *index = b->index;
+    const uint64_t most = (uint64_t)1 << QS_MODEL_BITS;
+    uint64_t sum = 0;
+    qs_grow_to(&sum, b->model.sites, INT32_MAX, most + 1);
+    for (uint32_t group = 0; group < index->qubo->groups; group++) {
+        for (uint32_t n = index->near_start[group]; n < index->near_start[group + 1]; n++) {
+            const qs_neighbour *near = &index->near[n];
+            if (near->group > group) {
+                qs_grow_to(&sum, (uint64_t)near->weight, (uint64_t)b->model.pairwise_max, most + 1);
+            }
+        }
+    }
+    return sum <= most;
+}
+
 /* ---- The costs. ---- */
 
 /* What the edges and the chain have put into the linear terms of a wall's variable, which is 1 from label d on; `before` is the label left before d. */
@@ -482,7 +502,7 @@ static qs_status build(building *b)
     }
     model->pairwise_max = largest_pairwise(model);
     model->unary = b->unary;
-    return copy_costs(b) ? QS_OK : QS_E_OVERFLOW;
+    return sums_fit(b) && copy_costs(b) ? QS_OK : QS_E_OVERFLOW;
 }
 
 qs_status qs_model_build(const qs_index *index, void *workspace, size_t workspace_size, qs_model *model)

@@ -39,6 +39,8 @@ typedef struct qs_model {
     const uint8_t *mask;        /* of a masked grid: a bit a cell as in qs_labels; else NULL */
 } qs_model;
 
+enum { QS_MODEL_BITS = 60 };
+
 /* Bytes of workspace for qs_model_build. */
 size_t qs_model_workspace(const qs_qubo *qubo);
 
@@ -48,7 +50,8 @@ size_t qs_model_workspace(const qs_qubo *qubo);
  * terms have weight 0 here, so only energies of labellings of the labels left are the problem's. Borrows the view and the workspace (aligned for any type).
  * Returns QS_OK; QS_E_ARGUMENT; QS_E_WORKSPACE; QS_E_UNSUPPORTED (the file does not say what its variables mean); QS_E_ENCODING (a cut: the same
  * problem in another encoding has a model);
- * QS_E_CORRUPT (the couplings are not what the encoding says); QS_E_OVERFLOW (a linear term beyond 2^31 - 1). */
+ * QS_E_CORRUPT (the couplings are not what the encoding says); QS_E_OVERFLOW (a cost beyond 2^31 - 1, or the model's own limit: the largest V times the
+ * sum of all weights, and 2^31 - 1 for each site, come to more than 2^QS_MODEL_BITS. So no sum of costs leaves an int64_t, whatever the labels). */
 QS_MUST_CHECK qs_status qs_model_build(const qs_index *index, void *workspace, size_t workspace_size, qs_model *model);
 
 /* V(a, b), without a weight. */
