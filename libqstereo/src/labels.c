@@ -225,6 +225,20 @@ static bool plain_agrees(const qs_qubo *q)
     return l->encoding <= QS_ONE_HOT_SPARSE && q->groups == l->sites && q->group_run_count == 1 && qs_load_u32(q->group_runs + 4) == l->labels;
 }
 
+/* A penalty makes a group one-hot, and sites and terminals of these encodings are. */
+static bool penalties_agree(const qs_qubo *q)
+{
+    bool one_hot = q->labels.encoding <= QS_ONE_HOT_SPARSE || q->labels.encoding == QS_MULTIWAY_CUT;
+    size_t numbers = 2 * (size_t)q->penalty_bytes;
+    for (size_t r = 0; one_hot && r < q->penalty_run_count; r++) {
+        const uint8_t *a = q->penalty_runs + r * (4 + numbers) + 4;
+        if (qs_load_unsigned(a, q->penalty_bytes) == 0 && qs_load_unsigned(a + q->penalty_bytes, q->penalty_bytes) == 0) {
+            return false;
+        }
+    }
+    return true;
+}
+
 static bool agree(const qs_qubo *q, bool kept)
 {
     if (!kept) {
@@ -252,7 +266,11 @@ bool qs_labels_read(qs_reader *reader, qs_qubo *qubo)
             return false;
         }
     }
-    return reader->status == QS_OK && (!qubo->has_labels || agree(qubo, kept) || corrupt(reader, &labl, "labels that do not fit the groups"));
+    if (reader->status != QS_OK || !qubo->has_labels) {
+        return reader->status == QS_OK;
+    }
+    return (agree(qubo, kept) || corrupt(reader, &labl, "labels that do not fit the groups")) &&
+           (penalties_agree(qubo) || corrupt(reader, &labl, "a site or terminal without a penalty"));
 }
 
 bool qs_site_next(qs_site *site)
