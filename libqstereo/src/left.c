@@ -247,6 +247,7 @@ static void shift(qs_left *left)
         for (uint32_t i = left->start[p]; i < left->start[p + 1]; i++) {
             left->cost[i] -= least;
             left->overflow |= left->cost[i] > QS_ENERGY_MAX;
+            left->no_model |= left->cost[i] > INT32_MAX;
         }
         add(left, &left->constant, least);
     }
