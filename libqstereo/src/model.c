@@ -267,6 +267,24 @@ static bool couplings_agree(const building *b)
     return true;
 }
 
+/* A whole problem without couplings has its table all the same: block 0, which nothing has looked at; false where it is no table of costs. */
+static bool note_lone_table(const building *b)
+{
+    const qs_index *index = b->index;
+    uint32_t labels = b->labels->labels;
+    if (b->model.kept || index->qubo->couplings > 0 || index->qubo->block_count == 0) {
+        return true;
+    }
+    const uint8_t *block = index->qubo->blocks + index->block_at[0];
+    bool fits = qs_block_rows(block) == labels && qs_block_columns(block) == labels;
+    for (uint32_t d = 0; d < labels; d++) {
+        for (uint32_t e = 0; fits && e < labels; e++) {
+            fits = note_entry(b, d, e, qs_block_entry(block, d, e));
+        }
+    }
+    return fits;
+}
+
 /* Entries that no block has are of labels that meet nowhere. */
 static void finish_table(const building *b)
 {
@@ -498,6 +516,9 @@ static qs_status build(building *b)
         model->links = b->links;
     }
     if (model->pairwise.smoothness == QS_TABLE) {
+        if (!note_lone_table(b)) {
+            return QS_E_CORRUPT;
+        }
         finish_table(b);
     }
     model->pairwise_max = largest_pairwise(model);

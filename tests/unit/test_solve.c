@@ -289,6 +289,25 @@ static void blocks_that_only_seem_right(void **unused)
     assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_OK);
 }
 
+/* A table that couples nothing stands in block 0 of a whole file; what stands there must be one. */
+static void tables_without_couplings(void **unused)
+{
+    (void)unused;
+    const int32_t table[9] = {0, 3, 1, 2, 0, 7, 5, 4, 0};
+    memset(&t, 0, sizeof t);
+    memcpy(t.table, table, sizeof table);
+    t.problem = (qs_problem){.sites = 1, .labels = 3, .scale = 1, .pairwise = {QS_TABLE, 0, t.table}, .edges = t.edges, .costs = t.costs};
+    tiny_encode(&t.problem, (qs_encode_options){.encoding = QS_ONE_HOT}, &q);
+    assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_OK);
+    assert_memory_equal(model.pairwise.table, table, sizeof table);
+    uint8_t *block = q.file + (q.qubo.blocks - q.file) + q.index.block_at[0];
+    block[12 + 4 * 3 + 3] = 0x80; /* an entry below 0 */
+    assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_E_CORRUPT);
+    block[12 + 4 * 3 + 3] = 0;
+    block[0] = 2; /* of another shape */
+    assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_E_CORRUPT);
+}
+
 /* Cuts have no model. */
 static void cuts_have_no_model(void **unused)
 {
@@ -574,6 +593,7 @@ int main(void)
         cmocka_unit_test(annealing_anneals),             cmocka_unit_test(reduced_models_have_the_problems_energy),
         cmocka_unit_test(cuts_have_no_model),            cmocka_unit_test(reduced_files_that_are_not_what_they_say),
         cmocka_unit_test(labels_that_are_out_stay_out),  cmocka_unit_test(blocks_that_only_seem_right),
+        cmocka_unit_test(tables_without_couplings),
         cmocka_unit_test(labels_stay_out_beside_heavy_edges), cmocka_unit_test(sums_beyond_the_model_are_refused),
     };
     return cmocka_run_group_tests_name("solve", tests, NULL, NULL);
