@@ -14,6 +14,9 @@ typedef struct qs_beside {
 /* Neighbour `at` (0, 1, ...) of a site; false after the last. Neighbours of weight 0 may be among them. */
 bool qs_local_neighbour(const qs_model *model, uint32_t site, uint32_t at, qs_beside *beside);
 
+/* The most that a site's edges can cost: the largest V times the sum of their weights. */
+int64_t qs_local_edges(const qs_model *model, uint32_t site);
+
 /* Whether a site has more neighbours than there are labels, so that going through the labels is less work. Never on a grid. */
 bool qs_local_many(const qs_model *model, uint32_t site);
 

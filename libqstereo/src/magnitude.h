@@ -1,4 +1,4 @@
-/* Sums that are only asked whether they pass a bound: mostly 2^53 (docs/FORMAT.md, the bound on all numbers). */
+/* Sums that are kept within a bound: mostly 2^53 (docs/FORMAT.md, the bound on all numbers). */
 #ifndef QS_MAGNITUDE_H
 #define QS_MAGNITUDE_H
 
@@ -24,6 +24,16 @@ static inline void qs_grow(uint64_t *magnitude, uint64_t x, uint64_t y)
 static inline uint64_t qs_absolute(int64_t value)
 {
     return value < 0 ? -(uint64_t)value : (uint64_t)value;
+}
+
+/* *sum += value, |value| at most 2^62; beyond 2^60 the sum overflows, and stays far from the ends of an int64_t. */
+static inline void qs_add(int64_t *sum, int64_t value, bool *overflow)
+{
+    *sum += value;
+    if (qs_absolute(*sum) > (uint64_t)1 << 60) {
+        *overflow = true;
+        *sum = 0;
+    }
 }
 
 #endif

@@ -83,11 +83,6 @@ static building begin(const qs_index *index, void *workspace)
 
 /* ---- Sites and their labels. ---- */
 
-static bool is_masked(const qs_labels *labels, uint32_t cell)
-{
-    return labels->mask && (labels->mask[cell / 8] >> cell % 8 & 1) == 0;
-}
-
 /* Notes of each group its site, and of each site its labels. */
 static void place_sites(const building *b)
 {
@@ -96,7 +91,7 @@ static void place_sites(const building *b)
         memset(b->kept, 1, (size_t)b->model.sites * labels); /* masked cells, too */
     }
     for (qs_site site = {.labels = b->labels}; qs_site_next(&site); at++) {
-        while (is_grid(b->index->qubo) && is_masked(b->labels, at)) {
+        while (is_grid(b->index->qubo) && qs_is_masked(b->labels->mask, at)) {
             at++;
         }
         for (uint32_t d = 0; b->model.kept && d < labels; d++) {
@@ -457,13 +452,8 @@ static bool copy_site(building *b, uint32_t group, const uint8_t *excess)
 /* What a label that is not left costs: one more than all edges of its site can. */
 static int32_t cost_out(const qs_model *model, uint32_t site)
 {
-    int64_t weights = 0;
-    qs_beside beside;
-    for (uint32_t at = 0; qs_local_neighbour(model, site, at, &beside); at++) {
-        weights += beside.weight;
-    }
-    bool fits = weights == 0 || model->pairwise_max < INT32_MAX / weights;
-    return fits ? (int32_t)(weights * model->pairwise_max + 1) : INT32_MAX;
+    int64_t edges = qs_local_edges(model, site);
+    return edges < INT32_MAX ? (int32_t)edges + 1 : INT32_MAX;
 }
 
 /* Costs of all sites: of those that are not open 0 for their one label. */
@@ -604,8 +594,7 @@ void qs_model_sites(const qs_model *model, const uint16_t *labelling, uint16_t *
 {
     uint32_t site = 0;
     for (uint32_t p = 0; p < model->sites; p++) {
-        bool masked = model->mask && (model->mask[p / 8] >> p % 8 & 1) == 0;
-        if (!masked) {
+        if (!qs_is_masked(model->mask, p)) {
             out[site++] = labelling[p];
         }
     }
