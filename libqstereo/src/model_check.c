@@ -62,7 +62,8 @@ static bool rows_agree(const qs_building *b, uint32_t group, const qs_neighbour 
     return true;
 }
 
-/* A coupling with a later group. Where both sites' labels are ranges the cost depends on the difference alone, and of a Toeplitz block the first row and column say all. */
+/* A coupling with a later group. Where both sites' labels are ranges the cost depends on the difference alone, and of a Toeplitz block the
+ * first row and column say all. */
 static bool block_agrees(const qs_building *b, uint32_t group, const qs_neighbour *near)
 {
     const qs_index *index = b->index;

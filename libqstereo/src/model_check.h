@@ -47,7 +47,8 @@ static inline int64_t qs_value(const qs_building *b, uint32_t d, uint32_t e)
 /* The smoothness that the encoding can hold; in a table the blocks hold the costs. */
 bool qs_encoding_fits(const qs_building *b);
 
-/* All blocks beside the pairwise cost, the chains of walls among them. The sites have been placed. A table is gathered on the way: *b->table is all -1 before. */
+/* All blocks beside the pairwise cost, the chains of walls among them. The sites have been placed. A table is gathered on the way:
+ * *b->table is all -1 before. */
 bool qs_couplings_agree(const qs_building *b);
 
 /* Ends the gathering of the table; false where it is none. */
