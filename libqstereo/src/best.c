@@ -98,18 +98,13 @@ typedef struct layout {
     uint64_t moved, moves, messages, end;
 } layout;
 
-static uint64_t rounded(uint64_t size)
-{
-    return (size + 15) / 16 * 16;
-}
-
 static layout lay_out(const qs_model *model)
 {
     layout l = {0};
     uint64_t moves = qs_expansion_workspace(model), messages = qs_trws_workspace(model);
-    l.moved = rounded(sizeof(uint16_t) * (uint64_t)model->sites);
+    l.moved = qs_rounded(sizeof(uint16_t) * (uint64_t)model->sites);
     l.moves = 2 * l.moved;
-    l.messages = l.moves + (moves < SIZE_MAX ? rounded(moves) : 0);
+    l.messages = l.moves + (moves < SIZE_MAX ? qs_rounded(moves) : 0);
     l.end = moves < SIZE_MAX && messages < SIZE_MAX ? l.messages + messages : SIZE_MAX;
     return l;
 }

@@ -78,6 +78,12 @@ static inline size_t qs_size(uint64_t size)
     return size < SIZE_MAX ? (size_t)size : SIZE_MAX;
 }
 
+/* A part of a workspace, made a multiple of 16 bytes so that the next one is aligned for any type. */
+static inline uint64_t qs_rounded(uint64_t size)
+{
+    return (size + 15) / 16 * 16;
+}
+
 /* The least of 1, 2, 4, 8 bytes that hold an unsigned integer. */
 static inline unsigned qs_bytes_of(uint64_t value)
 {

@@ -1,4 +1,5 @@
-/* The candidates of a site in a sample of one-hot-sparse or domain-wall: the labels d with x_pd = 1, where in a wall x of its j-th label is u_j - u_j+1 (u_0 = 1, one behind the last is 0). */
+/* The candidates of a site in a sample of one-hot-sparse or domain-wall: the labels d with x_pd = 1, where in a wall x of its j-th label is
+ * u_j - u_j+1 (u_0 = 1, one behind the last is 0). */
 #ifndef QS_CANDIDATES_H
 #define QS_CANDIDATES_H
 

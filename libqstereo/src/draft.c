@@ -44,15 +44,6 @@ void qs_draft_groups(qs_draft *draft, uint32_t count, uint32_t size, uint64_t a,
     draft->variables += (uint64_t)count * size;
 }
 
-void qs_draft_add(qs_draft *draft, int64_t *sum, int64_t value)
-{
-    *sum += value; /* within 2^60 + 2^62 */
-    if (qs_absolute(*sum) > (uint64_t)1 << 60) {
-        draft->overflow = true;
-        *sum = 0;
-    }
-}
-
 void qs_draft_couple(qs_draft *draft, uint32_t first, uint32_t second, uint32_t block, int64_t weight)
 {
     draft->overflow |= weight > INT32_MAX || weight < INT32_MIN;

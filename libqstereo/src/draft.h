@@ -6,6 +6,7 @@
 
 #include "../include/qstereo/qubo.h"
 #include "chunk.h"
+#include "magnitude.h"
 
 /* Room that a draft needs. */
 typedef struct qs_draft_sizes {
@@ -64,7 +65,10 @@ qs_draft qs_draft_in(void *memory, qs_draft_sizes sizes);
 void qs_draft_groups(qs_draft *draft, uint32_t count, uint32_t size, uint64_t a, uint64_t b);
 
 /* Adds to a sum, the offset or a linear term. |value| is at most 2^62. */
-void qs_draft_add(qs_draft *draft, int64_t *sum, int64_t value);
+static inline void qs_draft_add(qs_draft *draft, int64_t *sum, int64_t value)
+{
+    qs_add(sum, value, &draft->overflow);
+}
 
 /* Appends a pair of groups. */
 void qs_draft_couple(qs_draft *draft, uint32_t first, uint32_t second, uint32_t block, int64_t weight);

@@ -4,6 +4,7 @@
 
 #include "lanes.h"
 #include "local.h"
+#include "sites.h"
 
 /* Parts of the workspace, in bytes, those of 64 bits first. */
 typedef struct layout {
@@ -30,17 +31,6 @@ uint64_t qs_eliminate_workspace(const qs_model *model)
     return lay_out(model).end;
 }
 
-/* The most that a site's edges can cost; far above all other costs where that is more. */
-static int64_t edges_of(const qs_model *model, uint32_t site)
-{
-    int64_t weights = 0, most = model->pairwise_max;
-    qs_beside beside;
-    for (uint32_t at = 0; qs_local_neighbour(model, site, at, &beside); at++) {
-        weights += beside.weight;
-    }
-    return most > 0 && weights > INT64_MAX / 4 / most ? INT64_MAX / 4 : weights * most;
-}
-
 /* After a site's costs or its set have changed. */
 static void settle(qs_elimination *e, uint32_t site)
 {
@@ -51,7 +41,7 @@ static void settle(qs_elimination *e, uint32_t site)
         least = kept[d] ? qs_min32(least, unary[d]) : least;
         highest = kept[d] && unary[d] > highest ? unary[d] : highest;
     }
-    int64_t above = (int64_t)highest - least + edges_of(&e->model, site) + 1;
+    int64_t above = (int64_t)highest - least + qs_local_edges(&e->model, site) + 1;
     int32_t out = above < INT32_MAX ? (int32_t)above : INT32_MAX;
     for (uint32_t d = 0; d < labels; d++) {
         unary[d] = kept[d] ? unary[d] - least : out;
@@ -150,7 +140,7 @@ static void find_savings(const qs_elimination *e, uint32_t site)
 {
     uint32_t labels = e->model.labels;
     bool potts = e->model.pairwise.smoothness == QS_POTTS;
-    int64_t edges = potts ? 0 : edges_of(&e->model, site);
+    int64_t edges = potts ? 0 : qs_local_edges(&e->model, site);
     for (uint32_t d = 0; d < labels; d++) {
         e->saved[d] = edges;
     }
@@ -250,11 +240,6 @@ static void copy_model(qs_elimination *e, const qs_model *model, char *base)
     }
 }
 
-static bool is_masked(const qs_model *model, uint32_t site)
-{
-    return model->mask && (model->mask[site / 8] >> site % 8 & 1) == 0;
-}
-
 void qs_eliminate_begin(qs_elimination *e, const qs_model *model, bool walls, void *workspace, uint8_t *kept, uint16_t *labelling)
 {
     size_t labels = model->labels;
@@ -268,7 +253,7 @@ void qs_eliminate_begin(qs_elimination *e, const qs_model *model, bool walls, vo
     }
     qs_model_winner(model, labelling);
     for (uint32_t p = 0; p < model->sites; p++) {
-        if (is_masked(model, p)) {
+        if (qs_is_masked(model->mask, p)) {
             memset(kept + p * labels, 0, labels);
             kept[p * labels] = 1;
         }

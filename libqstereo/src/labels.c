@@ -83,16 +83,6 @@ static bool read_labl(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q)
 
 /* ---- kept ---- */
 
-static uint32_t fixed_at(const qs_labels *l, uint32_t site)
-{
-    return (uint32_t)qs_load_unsigned(l->fixed + (size_t)site * l->fixed_bytes, l->fixed_bytes);
-}
-
-static uint32_t open_mark(const qs_labels *l)
-{
-    return l->fixed_bytes == 1 ? UINT8_MAX : UINT16_MAX;
-}
-
 /* Two labels or more, none beyond the last. */
 static bool is_set(const uint8_t *set, uint32_t labels)
 {
@@ -113,11 +103,11 @@ static bool read_sets(qs_reader *reader, const qs_chunk *chunk, qs_labels *l)
     l->sets = l->fixed + map;
     l->open = 0;
     for (uint32_t site = 0; site < l->sites; site++) {
-        uint32_t fixed = fixed_at(l, site);
-        if (fixed != open_mark(l) && fixed >= l->labels) {
+        uint32_t fixed = qs_fixed_at(l, site);
+        if (fixed != qs_open_mark(l) && fixed >= l->labels) {
             return corrupt(reader, chunk, "a fixed label of kept");
         }
-        l->open += fixed == open_mark(l);
+        l->open += fixed == qs_open_mark(l);
     }
     if (chunk->length != KEPT_HEAD + map + l->open * each) {
         return corrupt(reader, chunk, "length of kept");
@@ -225,6 +215,20 @@ static bool plain_agrees(const qs_qubo *q)
     return l->encoding <= QS_ONE_HOT_SPARSE && q->groups == l->sites && q->group_run_count == 1 && qs_load_u32(q->group_runs + 4) == l->labels;
 }
 
+/* A penalty makes a group one-hot, and sites and terminals of these encodings are. */
+static bool penalties_agree(const qs_qubo *q)
+{
+    bool one_hot = q->labels.encoding <= QS_ONE_HOT_SPARSE || q->labels.encoding == QS_MULTIWAY_CUT;
+    size_t numbers = 2 * (size_t)q->penalty_bytes;
+    for (size_t r = 0; one_hot && r < q->penalty_run_count; r++) {
+        const uint8_t *a = q->penalty_runs + r * (4 + numbers) + 4;
+        if (qs_load_unsigned(a, q->penalty_bytes) == 0 && qs_load_unsigned(a + q->penalty_bytes, q->penalty_bytes) == 0) {
+            return false;
+        }
+    }
+    return true;
+}
+
 static bool agree(const qs_qubo *q, bool kept)
 {
     if (!kept) {
@@ -252,36 +256,9 @@ bool qs_labels_read(qs_reader *reader, qs_qubo *qubo)
             return false;
         }
     }
-    return reader->status == QS_OK && (!qubo->has_labels || agree(qubo, kept) || corrupt(reader, &labl, "labels that do not fit the groups"));
-}
-
-bool qs_site_next(qs_site *site)
-{
-    const qs_labels *l = site->labels;
-    if (site->next == l->sites) {
-        return false;
+    if (reader->status != QS_OK || !qubo->has_labels) {
+        return reader->status == QS_OK;
     }
-    uint32_t at = site->next++, each = (l->labels + 7) / 8;
-    site->is_open = true;
-    site->set = NULL;
-    site->count = l->labels;
-    site->variable = site->next_variable;
-    if (l->fixed_bytes > 0) {
-        site->fixed = fixed_at(l, at);
-        site->is_open = site->fixed == open_mark(l);
-        site->count = 1;
-    }
-    if (!site->is_open) {
-        return true;
-    }
-    site->open = site->next_open++;
-    if (l->fixed_bytes > 0) {
-        site->set = l->sets + (size_t)site->open * each;
-        site->count = 0;
-        for (uint32_t byte = 0; byte < each; byte++) {
-            site->count += qs_byte_count(site->set[byte]);
-        }
-    }
-    site->next_variable += qs_site_variables(l->encoding, site->count);
-    return true;
+    return (agree(qubo, kept) || corrupt(reader, &labl, "labels that do not fit the groups")) &&
+           (penalties_agree(qubo) || corrupt(reader, &labl, "a site or terminal without a penalty"));
 }

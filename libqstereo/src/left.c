@@ -3,13 +3,9 @@
 #include <string.h>
 
 #include "magnitude.h"
+#include "sites.h"
 
 /* ---- The model's sites and edges. ---- */
-
-static bool is_masked(const qs_model *model, uint32_t site)
-{
-    return model->mask && (model->mask[site / 8] >> site % 8 & 1) == 0;
-}
 
 static bool has(const qs_model *model, const uint8_t *kept, uint32_t site, uint32_t label)
 {
@@ -40,7 +36,7 @@ static bool grid_edge(edge_cursor *at)
     const qs_model *m = at->model;
     uint32_t p = at->site++, q = p + (at->down ? m->width : 1);
     bool inside = at->down ? q < m->sites : q % m->width != 0;
-    if (!inside || is_masked(m, p) || is_masked(m, q)) {
+    if (!inside || qs_is_masked(m->mask, p) || qs_is_masked(m->mask, q)) {
         return false;
     }
     at->edge = (qs_edge){p, q, at->down ? m->down[p] : m->right[p]};
@@ -90,13 +86,13 @@ qs_left_counts qs_left_count(const qs_model *model, const uint8_t *kept, bool on
 {
     qs_left_counts c = {.whole = true};
     for (uint32_t p = 0; p < model->sites; p++) {
-        uint32_t count = is_masked(model, p) ? model->labels : labels_left(model, kept, p);
+        uint32_t count = qs_is_masked(model->mask, p) ? model->labels : labels_left(model, kept, p);
         c.whole &= count == model->labels;
         c.empty |= count == 0;
     }
     uint32_t least = c.whole && one ? 1 : 2;
     for (uint32_t p = 0; p < model->sites; p++) {
-        if (!is_masked(model, p)) {
+        if (!qs_is_masked(model->mask, p)) {
             uint32_t count = labels_left(model, kept, p);
             c.sites++;
             c.open += count >= least;
@@ -160,16 +156,6 @@ static void lay_out(qs_left *left, bool truncate, void *workspace)
 
 /* ---- Folding. ---- */
 
-/* Sums stay far from the ends of an int64_t: |value| is at most 2^62. */
-static void add(qs_left *left, int64_t *sum, int64_t value)
-{
-    *sum += value;
-    if (qs_absolute(*sum) > (uint64_t)1 << 60) {
-        left->overflow = true;
-        *sum = 0;
-    }
-}
-
 static void enter_sites(qs_left *left, const uint8_t *kept)
 {
     const qs_model *m = left->model;
@@ -179,7 +165,7 @@ static void enter_sites(qs_left *left, const uint8_t *kept)
         const int32_t *unary = m->unary + (size_t)p * m->labels;
         uint32_t from = at;
         left->number[p] = QS_NO_SITE;
-        if (is_masked(m, p)) {
+        if (qs_is_masked(m->mask, p)) {
             continue;
         }
         if (!one && labels_left(m, kept, p) == 1) {
@@ -188,7 +174,7 @@ static void enter_sites(qs_left *left, const uint8_t *kept)
                 d++;
             }
             left->fixed[p] = (uint16_t)d;
-            add(left, &left->constant, unary[d]);
+            qs_add(&left->constant, unary[d], &left->overflow);
             continue;
         }
         for (uint32_t d = 0; d < m->labels; d++) {
@@ -212,7 +198,7 @@ static void fold(qs_left *left, const qs_edge *edge, bool first_is_open)
     uint32_t other = left->fixed[first_is_open ? edge->second : edge->first];
     for (uint32_t i = left->start[open]; i < left->start[open + 1]; i++) {
         uint32_t d = left->label[i];
-        add(left, &left->cost[i], edge->weight * qs_model_pairwise(m, first_is_open ? d : other, first_is_open ? other : d));
+        qs_add(&left->cost[i], edge->weight * qs_model_pairwise(m, first_is_open ? d : other, first_is_open ? other : d), &left->overflow);
     }
 }
 
@@ -231,7 +217,7 @@ static void enter_edges(qs_left *left)
         } else if (first != QS_NO_SITE || second != QS_NO_SITE) {
             fold(left, edge, first != QS_NO_SITE);
         } else {
-            add(left, &left->constant, edge->weight * qs_model_pairwise(m, left->fixed[edge->first], left->fixed[edge->second]));
+            qs_add(&left->constant, edge->weight * qs_model_pairwise(m, left->fixed[edge->first], left->fixed[edge->second]), &left->overflow);
         }
     }
     left->counts.edges = count;
@@ -247,8 +233,9 @@ static void shift(qs_left *left)
         for (uint32_t i = left->start[p]; i < left->start[p + 1]; i++) {
             left->cost[i] -= least;
             left->overflow |= left->cost[i] > QS_ENERGY_MAX;
+            left->no_model |= left->cost[i] > INT32_MAX;
         }
-        add(left, &left->constant, least);
+        qs_add(&left->constant, least, &left->overflow);
     }
 }
 

@@ -30,6 +30,7 @@ typedef struct qs_left {
     qs_left_counts counts;
     int64_t constant;
     bool overflow;    /* a cost does not fit */
+    bool no_model;    /* nor into a model of the file: some label's, excess included, is above 2^31 - 1 */
     bool cut;         /* some excess is not 0 */
     int64_t *cost;    /* of each label left to each open site; each site's least is 0 */
     qs_site_edges *reach; /* of each open site */

@@ -2,6 +2,7 @@
 
 #include "bytes.h"
 #include "left.h"
+#include "sites.h"
 
 void qs_put_labl_fields(qs_writer *writer, const qs_labels *l, bool masked)
 {
@@ -55,11 +56,6 @@ static void put_set(qs_writer *writer, const qs_left *left, uint32_t open)
     }
 }
 
-static bool is_site(const qs_model *model, uint32_t p)
-{
-    return !model->mask || (model->mask[p / 8] >> p % 8 & 1) != 0;
-}
-
 static void put_kept(qs_writer *writer, const void *context)
 {
     const qs_left *left = context;
@@ -70,7 +66,7 @@ static void put_kept(qs_writer *writer, const void *context)
         return;
     }
     for (uint32_t p = 0; p < left->model->sites; p++) {
-        if (is_site(left->model, p)) {
+        if (!qs_is_masked(left->model->mask, p)) {
             qs_put_unsigned(writer, left->number[p] == QS_NO_SITE ? left->fixed[p] : UINT16_MAX, bytes);
         }
     }

@@ -31,6 +31,16 @@ bool qs_local_neighbour(const qs_model *model, uint32_t site, uint32_t at, qs_be
     return true;
 }
 
+int64_t qs_local_edges(const qs_model *model, uint32_t site)
+{
+    int64_t weights = 0;
+    qs_beside beside;
+    for (uint32_t at = 0; qs_local_neighbour(model, site, at, &beside); at++) {
+        weights += beside.weight;
+    }
+    return weights * model->pairwise_max; /* at most 2^QS_MODEL_BITS */
+}
+
 bool qs_local_many(const qs_model *model, uint32_t site)
 {
     return model->width == 0 && model->link_start[site + 1] - model->link_start[site] > model->labels;

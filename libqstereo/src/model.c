@@ -2,10 +2,10 @@
 
 #include <string.h>
 
-#include "blocks.h"
 #include "bytes.h"
 #include "local.h"
-#include "pairwise.h"
+#include "magnitude.h"
+#include "model_check.h"
 #include "sites.h"
 
 /* Parts of the workspace: 32-bit integers, at last bytes. */
@@ -46,26 +46,13 @@ size_t qs_model_workspace(const qs_qubo *qubo)
     return qs_size(lay_out(qubo).end);
 }
 
-/* A model under construction: its arrays, to be written. */
-typedef struct building {
-    const qs_index *index;
-    const qs_labels *labels;
-    qs_model model;
-    int32_t *unary, *right, *down, *table;
-    uint32_t *link_start, *cursor;
-    qs_link *links;
-    uint32_t *site_of; /* of each group: its site in the model */
-    uint8_t *kept;
-    int64_t tau; /* of a sparse block: what two labels cost at most */
-} building;
-
-static building begin(const qs_index *index, void *workspace)
+static qs_building begin(const qs_index *index, void *workspace)
 {
     const qs_qubo *qubo = index->qubo;
     const qs_labels *labels = &qubo->labels;
     layout l = lay_out(qubo);
     char *base = workspace;
-    building b = {.index = index, .labels = labels};
+    qs_building b = {.index = index, .labels = labels};
     b.model = (qs_model){.sites = sites_of(qubo), .labels = labels->labels, .constant = qubo->offset, .pairwise = labels->pairwise,
                          .width = labels->width, .height = labels->height, .mask = labels->mask};
     b.unary = (int32_t *)(void *)(base + l.unary);
@@ -82,20 +69,15 @@ static building begin(const qs_index *index, void *workspace)
 
 /* ---- Sites and their labels. ---- */
 
-static bool is_masked(const qs_labels *labels, uint32_t cell)
-{
-    return labels->mask && (labels->mask[cell / 8] >> cell % 8 & 1) == 0;
-}
-
 /* Notes of each group its site, and of each site its labels. */
-static void place_sites(const building *b)
+static void place_sites(const qs_building *b)
 {
     uint32_t at = 0, labels = b->labels->labels;
     if (b->model.kept) {
         memset(b->kept, 1, (size_t)b->model.sites * labels); /* masked cells, too */
     }
     for (qs_site site = {.labels = b->labels}; qs_site_next(&site); at++) {
-        while (is_grid(b->index->qubo) && is_masked(b->labels, at)) {
+        while (is_grid(b->index->qubo) && qs_is_masked(b->labels->mask, at)) {
             at++;
         }
         for (uint32_t d = 0; b->model.kept && d < labels; d++) {
@@ -107,177 +89,10 @@ static void place_sites(const building *b)
     }
 }
 
-/* The first label left to a group's site from `label` on; as many as there are labels = none. */
-static uint32_t next_label(const building *b, uint32_t group, uint32_t label)
-{
-    const uint8_t *kept = b->kept + (size_t)b->site_of[group] * b->labels->labels;
-    while (b->model.kept && label < b->labels->labels && !kept[label]) {
-        label++;
-    }
-    return label;
-}
-
-static bool is_wall(const building *b)
-{
-    return b->labels->encoding == QS_DOMAIN_WALL;
-}
-
-/* Labels left to a group's site. */
-static uint32_t size_of(const building *b, uint32_t group)
-{
-    return b->index->start[group + 1] - b->index->start[group] + is_wall(b);
-}
-
-/* Whether they are neighbours, one after another. */
-static bool is_range(const building *b, uint32_t group)
-{
-    uint32_t first = next_label(b, group, 0), size = size_of(b, group);
-    for (uint32_t d = first; d < first + size; d++) {
-        if (next_label(b, group, d) != d) {
-            return false;
-        }
-    }
-    return true;
-}
-
-/* ---- The blocks: what the encoding makes of the pairwise cost. ---- */
-
-static int64_t value(const building *b, uint32_t d, uint32_t e)
-{
-    return qs_pairwise_value(&b->model.pairwise, b->labels->labels, d, e);
-}
-
-/* The smoothness that the encoding can hold; in a table the blocks hold the costs. */
-static bool encoding_fits(const building *b)
-{
-    qs_smoothness smoothness = b->labels->pairwise.smoothness;
-    return b->labels->encoding == QS_ONE_HOT || smoothness == QS_POTTS || smoothness == QS_TRUNCATED_LINEAR;
-}
-
-/* The entry of the labels d and e; of a wall also of the labels left before them. */
-static int64_t expected_entry(const building *b, uint32_t before_d, uint32_t d, uint32_t before_e, uint32_t e)
-{
-    switch (b->labels->encoding) {
-    case QS_DOMAIN_WALL: return value(b, d, e) - value(b, before_d, e) - value(b, d, before_e) + value(b, before_d, before_e);
-    case QS_ONE_HOT_SPARSE: return value(b, d, e) - b->tau;
-    default: return value(b, d, e);
-    }
-}
-
-/* Notes an entry of a table; false where it is below 0 or has been noted otherwise. */
-static bool note_entry(const building *b, uint32_t d, uint32_t e, int32_t entry)
-{
-    int32_t *noted = &b->table[(size_t)d * b->labels->labels + e];
-    bool fits = entry >= 0 && (*noted < 0 || *noted == entry);
-    *noted = fits ? entry : *noted;
-    return fits;
-}
-
-/* Whether the entries of some rows are what they must be: of a wall row and column 0 are the second labels left. */
-static bool rows_agree(const building *b, uint32_t group, const qs_neighbour *near, uint32_t rows, uint32_t columns)
-{
-    uint32_t before_d = next_label(b, group, 0), d = is_wall(b) ? next_label(b, group, before_d + 1) : before_d;
-    for (uint32_t i = 0; i < rows; i++) {
-        uint32_t before_e = next_label(b, near->group, 0), e = is_wall(b) ? next_label(b, near->group, before_e + 1) : before_e;
-        for (uint32_t j = 0; j < columns; j++) {
-            int32_t entry = qs_index_block(b->index, near->block, i, j);
-            bool table = b->labels->pairwise.smoothness == QS_TABLE;
-            if (table ? !note_entry(b, d, e, entry) : entry != expected_entry(b, before_d, d, before_e, e)) {
-                return false;
-            }
-            before_e = e;
-            e = next_label(b, near->group, e + 1);
-        }
-        before_d = d;
-        d = next_label(b, group, d + 1);
-    }
-    return true;
-}
-
-/* A coupling with a later group. Where both sites' labels are ranges the cost depends on the difference alone, and of a Toeplitz block the first row and column say all. */
-static bool block_agrees(const building *b, uint32_t group, const qs_neighbour *near)
-{
-    const qs_index *index = b->index;
-    uint32_t rows = index->start[group + 1] - index->start[group], columns = index->start[near->group + 1] - index->start[near->group];
-    bool toeplitz = !qs_block_is_table(index->qubo->blocks + index->block_at[near->block]) && b->labels->pairwise.smoothness != QS_TABLE;
-    if (toeplitz && is_range(b, group) && is_range(b, near->group)) {
-        return rows_agree(b, group, near, 1, columns) && rows_agree(b, group, near, rows, 1);
-    }
-    return rows_agree(b, group, near, rows, columns);
-}
-
-/* The chain of a wall: a negative weight on each pair of neighbours. */
-static bool chain_agrees(const building *b, uint32_t group, const qs_neighbour *near)
-{
-    uint32_t variables = b->index->start[group + 1] - b->index->start[group];
-    bool table = qs_block_is_table(b->index->qubo->blocks + b->index->block_at[near->block]);
-    for (uint32_t i = 0; i < (table ? variables : 1); i++) { /* of a Toeplitz block the first row says all above the diagonal */
-        for (uint32_t j = i + 1; j < variables; j++) {
-            int64_t entry = (int64_t)qs_index_block(b->index, near->block, i, j) * near->weight;
-            if (j == i + 1 ? entry >= 0 : entry != 0) {
-                return false;
-            }
-        }
-    }
-    return is_wall(b);
-}
-
-/* The labels of two groups' sites are the same as those of two others. */
-static bool same_labels(const building *b, uint32_t g, uint32_t h)
-{
-    size_t labels = b->labels->labels;
-    return !b->model.kept || memcmp(b->kept + b->site_of[g] * labels, b->kept + b->site_of[h] * labels, labels) == 0;
-}
-
-/* All blocks beside the pairwise cost; most pairs are like the one before and need no other look. */
-static bool couplings_agree(const building *b)
-{
-    const qs_index *index = b->index;
-    uint32_t last_group = 0;
-    const qs_neighbour *last = NULL;
-    for (uint32_t g = 0; g < index->qubo->groups; g++) {
-        bool chained = !is_wall(b) || size_of(b, g) < 3;
-        for (uint32_t n = index->near_start[g]; n < index->near_start[g + 1]; n++) {
-            const qs_neighbour *near = &index->near[n];
-            if (near->group == g) {
-                chained = true;
-                if (!chain_agrees(b, g, near)) {
-                    return false;
-                }
-                continue;
-            }
-            if (near->weight < 0) {
-                return false;
-            }
-            if ((near->block & QS_TRANSPOSED) != 0 ||
-                (last && last->block == near->block && same_labels(b, g, last_group) && same_labels(b, near->group, last->group))) {
-                continue;
-            }
-            if (!block_agrees(b, g, near)) {
-                return false;
-            }
-            last = near;
-            last_group = g;
-        }
-        if (!chained) {
-            return false;
-        }
-    }
-    return true;
-}
-
-/* Entries that no block has are of labels that meet nowhere. */
-static void finish_table(const building *b)
-{
-    for (size_t i = 0; i < (size_t)b->labels->labels * b->labels->labels; i++) {
-        b->table[i] = b->table[i] < 0 ? 0 : b->table[i];
-    }
-}
-
 /* ---- The edges. ---- */
 
 /* Weights of a grid's edges: of a site with its right and its lower neighbour. */
-static bool copy_grid(const building *b)
+static bool copy_grid(const qs_building *b)
 {
     const qs_index *index = b->index;
     memset(b->right, 0, sizeof *b->right * b->model.sites);
@@ -301,7 +116,7 @@ static bool copy_grid(const building *b)
 }
 
 /* Each site, in order, is entered in the lists of its neighbours: so the lists are sorted. */
-static void enter_sites(const building *b)
+static void enter_sites(const qs_building *b)
 {
     const qs_index *index = b->index;
     memset(b->link_start, 0, sizeof *b->link_start * (b->model.sites + (size_t)1));
@@ -325,7 +140,7 @@ static void enter_sites(const building *b)
 }
 
 /* An edge is numbered at its first site. Its second site, coming later, finds the number by a cursor that each first site keeps. */
-static void copy_links(building *b)
+static void copy_links(qs_building *b)
 {
     enter_sites(b);
     for (uint32_t p = 0; p < b->model.sites; p++) {
@@ -353,10 +168,29 @@ static int64_t largest_pairwise(const qs_model *model)
     return largest;
 }
 
+/* Whether no sum of costs leaves 64 bits, whatever the labels. The format's bound on all numbers does not say so: it knows a weight
+ * times the entries of its block, and those of walls and of bands may be 0 where V is not. */
+static bool sums_fit(const qs_building *b)
+{
+    const qs_index *index = b->index;
+    const uint64_t most = (uint64_t)1 << QS_MODEL_BITS;
+    uint64_t sum = 0;
+    qs_grow_to(&sum, b->model.sites, INT32_MAX, most + 1);
+    for (uint32_t group = 0; group < index->qubo->groups; group++) {
+        for (uint32_t n = index->near_start[group]; n < index->near_start[group + 1]; n++) {
+            const qs_neighbour *near = &index->near[n];
+            if (near->group > group) {
+                qs_grow_to(&sum, (uint64_t)near->weight, (uint64_t)b->model.pairwise_max, most + 1);
+            }
+        }
+    }
+    return sum <= most;
+}
+
 /* ---- The costs. ---- */
 
 /* What the edges and the chain have put into the linear terms of a wall's variable, which is 1 from label d on; `before` is the label left before d. */
-static int64_t wall_share(const building *b, uint32_t group, uint32_t rank, uint32_t before, uint32_t d)
+static int64_t wall_share(const qs_building *b, uint32_t group, uint32_t rank, uint32_t before, uint32_t d)
 {
     const qs_index *index = b->index;
     int64_t share = 0;
@@ -365,22 +199,22 @@ static int64_t wall_share(const building *b, uint32_t group, uint32_t rank, uint
         if (near->group == group) {
             share -= rank > 1 ? (int64_t)qs_index_block(index, near->block, rank - 2, rank - 1) * near->weight : 0;
         } else {
-            uint32_t lowest = next_label(b, near->group, 0);
-            share += near->weight * (value(b, d, lowest) - value(b, before, lowest));
+            uint32_t lowest = qs_next_label(b, near->group, 0);
+            share += near->weight * (qs_value(b, d, lowest) - qs_value(b, before, lowest));
         }
     }
     return share;
 }
 
 /* What the encoding has put into the offset for the edges: in a sparse block the most that they cost, in a wall what the lowest labels do. */
-static int64_t edges_share(const building *b, uint32_t group)
+static int64_t edges_share(const qs_building *b, uint32_t group)
 {
     const qs_index *index = b->index;
     int64_t share = 0;
     for (uint32_t n = index->near_start[group]; n < index->near_start[group + 1]; n++) {
         const qs_neighbour *near = &index->near[n];
         if (near->group > group && b->labels->encoding != QS_ONE_HOT) {
-            int64_t most = is_wall(b) ? value(b, next_label(b, group, 0), next_label(b, near->group, 0)) : b->tau;
+            int64_t most = qs_has_walls(b) ? qs_value(b, qs_next_label(b, group, 0), qs_next_label(b, near->group, 0)) : b->tau;
             share += near->weight * most;
         }
     }
@@ -388,7 +222,7 @@ static int64_t edges_share(const building *b, uint32_t group)
 }
 
 /* Two passes over an open site's labels, the first for their least cost, which moves into the constant; false where one does not fit. */
-static bool copy_site(building *b, uint32_t group, const uint8_t *excess)
+static bool copy_site(qs_building *b, uint32_t group, const uint8_t *excess)
 {
     const qs_index *index = b->index;
     uint32_t labels = b->labels->labels, from = index->start[group];
@@ -397,11 +231,11 @@ static bool copy_site(building *b, uint32_t group, const uint8_t *excess)
     for (int pass = 0; pass < 2; pass++) {
         uint32_t rank = 0, before = 0;
         int64_t wall = 0;
-        for (uint32_t d = next_label(b, group, 0); d < labels; before = d, d = next_label(b, group, d + 1), rank++) {
-            if (is_wall(b) && rank > 0) {
+        for (uint32_t d = qs_next_label(b, group, 0); d < labels; before = d, d = qs_next_label(b, group, d + 1), rank++) {
+            if (qs_has_walls(b) && rank > 0) {
                 wall += qs_qubo_linear(index->qubo, from + rank - 1) - wall_share(b, group, rank, before, d);
             }
-            int64_t cost = is_wall(b) ? wall : qs_qubo_linear(index->qubo, from + rank);
+            int64_t cost = qs_has_walls(b) ? wall : qs_qubo_linear(index->qubo, from + rank);
             cost += excess ? (int64_t)qs_load_unsigned(excess + (size_t)rank * b->labels->excess_bytes, b->labels->excess_bytes) : 0;
             if (pass == 0) {
                 least = rank == 0 || cost < least ? cost : least;
@@ -419,17 +253,12 @@ static bool copy_site(building *b, uint32_t group, const uint8_t *excess)
 /* What a label that is not left costs: one more than all edges of its site can. */
 static int32_t cost_out(const qs_model *model, uint32_t site)
 {
-    int64_t weights = 0;
-    qs_beside beside;
-    for (uint32_t at = 0; qs_local_neighbour(model, site, at, &beside); at++) {
-        weights += beside.weight;
-    }
-    bool fits = weights == 0 || model->pairwise_max < INT32_MAX / weights;
-    return fits ? (int32_t)(weights * model->pairwise_max + 1) : INT32_MAX;
+    int64_t edges = qs_local_edges(model, site);
+    return edges < INT32_MAX ? (int32_t)edges + 1 : INT32_MAX;
 }
 
 /* Costs of all sites: of those that are not open 0 for their one label. */
-static bool copy_costs(building *b)
+static bool copy_costs(qs_building *b)
 {
     const qs_labels *l = b->labels;
     const uint8_t *excess = l->excess;
@@ -439,7 +268,7 @@ static bool copy_costs(building *b)
         if (!copy_site(b, group, excess)) {
             return false;
         }
-        excess += excess ? (size_t)size_of(b, group) * l->excess_bytes : 0;
+        excess += excess ? (size_t)qs_labels_left(b, group) * l->excess_bytes : 0;
     }
     for (uint32_t p = 0; b->model.kept && p < b->model.sites; p++) {
         int32_t out = cost_out(&b->model, p);
@@ -450,10 +279,10 @@ static bool copy_costs(building *b)
     return true;
 }
 
-static qs_status build(building *b)
+static qs_status build(qs_building *b)
 {
     qs_model *model = &b->model;
-    if (!encoding_fits(b)) {
+    if (!qs_encoding_fits(b)) {
         return QS_E_CORRUPT;
     }
     if (b->labels->fixed_bytes > 0) {
@@ -463,10 +292,10 @@ static qs_status build(building *b)
         memset(b->table, 0xff, 4 * (size_t)model->labels * model->labels); /* -1: not seen yet */
         model->pairwise.table = b->table;
     } else {
-        b->tau = model->pairwise.smoothness == QS_POTTS ? 1 : value(b, 0, model->labels - 1);
+        b->tau = model->pairwise.smoothness == QS_POTTS ? 1 : qs_value(b, 0, model->labels - 1);
     }
     place_sites(b);
-    if (!couplings_agree(b) || (model->width > 0 && !copy_grid(b))) {
+    if (!qs_couplings_agree(b) || (model->width > 0 && !copy_grid(b))) {
         return QS_E_CORRUPT;
     }
     if (model->width > 0) {
@@ -477,12 +306,12 @@ static qs_status build(building *b)
         model->link_start = b->link_start;
         model->links = b->links;
     }
-    if (model->pairwise.smoothness == QS_TABLE) {
-        finish_table(b);
+    if (model->pairwise.smoothness == QS_TABLE && !qs_finish_table(b)) {
+        return QS_E_CORRUPT;
     }
     model->pairwise_max = largest_pairwise(model);
     model->unary = b->unary;
-    return copy_costs(b) ? QS_OK : QS_E_OVERFLOW;
+    return sums_fit(b) && copy_costs(b) ? QS_OK : QS_E_OVERFLOW;
 }
 
 qs_status qs_model_build(const qs_index *index, void *workspace, size_t workspace_size, qs_model *model)
@@ -500,7 +329,7 @@ qs_status qs_model_build(const qs_index *index, void *workspace, size_t workspac
     if (workspace_size < lay_out(qubo).end) {
         return QS_E_WORKSPACE;
     }
-    building b = begin(index, workspace);
+    qs_building b = begin(index, workspace);
     qs_status status = build(&b);
     if (status == QS_OK) {
         *model = b.model;
@@ -563,8 +392,7 @@ void qs_model_sites(const qs_model *model, const uint16_t *labelling, uint16_t *
 {
     uint32_t site = 0;
     for (uint32_t p = 0; p < model->sites; p++) {
-        bool masked = model->mask && (model->mask[p / 8] >> p % 8 & 1) == 0;
-        if (!masked) {
+        if (!qs_is_masked(model->mask, p)) {
             out[site++] = labelling[p];
         }
     }

@@ -187,7 +187,7 @@ qs_status qs_recode(const qs_model *model, const qs_qubo *qubo, const qs_recode_
         return QS_E_WORKSPACE;
     }
     lay_out(&r, model, options, &c, workspace);
-    if (r.left.overflow) {
+    if (r.left.overflow || (r.left.no_model && r.encoding <= QS_DOMAIN_WALL)) {
         return QS_E_OVERFLOW;
     }
     fill(&r);

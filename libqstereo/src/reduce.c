@@ -130,17 +130,12 @@ typedef struct layout {
     uint64_t shares, excess, best, end;
 } layout;
 
-static uint64_t rounded(uint64_t size)
-{
-    return (size + 15) / 16 * 16;
-}
-
 static layout lay_out(const qs_model *model)
 {
     uint64_t best = qs_best_workspace(model);
-    layout l = {.shares = rounded(qs_eliminate_workspace(model))};
-    l.excess = l.shares + rounded(sizeof(int64_t) * model->sites);
-    l.best = l.excess + rounded(sizeof(uint32_t) * qs_trws_excess_numbers(model));
+    layout l = {.shares = qs_rounded(qs_eliminate_workspace(model))};
+    l.excess = l.shares + qs_rounded(sizeof(int64_t) * model->sites);
+    l.best = l.excess + qs_rounded(sizeof(uint32_t) * qs_trws_excess_numbers(model));
     l.end = best < SIZE_MAX ? l.best + best : SIZE_MAX;
     return l;
 }

@@ -6,9 +6,9 @@
 #include "site_bits.h"
 
 /* Let a random order of all labels decide, each site taking the first of its candidates. Then a site's cost is expected to be the mean over its
- * candidates, and two neighbours to differ with probability 1 - m / u, where m candidates are common to both and u to either; the sum is not above H of the sample
- * (docs/MATHS.md, Lemma R). The order is chosen label by label such that what is expected of the rest does not rise:
- * if c comes next, each site with the candidate c takes it, and the expectation changes by
+ * candidates, and two neighbours to differ with probability 1 - m / u, where m candidates are common to both and u to either; the sum is
+ * not above H of the sample (docs/MATHS.md, Lemma R). The order is chosen label by label such that what is expected of the rest does not
+ * rise: if c comes next, each site with the candidate c takes it, and the expectation changes by
  *
  *     delta_c = sum over p with c of [cost_p(c) - mean_p] + sum over edges of weight * { -(1 - m / u) where both have c, m / u where one has }
  *
@@ -135,8 +135,8 @@ static void change_edge(const search *s, uint32_t own_count, uint32_t other_coun
     }
 }
 
-/* All terms of an undecided site and of its edges, but those of the edges that its lower-numbered neighbours have seen to: the undecided ones, of which `label` (if
- * it is one) is a candidate. */
+/* All terms of an undecided site and of its edges, but those of the edges that its lower-numbered neighbours have seen to: the undecided
+ * ones, of which `label` (if it is one) is a candidate. */
 static void change_terms(const search *s, uint32_t site, uint32_t label, bool add)
 {
     const qs_index *index = s->index;

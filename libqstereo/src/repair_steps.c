@@ -5,11 +5,12 @@
 #include "repair.h"
 #include "site_bits.h"
 
-/* Site p's variables say u_i = [w_p >= i] for i = 1 .. k - 1; with u_0 = 1 and u_k = 0 a step up, u_i = 0 and u_i+1 = 1, is what a labelling has not. With U_i the sites at 1 let A_i be the union of
- * U_i and U_i+1, and B_i the intersection of U_i-1 and U_i: A moves each step up one to the left, B one to the right, and no step down moves.
- * The edges' cost is that of the cuts of all U_i, which is submodular: A and B together cost at most twice what U does. So one of them does not cost more, and neither
- * does going on that way until a step up meets a step down and both vanish, with what they cost (docs/MATHS.md). Sites that are labellings stay as they are, so that
- * each connected component of the others goes its own way. */
+/* Site p's variables say u_i = [w_p >= i] for i = 1 .. k - 1; with u_0 = 1 and u_k = 0 a step up, u_i = 0 and u_i+1 = 1, is what a
+ * labelling has not. With U_i the sites at 1 let A_i be the union of U_i and U_i+1, and B_i the intersection of U_i-1 and U_i: A moves each
+ * step up one to the left, B one to the right, and no step down moves. The edges' cost is that of the cuts of all U_i, which is submodular:
+ * A and B together cost at most twice what U does. So one of them does not cost more, and neither does going on that way until a step up
+ * meets a step down and both vanish, with what they cost (docs/MATHS.md). Sites that are labellings stay as they are, so that each
+ * connected component of the others goes its own way. */
 
 enum { FINE, WAITING, MOVING };
 
@@ -160,7 +161,8 @@ static arc arc_of(const qs_index *index, uint32_t z)
     return found;
 }
 
-/* An edge between a site and another, of which `variable` sees one coupling: UINT32_MAX = it is something else. The weight is in a unit that is the same for all edges of the file. */
+/* An edge between a site and another, of which `variable` sees one coupling: UINT32_MAX = it is something else. The weight is in a unit
+ * that is the same for all edges of the file. */
 static uint32_t other_end(const moves *m, uint32_t site, uint32_t variable, const qs_neighbour *near, int64_t *weight)
 {
     uint32_t other = near->group;
@@ -183,7 +185,8 @@ static uint32_t first_group(const moves *m, uint32_t site)
     return qs_is_cut(m->labels->encoding) ? m->first[site] : site;
 }
 
-/* What the edges of the moving sites cost after a move, those between two of them once. The sum may wrap where a file is not what it says, and is then merely useless. */
+/* What the edges of the moving sites cost after a move, those between two of them once. The sum may wrap where a file is not what it says,
+ * and is then merely useless. */
 static uint64_t edges_cost(const moves *m, direction to)
 {
     uint64_t cost = 0;

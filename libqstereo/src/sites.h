@@ -3,6 +3,24 @@
 #define QS_SITES_H
 
 #include "../include/qstereo/qubo.h"
+#include "bytes.h"
+
+/* Whether a cell of a grid is no site. `mask` as in qs_labels; NULL = all are. */
+static inline bool qs_is_masked(const uint8_t *mask, uint32_t cell)
+{
+    return mask && (mask[cell / 8] >> cell % 8 & 1) == 0;
+}
+
+/* What the chunk kept says of a site: the label that it is fixed at, or qs_open_mark. */
+static inline uint32_t qs_fixed_at(const qs_labels *labels, uint32_t site)
+{
+    return (uint32_t)qs_load_unsigned(labels->fixed + (size_t)site * labels->fixed_bytes, labels->fixed_bytes);
+}
+
+static inline uint32_t qs_open_mark(const qs_labels *labels)
+{
+    return labels->fixed_bytes == 1 ? UINT8_MAX : UINT16_MAX;
+}
 
 static inline bool qs_is_cut(qs_encoding encoding)
 {

@@ -422,6 +422,24 @@ static void groups_are_those_of_the_encoding(void **unused)
     }
 }
 
+/* A group without a penalty is not one-hot, and so no site or terminal of the encodings whose sites are. One number of the two is enough. */
+static void sites_have_penalties(void **unused)
+{
+    (void)unused;
+    for (qs_encoding encoding = QS_ONE_HOT; encoding <= QS_ST_CUT_ARCS; encoding++) {
+        write_reduced(encoding, false);
+        uint32_t groups = reduced.qubo.groups;
+        bool one_hot = encoding <= QS_ONE_HOT_SPARSE || encoding == QS_MULTIWAY_CUT;
+        for (uint8_t pair = 0; pair < 4 && encoding != QS_DOMAIN_WALL; pair++) { /* chains are no groups with a penalty */
+            uint8_t a = pair & 1, b = pair >> 1;
+            const uint8_t all[] = {1, 0, 0, 0, 0, 0, 0, 0, (uint8_t)groups, 0, 0, 0, a, b};
+            const uint8_t last[] = {1, 0, 0, 0, 0, 0, 0, 0, (uint8_t)(groups - 1), 0, 0, 0, 7, 9, 1, 0, 0, 0, a, b};
+            assert_int_equal(open_replaced("PNLT", all, sizeof all), one_hot && pair == 0 ? QS_E_CORRUPT : QS_OK);
+            assert_int_equal(open_replaced("PNLT", last, sizeof last), one_hot && pair == 0 ? QS_E_CORRUPT : QS_OK);
+        }
+    }
+}
+
 /* More than 255 labels: two bytes for a fixed one. Nothing is left to decide, so that there are no variables. */
 static void wide_fixed_labels(void **unused)
 {
@@ -658,6 +676,7 @@ int main(void)
         cmocka_unit_test(open_sites_have_two_labels),
         cmocka_unit_test(side_chunks_in_order),
         cmocka_unit_test(groups_are_those_of_the_encoding),
+        cmocka_unit_test(sites_have_penalties),
         cmocka_unit_test(wide_fixed_labels),
         cmocka_unit_test(memory_limit),
         cmocka_unit_test(samples_round_trip),

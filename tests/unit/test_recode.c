@@ -874,6 +874,7 @@ static void whole_problems_are_those_of_encode(void **unused)
     static uint8_t direct[MEMORY];
     static uint64_t memory[MEMORY / 8];
     uint64_t state = 17;
+    uint32_t lone = 0;
     for (int round = 0; round < ROUNDS; round++) {
         memset(&f, 0, sizeof f);
         tiny_make(&f.t, &state, SOURCE_BITS, round % 2 == 0);
@@ -886,9 +887,7 @@ static void whole_problems_are_those_of_encode(void **unused)
             options.encoding = QS_ONE_HOT_SPARSE;
         }
         make_model(&f);
-        if (f.t.problem.pairwise.smoothness == QS_TABLE && f.source_qubo.couplings == 0) {
-            continue; /* a model has no table that couples nothing */
-        }
+        lone += f.t.problem.pairwise.smoothness == QS_TABLE && f.source_qubo.couplings == 0;
         assert_int_equal(recode(&f, options, false), QS_OK);
         qs_buffer buffer = {direct, sizeof direct, 0};
         qs_sink sink = qs_buffer_sink(&buffer);
@@ -896,6 +895,7 @@ static void whole_problems_are_those_of_encode(void **unused)
         assert_int_equal(f.size, buffer.size);
         assert_memory_equal(f.file, direct, f.size);
     }
+    assert_true(lone > 0); /* tables that couple nothing */
 }
 
 /* Walls whose label sets do not overlap couple nothing, but for the weight that repair asks for. */
@@ -1010,6 +1010,34 @@ static void labels_beyond_a_byte(void **unused)
     }
 }
 
+/* What fixed neighbours add to a cost may be too much for a model; then no encoding that a model is built from is written. */
+static void costs_beyond_a_model(void **unused)
+{
+    (void)unused;
+    static fixture f;
+    static uint64_t memory[MEMORY / 8];
+    qs_model model;
+    const qs_encoding encodings[] = {QS_ONE_HOT, QS_ONE_HOT_SPARSE, QS_DOMAIN_WALL, QS_MULTIWAY_CUT, QS_ST_CUT, QS_ST_CUT_ARCS};
+    for (int round = 0; round < 4 * 6; round++) {
+        bool over = round % 2 == 1, truncate = round / 2 % 2 == 1;
+        qs_encoding encoding = encodings[round / 4];
+        make_grid(&f, 2, 1, 2, 5, QS_POTTS);
+        memset(f.t.costs, 0, sizeof f.t.costs);
+        f.t.costs[3] = INT32_MAX - 5 + over; /* of site 1, label 1: and 5 more beside label 0 */
+        make_model(&f);
+        f.left[0] = 1;
+        qs_status status = recode(&f, (qs_encode_options){.encoding = encoding}, truncate);
+        bool modelled = encoding <= QS_DOMAIN_WALL;
+        if (modelled || truncate) { /* else a cut's capacities may be too large */
+            assert_int_equal(status, over && modelled ? QS_E_OVERFLOW : QS_OK);
+        }
+        if (modelled && !over) {
+            assert_int_equal(qs_model_build(&f.index, memory, sizeof memory, &model), QS_OK);
+            assert_int_equal(model.unary[3], INT32_MAX);
+        }
+    }
+}
+
 static void refusals(void **unused)
 {
     (void)unused;
@@ -1120,6 +1148,7 @@ int main(void)
         cmocka_unit_test(whole_problems_are_those_of_encode),
         cmocka_unit_test(nothing_left_to_decide),
         cmocka_unit_test(labels_beyond_a_byte),
+        cmocka_unit_test(costs_beyond_a_model),
         cmocka_unit_test(refusals),
         cmocka_unit_test(equals_keep_their_order),
         cmocka_unit_test(every_failing_write_is_told),

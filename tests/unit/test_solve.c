@@ -289,6 +289,25 @@ static void blocks_that_only_seem_right(void **unused)
     assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_OK);
 }
 
+/* A table that couples nothing stands in block 0 of a whole file; what stands there must be one. */
+static void tables_without_couplings(void **unused)
+{
+    (void)unused;
+    const int32_t table[9] = {0, 3, 1, 2, 0, 7, 5, 4, 0};
+    memset(&t, 0, sizeof t);
+    memcpy(t.table, table, sizeof table);
+    t.problem = (qs_problem){.sites = 1, .labels = 3, .scale = 1, .pairwise = {QS_TABLE, 0, t.table}, .edges = t.edges, .costs = t.costs};
+    tiny_encode(&t.problem, (qs_encode_options){.encoding = QS_ONE_HOT}, &q);
+    assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_OK);
+    assert_memory_equal(model.pairwise.table, table, sizeof table);
+    uint8_t *block = q.file + (q.qubo.blocks - q.file) + q.index.block_at[0];
+    block[12 + 4 * 3 + 3] = 0x80; /* an entry below 0 */
+    assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_E_CORRUPT);
+    block[12 + 4 * 3 + 3] = 0;
+    block[0] = 2; /* of another shape */
+    assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model), QS_E_CORRUPT);
+}
+
 /* Cuts have no model. */
 static void cuts_have_no_model(void **unused)
 {
@@ -475,6 +494,32 @@ static void labels_stay_out_beside_heavy_edges(void **unused)
     assert_true(answered >= 2);
 }
 
+/* The file knows of the labels left alone, whose costs are small; the model says what the others cost, too, and its sums stay within 2^60. */
+static void sums_beyond_the_model_are_refused(void **unused)
+{
+    (void)unused;
+    enum { MANY = 65535, BYTES = 4 * 2 * MANY + 2 * MANY + 256 };
+    static uint64_t large[BYTES / 8 + 1];
+    static uint8_t sets[2 * (MANY + 7) / 8];
+    static const uint8_t open[4] = {255, 255, 255, 255};
+    const int64_t largest = (int64_t)(MANY - 1) * (MANY - 1), room = ((int64_t)1 << 60) - 2 * (int64_t)INT32_MAX;
+    sets[0] = sets[(MANY + 7) / 8] = 3;
+    for (int32_t over = 1; over >= 0; over--) {
+        memset(&t, 0, sizeof t);
+        t.edges[0] = (qs_edge){0, 1, (int32_t)(room / largest) + over};
+        t.problem = (qs_problem){.sites = 2, .labels = 2, .scale = 1, .pairwise = {QS_TRUNCATED_QUADRATIC, 0, NULL}, .edges = t.edges, .edge_count = 1, .costs = t.costs};
+        tiny_encode(&t.problem, (qs_encode_options){.encoding = QS_ONE_HOT}, &q);
+        q.qubo.labels.labels = MANY;
+        q.qubo.labels.fixed_bytes = 2;
+        q.qubo.labels.fixed = open;
+        q.qubo.labels.sets = sets;
+        assert_true(qs_model_workspace(&q.qubo) <= sizeof large);
+        assert_int_equal(qs_model_build(&q.index, large, sizeof large, &model), over ? QS_E_OVERFLOW : QS_OK);
+    }
+    assert_int_equal(model.pairwise_max, largest);
+    assert_int_equal(qs_model_energy(&model, (const uint16_t[]){0, MANY - 1}), room / largest * largest + INT32_MAX);
+}
+
 static void small_workspaces_are_refused(void **unused)
 {
     (void)unused;
@@ -548,7 +593,8 @@ int main(void)
         cmocka_unit_test(annealing_anneals),             cmocka_unit_test(reduced_models_have_the_problems_energy),
         cmocka_unit_test(cuts_have_no_model),            cmocka_unit_test(reduced_files_that_are_not_what_they_say),
         cmocka_unit_test(labels_that_are_out_stay_out),  cmocka_unit_test(blocks_that_only_seem_right),
-        cmocka_unit_test(labels_stay_out_beside_heavy_edges),
+        cmocka_unit_test(tables_without_couplings),
+        cmocka_unit_test(labels_stay_out_beside_heavy_edges), cmocka_unit_test(sums_beyond_the_model_are_refused),
     };
     return cmocka_run_group_tests_name("solve", tests, NULL, NULL);
 }

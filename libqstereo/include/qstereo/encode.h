@@ -15,7 +15,8 @@ typedef enum qs_encoding {
     /* One variable x_pd a site p and label d, exactly one of a site's at 1. Heidari, Dinneen and Delmas, eq. (5):
      * weight * sum_{d1,d2} V(d1, d2) x_p,d1 x_q,d2 an edge, k (k - 1) terms for Potts. Any V. */
     QS_ONE_HOT = 1,
-    /* Potts: weight * (1 - sum_d x_pd x_qd) an edge, the same on every labelling in k terms. Linear truncated at T: weight * (T - sum_{|d-e|<T} (T - |d-e|) x_pd x_qe). */
+    /* Potts: weight * (1 - sum_d x_pd x_qd) an edge, the same on every labelling in k terms. Linear truncated at T:
+     * weight * (T - sum_{|d-e|<T} (T - |d-e|) x_pd x_qe). */
     QS_ONE_HOT_SPARSE = 2,
     /* u_pi = [w_p >= i], k - 1 variables a site (Chancellor 2019); Potts and (truncated) linear. */
     QS_DOMAIN_WALL = 3,
@@ -29,8 +30,8 @@ typedef enum qs_encoding {
 } qs_encoding;
 
 /* The penalty of what is no labelling: in the one-hot encodings a (1 - S) + b S (S - 1) / 2 of each site, S = the number of its variables at 1;
- * of a domain wall kappa for each u_i = 0 before a u_i+1 = 1. W is the most that the site's edges can cost: max_d sum_q max_l weight_pq V_pq(d, l); for Potts the sum of
- * their weights. docs/MATHS.md has the bounds and their proofs. */
+ * of a domain wall kappa for each u_i = 0 before a u_i+1 = 1. W is the most that the site's edges can cost:
+ * max_d sum_q max_l weight_pq V_pq(d, l); for Potts the sum of their weights. docs/MATHS.md has the bounds and their proofs. */
 typedef enum qs_penalty {
     /* The least proven for each site such that every infeasible state lies at least `gap` above the minimum and, in the one-hot encodings, can be improved by
      * one flip. one-hot a = W + gap, b = a + gap; one-hot-sparse a = gap, b = a + W + gap (linear costs: b = a + R w + gap with w the sum of
@@ -40,7 +41,8 @@ typedef enum qs_penalty {
      * they are (not shifted); a = alpha, b = 2 alpha. One-hot encodings and multiway-cut; not one-hot-sparse of a linear cost, which needs more. */
     QS_PENALTY_PAPER = 1,
     QS_PENALTY_GIVEN = 2, /* a = alpha, b = 2 alpha with the caller's alpha; nothing is proven of it. One-hot encodings and multiway-cut */
-    /* The least proven for the gap alone: single flips may be caught in infeasible states. Smaller than local in one-hot-sparse: b = a + W / 2 + gap (linear costs: b = a + (6 T - 3) w / 4 + gap). */
+    /* The least proven for the gap alone: single flips may be caught in infeasible states. Smaller than local in one-hot-sparse:
+     * b = a + W / 2 + gap (linear costs: b = a + (6 T - 3) w / 4 + gap). */
     QS_PENALTY_MINIMAL = 3
 } qs_penalty;
 
@@ -55,8 +57,10 @@ typedef struct qs_encode_options {
 /* Bytes of workspace for qs_encode: a row of costs and some more, whatever the number of rows. */
 size_t qs_encode_workspace(const qs_problem *problem);
 
-/* Writes the problem as a .qcf (docs/FORMAT.md) in one pass, without seeking, in the encoding one-hot or one-hot-sparse; recode.h makes the others of such a file.
- * Each site's costs are written less their minimum. The costs are gone through once; once more where their largest decides the width, or the paper's alpha.
+/* Writes the problem as a .qcf (docs/FORMAT.md) in one pass, without seeking, in the encoding one-hot or one-hot-sparse; recode.h makes the
+ * others of such a file.
+ * Each site's costs are written less their minimum. The costs are gone through once; once more where their largest decides the width, or
+ * the paper's alpha.
  *
  * sink  NULL = nothing is written: a sizing pass, which does not see an overflow by the offset
  * size  out, may be NULL: bytes of the file

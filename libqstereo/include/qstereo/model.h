@@ -25,7 +25,9 @@ typedef struct qs_model {
     uint32_t sites, labels;
     int64_t constant;
     const int32_t *unary; /* sites x labels, each site's least is 0 */
-    const uint8_t *kept;  /* sites x labels, 0 = the file has no such label at this site: its cost here is above all that the site's edges can cost; NULL = all are there */
+    /* sites x labels, 0 = the file has no such label at this site: its cost here is above all that the site's edges can cost;
+     * NULL = all are there */
+    const uint8_t *kept;
     qs_pairwise pairwise; /* the table as in qs_problem; V(a, b) with a the label of the lower-numbered site */
     int64_t pairwise_max; /* the largest V */
     /* A grid: site (x, y) is y * width + x. */
@@ -39,16 +41,21 @@ typedef struct qs_model {
     const uint8_t *mask;        /* of a masked grid: a bit a cell as in qs_labels; else NULL */
 } qs_model;
 
+enum { QS_MODEL_BITS = 60 };
+
 /* Bytes of workspace for qs_model_build. */
 size_t qs_model_workspace(const qs_qubo *qubo);
 
 /* The model of a .qcf with the encoding one-hot, one-hot-sparse or domain-wall: from the file alone, so that every solver answers exactly the problem that
- * an annealer is given. Its sites and labels are those of the whole problem: a site that the file has fixed has its label at cost 0 and no edges left, and a label that is not left costs one more than all
- * edges of its site can (at most 2^31 - 1; the solvers' answers have none in any case). What truncating the costs took is added again: energies are those of F. Edges that the file has folded into other
- * terms have weight 0 here, so only energies of labellings of the labels left are the problem's. Borrows the view and the workspace (aligned for any type).
+ * an annealer is given. Its sites and labels are those of the whole problem: a site that the file has fixed has its label at cost 0 and no
+ * edges left, and a label that is not left costs one more than all edges of its site can (at most 2^31 - 1; the solvers' answers have none
+ * in any case). What truncating the costs took is added again: energies are those of F. Edges that the file has folded into other terms
+ * have weight 0 here, so only energies of labellings of the labels left are the problem's. Borrows the view and the workspace (aligned for
+ * any type).
  * Returns QS_OK; QS_E_ARGUMENT; QS_E_WORKSPACE; QS_E_UNSUPPORTED (the file does not say what its variables mean); QS_E_ENCODING (a cut: the same
  * problem in another encoding has a model);
- * QS_E_CORRUPT (the couplings are not what the encoding says); QS_E_OVERFLOW (a linear term beyond 2^31 - 1). */
+ * QS_E_CORRUPT (the couplings are not what the encoding says); QS_E_OVERFLOW (a cost beyond 2^31 - 1, or the model's own limit: the largest V times the
+ * sum of all weights, and 2^31 - 1 for each site, come to more than 2^QS_MODEL_BITS. So no sum of costs leaves an int64_t, whatever the labels). */
 QS_MUST_CHECK qs_status qs_model_build(const qs_index *index, void *workspace, size_t workspace_size, qs_model *model);
 
 /* V(a, b), without a weight. */

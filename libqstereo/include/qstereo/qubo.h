@@ -108,9 +108,10 @@ void qs_index_penalty(const qs_index *index, uint32_t group, int64_t *a, int64_t
 /* t[row][column] of a block. */
 int32_t qs_index_block(const qs_index *index, uint32_t block, uint32_t row, uint32_t column);
 
-/* The same QUBO as an Ising model of spins s_i = 2 x_i - 1, four times as large, so that there are no fractions: 4 H = constant + sum_i 4h_i s_i + sum_ij 4J_ij s_i s_j with
- * 4h_i = 2 Q_ii + sum_j Q_ij and 4J_ij = Q_ij, penalties folded in. Of the 4h_i, and of the 4J_ij that are not 0, the least and the largest; where there is none both are 0.
- * The couplings of a pair of groups that is repeated are each seen by themselves in 4J, added up in 4h. */
+/* The same QUBO as an Ising model of spins s_i = 2 x_i - 1, four times as large, so that there are no fractions:
+ * 4 H = constant + sum_i 4h_i s_i + sum_ij 4J_ij s_i s_j with 4h_i = 2 Q_ii + sum_j Q_ij and 4J_ij = Q_ij, penalties folded in. Of the
+ * 4h_i, and of the 4J_ij that are not 0, the least and the largest; where there is none both are 0. The couplings of a pair of groups that
+ * is repeated are each seen by themselves in 4J, added up in 4h. */
 typedef struct qs_ising {
     int64_t field_min, field_max;       /* 4h */
     int64_t coupling_min, coupling_max; /* 4J */

@@ -8,9 +8,9 @@
 extern "C" {
 #endif
 
-/* How much of a sample is no labelling: the number of open sites whose variables are none of those that docs/FORMAT.md gives a label, and of terminals, sources and
- * sinks that have not their own value. The variables of arcs do not count. In a file without labels: the groups with a penalty that do not have
- * exactly one variable at 1. 0 = the sample is feasible. */
+/* How much of a sample is no labelling: the number of open sites whose variables are none of those that docs/FORMAT.md gives a label, and
+ * of terminals, sources and sinks that have not their own value. The variables of arcs do not count. In a file without labels: the groups
+ * with a penalty that do not have exactly one variable at 1. 0 = the sample is feasible. */
 uint32_t qs_sample_infeasible(const qs_index *index, const uint8_t *bits);
 
 /* The labelling of a feasible sample.
@@ -19,8 +19,8 @@ uint32_t qs_sample_infeasible(const qs_index *index, const uint8_t *bits);
  * Returns QS_OK, QS_E_INFEASIBLE, or QS_E_UNSUPPORTED (the file does not say what its variables mean). */
 QS_MUST_CHECK qs_status qs_sample_decode(const qs_index *index, const uint8_t *bits, uint16_t *labelling);
 
-/* The sample of a labelling: writes ceil(variables / 8) bytes. The variables of arcs get what is cheapest. Returns QS_OK, QS_E_ARGUMENT (a label out of range, or one that is not left to
- * its site) or QS_E_UNSUPPORTED. */
+/* The sample of a labelling: writes ceil(variables / 8) bytes. The variables of arcs get what is cheapest. Returns QS_OK, QS_E_ARGUMENT (a
+ * label out of range, or one that is not left to its site) or QS_E_UNSUPPORTED. */
 QS_MUST_CHECK qs_status qs_sample_encode(const qs_index *index, const uint16_t *labelling, uint8_t *bits);
 
 /* What truncating the costs has taken from a labelling of all sites (labels left): its energy F is H of its sample plus this. 0 where nothing was
@@ -35,10 +35,11 @@ size_t qs_repair_workspace(const qs_index *index);
  *
  * one-hot, multiway-cut, one-hot-sparse but for QS_PENALTY_MINIMAL: first each group with several variables at 1 keeps the one that costs least beside its
  * neighbours, then each empty group, in order, gets the one that costs least; of equals the lowest label. Multiway-cut: then the terminals get their own.
- * Potts in one-hot-sparse, minimal, and in domain-wall: one order of all labels is chosen, label by label, such that what is expected of the rest of the order is least; each site takes the
- * first of its candidates. Truncated linear there: each site in turn takes the candidate that is cheapest beside what is expected of its neighbours.
- * Linear in domain-wall and the cuts: the wrong steps are moved towards each other, or away, until they vanish; for that a
- * domain-wall of linear costs has a coupling for every edge between open sites, also where its block is all 0.
+ * Potts in one-hot-sparse, minimal, and in domain-wall: one order of all labels is chosen, label by label, such that what is expected of
+ * the rest of the order is least; each site takes the first of its candidates. Truncated linear there: each site in turn takes the
+ * candidate that is cheapest beside what is expected of its neighbours. Linear in domain-wall and the cuts: the wrong steps are moved
+ * towards each other, or away, until they vanish; for that a domain-wall of linear costs has a coupling for every edge between open sites,
+ * also where its block is all 0.
  *
  * workspace  qs_repair_workspace, aligned for any type
  * repaired   out, may be NULL: what qs_sample_infeasible was

@@ -69,9 +69,9 @@ QS_MUST_CHECK qs_status qs_swap(const qs_model *, const qs_solve_options *, void
 size_t qs_swap_workspace(const qs_model *model);
 
 /* Max-product loopy belief propagation with sequential schedule, BP-M of the Middlebury study (Szeliski et al. 2008; Tappen and Freeman 2003):
- * an iteration is the four sweeps right, left, down, up (a general graph: one sweep in the order of the sites and one back). As the study's code keeps 1/5 of an old
- * message, ours keeps 3/16. The labelling is decoded site by site, not by the beliefs alone, so that ties cost nothing. Default 50. The best labelling of
- * all iterations is kept. */
+ * an iteration is the four sweeps right, left, down, up (a general graph: one sweep in the order of the sites and one back). As the study's
+ * code keeps 1/5 of an old message, ours keeps 3/16. The labelling is decoded site by site, not by the beliefs alone, so that ties cost
+ * nothing. Default 50. The best labelling of all iterations is kept. */
 QS_MUST_CHECK qs_status qs_bp(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
 size_t qs_bp_workspace(const qs_model *model);
 
