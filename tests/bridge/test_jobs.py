@@ -401,6 +401,23 @@ def test_impossible_occurrences_keep_the_job(counts, solve, collect, service, tm
     assert status == 5 and "never seen" in err and names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
 
 
+def test_answer_without_samples_keeps_the_job(solve, collect, service, tmp_path):
+    import dimod
+    service.spoil = lambda answer: {**answer, "data": dimod.SampleSet.from_serializable(answer["data"]).truncate(0).to_serializable()}
+    status, out, err = solve("hybrid-bqm")
+    assert (status, out) == (5, "") and "has no samples" in err and f"collect {tmp_path}/s.qsf.job" in err
+    assert names(tmp_path) == ["s.qsf.job", "tiny.qcf"] and collect()[0] == 5 and names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+
+
+def test_samples_that_cannot_be_read_again_keep_the_job(solve, collect, service, tmp_path, monkeypatch):
+    pack = qsf.pack_qsf
+    with monkeypatch.context() as patch:
+        patch.setattr(qsf, "pack_qsf", lambda samples: pack(samples)[:-1])
+        status, out, err = solve()
+    assert (status, out) == (5, "") and "no sound .qsf" in err and f"collect {tmp_path}/s.qsf.job" in err
+    assert names(tmp_path) == ["s.qsf.job", "tiny.qcf"] and collect()[0] == 0 and best(tmp_path) == LEAST
+
+
 def test_disk_full_when_the_problem_was_sent(solve, collect, service, tmp_path, monkeypatch):
     put = jobs._put
 
