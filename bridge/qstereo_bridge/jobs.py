@@ -31,6 +31,9 @@ UPLOADING, SENDING, SENT = "uploading", "sending", "sent"
 ARRIVED = 10
 # Pauses between attempts at what may be repeated: asking costs nothing.
 PAUSES = (0.3, 1, 3)
+# Seconds after which the service is asked what has become of a problem, in case that D-Wave's client has stopped asking.
+SILENCE = 60
+RUNNING = ("PENDING", "IN_PROGRESS")
 
 
 class Job:
@@ -228,7 +231,7 @@ def _refuse_to_send_again(earlier, digest):
         raise Failure(NO, f"{earlier.path}: the answer to another problem ({earlier.problem}) is still to be collected under this name; "
                           f"`qstereo-bridge collect {earlier.path}`, or give another -o, or --resubmit to forget it")
     if earlier.state == SENDING:
-        with connect(earlier.solver, earlier.service_solver) as session:
+        with connect(earlier.solver, earlier.service_solver, reading=True) as session:
             if not find(session, earlier):
                 return
     raise Failure(NO, f"{earlier.path}: this problem was sent {earlier.time} and is not sent again; "
@@ -395,17 +398,30 @@ def _passing(error):
 
 def wait(session, job, progress, once=False):
     """The answer to a problem that was sent, as a resolved Future of D-Wave's client. With `once`, None where there is none yet."""
+    def fetched():
+        future = session.client.retrieve_answer(job.problem_id)
+        # The client would look for a solver of the same working graph, which a calibration since then has changed.
+        future.solver = session.solver
+        return future
+
+    def ended():
+        with session.requests() as requests:
+            # Where the list has nothing, the client had nothing either, and asks no more; the problem itself is asked for.
+            return not any(problem.status.value in RUNNING for problem in requests.get_problem_statuses([job.problem_id]))
+
     def answer():
         if once:
             with session.requests() as requests:
                 status = requests.get_problem_status(job.problem_id).status.value
-            if status in ("PENDING", "IN_PROGRESS"):
+            if status in RUNNING:
                 return None
-        future = session.client.retrieve_answer(job.problem_id)
-        # The client would look for a solver of the same working graph, which a calibration since then has changed.
-        future.solver = session.solver
+        future, stop = fetched(), time.monotonic() + SILENCE
         while not future.wait(0.2):
             progress((future.remote_status or "sent").lower().replace("_", " "))
+            if time.monotonic() > stop:
+                if future.remote_status in (None, *RUNNING) and _patiently(ended):
+                    future = fetched()
+                stop = time.monotonic() + SILENCE
         if future.remote_status in ("FAILED", "CANCELLED"):
             job.remove()
         future.result()

@@ -77,7 +77,7 @@ def _collected(options, problem, job, progress):
     nothing = f"{job.path}: nothing was sent and nothing is charged; `qstereo-bridge solve` sends it"
     if job.state == jobs.UPLOADING:
         raise Failure(NO, nothing)
-    with connect(job.solver, job.service_solver) as session:
+    with connect(job.solver, job.service_solver, reading=True) as session:
         job.session = session
         if job.state == jobs.SENDING and not jobs.find(session, job):
             raise Failure(NO, nothing)

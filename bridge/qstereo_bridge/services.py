@@ -31,10 +31,11 @@ PROBLEM_TYPES = {"qpu": "ising", "hybrid-bqm": "bqm", "hybrid-cqm": "cqm", "hybr
 class Session:
     """One client of D-Wave's, and the solver that it found for `name`; several problems may share it, each in a thread of its own.
 
+    reading         only answers are read: the solver is not asked for, it may be offline, or gone
     properties      the solver's own, as the service gives them: its limits among them
     """
 
-    def __init__(self, name, solver_name=None):
+    def __init__(self, name, solver_name=None, reading=False):
         from dwave.cloud import Client
 
         self.name = name
@@ -43,7 +44,7 @@ class Session:
         self.client = Client.from_config(client="qpu" if name == "qpu" else "hybrid", connection_close=name != "qpu",
                                          defaults={"solver": WANTED[name]}, **given)
         try:
-            self.solver = self.client.get_solver()
+            self.solver = _reader(self.client, name, solver_name) if reading else self.client.get_solver()
             if PROBLEM_TYPES[name] not in self.solver.supported_problem_types:
                 raise SolverError(f"{self.solver.name} is no solver for {name}; name another with --solver-name, "
                                   "`qstereo-bridge solvers` lists those that you reach")
@@ -68,10 +69,19 @@ class Session:
         self.client.close(wait=False)
 
 
+def _reader(client, name, solver_name):
+    """A solver that reads answers of the kind `name`, for which the client wants none of a real one's properties."""
+    from dwave.cloud import solver
+
+    kind = {"qpu": solver.StructuredSolver, "hybrid-bqm": solver.BQMSolver, "hybrid-cqm": solver.CQMSolver, "hybrid-nl": solver.NLSolver}
+    properties = {"supported_problem_types": [PROBLEM_TYPES[name]], "qubits": [], "couplers": []}
+    return kind[name](client, {"identity": {"name": solver_name or name}, "properties": properties})
+
+
 @contextlib.contextmanager
-def connect(name, solver_name=None):
+def connect(name, solver_name=None, reading=False):
     """A Session in the user's own configuration; whatever goes wrong in its use becomes a SolverError without a token in it."""
-    with explained(), contextlib.closing(Session(name, solver_name)) as session:
+    with explained(), contextlib.closing(Session(name, solver_name, reading)) as session:
         yield session
 
 

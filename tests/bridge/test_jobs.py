@@ -141,12 +141,52 @@ def test_not_known_whether_it_arrived(how, solve, collect, service, tmp_path):
     assert solve()[0] == 0 and best(tmp_path) == LEAST and len(service.problems) == 1
 
 
+@pytest.mark.parametrize("how", [408, 409, 418, 451, 499])
+def test_replies_that_are_no_refusal(how, solve, service, tmp_path):
+    """Some gateway's word: the problem may have arrived all the same."""
+    service.fail("POST", "^problems", how)
+    status, _, err = solve()
+    assert status == 5 and "Whether the problem arrived is not known" in err and names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+
+
+@pytest.mark.parametrize("how", [400, 401, 402, 403, 404, 413, 422, 429])
+def test_replies_that_are_refusals(how, solve, service, tmp_path):
+    service.fail("POST", "^problems", how)
+    status, _, err = solve()
+    assert status == 5 and "as it was told" in err and "collect" not in err and names(tmp_path) == ["tiny.qcf"]
+
+
+@pytest.mark.parametrize("said", ["2001-01-01T00:00:00+00:00", "2101-01-01T00:00:00+00:00"])
+def test_clocks_of_two_machines(said, solve, collect, service, tmp_path, monkeypatch):
+    """However old a request seems by this clock, its problem has a moment to appear; however young, not for ever."""
+    service.fail("POST", "^problems", "drop after")
+    service.fail("GET", "^problems", "drop", times=3)
+    assert solve()[0] == 5
+    path = tmp_path / "s.qsf.job"
+    path.write_text(json.dumps({**json.loads(path.read_text()), "time": said}))
+    there = dict(service.problems)
+    service.problems.clear()
+    began = time.monotonic()
+    monkeypatch.setattr(jobs, "PAUSES", (0.3, 0.4))
+    service.fail("GET", "^problems", lambda: threading.Timer(0.4, service.problems.update, [there]).start())
+    assert collect()[0] == 0 and time.monotonic() - began < jobs.ARRIVED + 5 and best(tmp_path) == LEAST
+
+
+def test_problem_that_the_service_has_forgotten(solve, collect, service, tmp_path):
+    solve("hybrid-nl", "--no-wait")
+    service.problems.clear()
+    status, out, err = collect()
+    assert (status, out) == (5, "") and "does not know problem" in err and "--resubmit" in err and "is at the service" not in err
+    assert names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+
+
 def test_arrived_although_the_client_could_not_know(solve, collect, service, tmp_path):
     """The request arrives, then the network is gone: neither a reply nor the list of problems."""
     service.fail("POST", "^problems", "drop after")
     service.fail("GET", "^problems", "drop", times=3)
     status, _, err = solve()
     assert status == 5 and names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+    assert "Whether the problem arrived is not known" in err and f"collect {tmp_path}/s.qsf.job" in err
     status, _, err = solve()
     assert status == 1 and "was sent" in err and "not sent again" in err and len(service.problems) == 1
     assert collect()[0] == 0 and best(tmp_path) == LEAST and len(service.problems) == 1
@@ -218,6 +258,21 @@ def test_slow_answer(solve, service, tmp_path, monkeypatch):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     status, out, err = solve()
     assert status == 0 and "hybrid-nl: pending" in err and "hybrid-nl: in progress" in err
+
+
+@pytest.mark.parametrize("lasting", [False, True])
+def test_poll_that_is_told_nothing(lasting, solve, service, tmp_path, monkeypatch):
+    """An empty list in place of the problem's status: D-Wave's client asks no more."""
+    monkeypatch.setattr(jobs, "SILENCE", 0.3)
+    handler, told = service.server.RequestHandlerClass, []
+    answer = handler._list
+
+    def nothing(self, query, body):
+        told.append(query)
+        return (200, []) if "id" in query and (lasting or len(told) == 1) else answer(self, query, body)
+    monkeypatch.setattr(handler, "ROUTES", [(pattern, nothing if action is answer else action) for pattern, action in handler.ROUTES])
+    began = time.monotonic()
+    assert solve()[0] == 0 and best(tmp_path) == LEAST and told and time.monotonic() - began < 5
 
 
 # The job file.
@@ -385,6 +440,19 @@ def test_chip_that_was_calibrated_since(solve, collect, service, tmp_path):
     solve("qpu", "--no-wait")
     solver = next(data for data in service.solvers.values() if "graph_id" in data["identity"].get("version", {}))
     solver["identity"] = {**solver["identity"], "version": {"graph_id": "another"}}
+    assert collect()[0] == 0 and best(tmp_path) == LEAST
+
+
+@pytest.mark.parametrize("solver", SERVICES)
+@pytest.mark.parametrize("how", ["offline", "retired"])
+def test_answer_of_a_solver_that_is_gone(how, solver, solve, collect, service, tmp_path):
+    solve(solver, "--no-wait")
+    for problem in service.problems.values():
+        problem.solve()
+    if how == "retired":
+        service.solvers.clear()
+    for data in service.solvers.values():
+        data["status"] = "OFFLINE"
     assert collect()[0] == 0 and best(tmp_path) == LEAST
 
 
@@ -672,6 +740,37 @@ def test_many_are_collected_on_a_second_run(frames, service, tmp_path, main):
     assert status == 0 and len(service.problems) == 5 and names(tmp_path / "out") == [f"frame{i}.qsf.job" for i in range(5)]
     status, out, err = main(*arguments)
     assert (status, err) == (0, "") and len(service.problems) == 5 and names(tmp_path / "out") == [f"frame{i}.qsf" for i in range(5)]
+
+
+def test_many_send_what_never_arrived(frames, service, tmp_path, main):
+    service.fail("POST", "^problems", "drop")
+    arguments = "solve", *sorted(tmp_path.glob("frame*.qcf")), "--out-dir", tmp_path / "out", "--solver", "hybrid-nl"
+    status, _, err = main(*arguments)
+    assert status == 1 and "1 of 5 failed" in err and len(service.problems) == 4
+    status, out, err = main(*arguments)
+    assert (status, err) == (0, "") and out.count("skipped") == 4 and len(service.problems) == 5
+
+
+def test_many_that_are_sent_are_not_sent_again(frames, service, tmp_path, main):
+    arguments = "solve", *sorted(tmp_path.glob("frame*.qcf")), "--out-dir", tmp_path / "out", "--no-wait", "--solver"
+    service.fail("POST", "^problems", "drop")
+    assert main(*arguments, "hybrid-nl")[0] == 1 and len(service.problems) == 4
+    status, out, err = main(*arguments, "hybrid-bqm")
+    assert (status, err) == (0, "") and out.count("skipped, it was sent to hybrid-nl") == 4 and len(service.problems) == 5
+    found = json.loads(main(*arguments, "hybrid-bqm", "--json")[1])
+    assert sorted(one["solver"] for one in found["problems"]) == ["hybrid-bqm"] + 4 * ["hybrid-nl"]
+    assert all(one["skipped"] and one["problem_id"] in service.problems for one in found["problems"]) and len(service.problems) == 5
+    (tmp_path / "frame3.qcf").write_bytes(qcf.pack_qcf(grid(2, 2, 3, seed=9)))
+    status, out, err = main(*arguments, "hybrid-nl")
+    assert status == 1 and out.count("skipped") == 4 and "another problem" in err and len(service.problems) == 5
+
+
+def test_many_are_collected_from_the_solver_that_has_them(frames, service, tmp_path, main):
+    arguments = "solve", *sorted(tmp_path.glob("frame*.qcf")), "--out-dir", tmp_path / "out", "--solver"
+    main(*arguments, "hybrid-nl", "--no-wait")
+    found = json.loads(main(*arguments, "hybrid-bqm", "--json")[1])
+    assert {one["solver"] for one in found["problems"]} == {"hybrid-nl"} and len(service.problems) == 5
+    assert all(qsf.parse_qsf(path.read_bytes()).solver == "hybrid-nl" for path in (tmp_path / "out").iterdir())
 
 
 def test_many_of_one_name(frames, tmp_path, main):
