@@ -22,7 +22,7 @@ from datetime import datetime, timezone
 
 from .failure import BAD_INPUT, IO, NO, Failure, io
 from .output import sync_folder
-from .services import connect, explain
+from .services import connect, explain, scrub
 from .solvers import SolverError
 
 SCHEMA = 1
@@ -33,6 +33,8 @@ ARRIVED = 10
 PAUSES = (0.3, 1, 3)
 # Seconds after which the service is asked what has become of a problem, in case that D-Wave's client has stopped asking.
 SILENCE = 60
+# Replies of HTTP that say that the service did not take the problem; others, as 408 and 499, may be of a gateway that knows nothing.
+REFUSALS = (400, 401, 402, 403, 404, 413, 422, 429)
 RUNNING = ("PENDING", "IN_PROGRESS")
 
 
@@ -326,7 +328,13 @@ def send(session, job, problem_type, data, parameters):
             if _never_arrived(error):
                 job.remove()
                 raise
-            if not find(session, job, patience=sum(PAUSES)):
+            try:
+                found = find(session, job, patience=sum(PAUSES))
+            except Failure:
+                raise
+            except Exception as trouble:
+                raise SolverError(_unknown(job, trouble)) from None
+            if not found:
                 raise SolverError(_unknown(job, error)) from None
             return
     if "error_msg" in reply:
@@ -344,10 +352,7 @@ def _never_arrived(error):
     from dwave.cloud.utils.exception import is_caused_by
     from urllib3.exceptions import ConnectTimeoutError, NewConnectionError
 
-    status = getattr(error, "error_code", None)
-    # 408: some gateway had enough of waiting.
-    refused = isinstance(status, int) and 400 <= status < 500 and status != 408
-    return refused or is_caused_by(error, (NewConnectionError, ConnectTimeoutError))
+    return getattr(error, "error_code", None) in REFUSALS or is_caused_by(error, (NewConnectionError, ConnectTimeoutError))
 
 
 def _unknown(job, error):
@@ -361,8 +366,8 @@ def find(session, job, patience=None):
     A request that has only just left may still arrive: the asking goes on until it is old enough, or for `patience` seconds.
     """
     age = (datetime.now(timezone.utc) - datetime.fromisoformat(job.time)).total_seconds()
-    # By another clock it may have left in the future.
-    stop = time.monotonic() + (min(ARRIVED, max(0, ARRIVED - age)) if patience is None else patience)
+    # Clocks may differ: by this one it may have left in the future, or long ago.
+    stop = time.monotonic() + (max(sum(PAUSES), min(ARRIVED, ARRIVED - age)) if patience is None else patience)
     while True:
         with session.requests() as requests:
             listed = _patiently(lambda: requests.list_problems(label=job.label))
@@ -440,8 +445,9 @@ def _told(job, error):
     if job.stream is None:
         return explain(error)
     if getattr(error, "error_code", None) == 404:
-        return (f"{explain(error)}. Problem {job.problem_id} belongs to another account or region than the one configured, or the service "
-                f"has dropped it; with the account that sent it, `qstereo-bridge collect {job.path}` fetches the answer")
+        return (f"D-Wave's service does not know problem {job.problem_id} ({scrub(str(error))}): it has expired, or belongs to another "
+                f"project or region than the one configured. Where it is known `qstereo-bridge collect {job.path}` fetches the answer; "
+                "`qstereo-bridge solve --resubmit` sends and charges it once more")
     return f"{explain(error)}. The problem is at the service; `qstereo-bridge collect {job.path}` fetches the answer later"
 
 

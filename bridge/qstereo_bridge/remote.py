@@ -146,17 +146,26 @@ def _one_of_many(task, session):
 def _solve_or_collect(task, session, print_result):
     """What an earlier run sent and did not wait for is collected."""
     job = jobs.path_of(task.output, b"")
-    if not cli.SOLVERS[task.solver].kind or task.resubmit or task.no_wait or not os.path.exists(job):
+    if not cli.SOLVERS[task.solver].kind or task.resubmit or not os.path.exists(job):
         return cli.solve(task, session, print_result)
-    earlier, pending = jobs.Job.load(job), False
-    if earlier:
-        with earlier:
-            pending = earlier.state != jobs.UPLOADING and earlier.problem_digest == task.digest.hex()
-    if not pending:
+    earlier = jobs.Job.load(job)
+    if earlier is None or not _was_sent(earlier, task.digest):
         return cli.solve(task, session, print_result)
+    if task.no_wait:
+        said = {"skipped": True, "solver": earlier.solver, "job": job, "problem_id": earlier.problem_id}
+        return print_result(task, json.dumps(said) if task.json else f"skipped, it was sent to {earlier.solver} as {earlier.problem_id}")
     collecting = copy.copy(task)
     collecting.job, collecting.no_wait = job, False
     return collect(collecting, print_result)
+
+
+def _was_sent(earlier, digest):
+    """Whether the service has the problem of this digest under a job; it is asked where the job does not know."""
+    with earlier:
+        if earlier.problem_digest != digest.hex() or earlier.state != jobs.SENDING:
+            return earlier.problem_digest == digest.hex() and earlier.state == jobs.SENT
+        with connect(earlier.solver, earlier.service_solver, reading=True) as session:
+            return jobs.find(session, earlier)
 
 
 def _is_there(task):
