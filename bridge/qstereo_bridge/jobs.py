@@ -15,6 +15,7 @@ import contextlib
 import fcntl
 import json
 import os
+import re
 import secrets
 import threading
 import time
@@ -201,7 +202,8 @@ def start(options, variables, earlier=None):
     """A new Job for the problem, in place of an `earlier` one that is held."""
     path, digest = path_of(options.output, options.digest), options.digest.hex()
     problem = None if options.problem == "-" else os.path.relpath(options.problem, os.path.dirname(path) or ".")
-    label = (options.label or "qstereo")[:200]
+    # What a service might change in it is left out; the last word is no other job's.
+    label = " ".join(re.sub(r"[^A-Za-z0-9._ -]", "_", " ".join((options.label or "").split())).split())[:100].strip() or "qstereo"
     job = Job(path, {"schema": SCHEMA, "state": UPLOADING, "solver": options.solver, "service_solver": None,
                      "label": f"{label} {digest[:8]}-{secrets.token_hex(6)}", "user_label": options.label, "problem_id": None,
                      "problem": problem, "problem_digest": digest, "variables": variables, "time": _now(), "parameters": {}},
@@ -304,6 +306,7 @@ def send(session, job, problem_type, data, parameters):
     """Create the problem at the service: one request, never repeated once it may have arrived. Raises SolverError."""
     import zlib
     import orjson
+    from requests import TooManyRedirects
 
     body = {"solver": session.solver.identity.dict(), "data": data, "type": problem_type, "params": parameters, "label": job.label}
     with session.requests() as requests:
@@ -313,17 +316,14 @@ def send(session, job, problem_type, data, parameters):
         Job.hold()
         try:
             # A redirected POST would become a GET, whose answer is the list of the account's problems, or take the token elsewhere.
-            said = requests.session.post("", data=content, allow_redirects=False, headers={
-                "Content-Type": "application/json", "Content-Encoding": "deflate"})
-            if said.is_redirect:
-                job.remove()
-                raise SolverError(f"D-Wave's endpoint has moved to {said.headers['Location']}; nothing was sent. "
-                                  "Set the endpoint in D-Wave's configuration")
-            reply = orjson.loads(said.content)[0]
-            if "error_msg" not in reply and (not isinstance(reply["id"], str) or reply["label"] != job.label):
+            reply = orjson.loads(requests.session.post("", data=content, allow_redirects=False, headers={
+                "Content-Type": "application/json", "Content-Encoding": "deflate"}).content)[0]
+            if "error_msg" not in reply and (not isinstance(reply["id"], str) or not _is_label_of(job, reply["label"])):
                 raise ValueError("the service's reply is about another problem")
-        except SolverError:
-            raise
+        except TooManyRedirects as error:
+            job.remove()
+            raise SolverError(f"D-Wave's endpoint has moved to {error.response.headers['Location']}; nothing was sent. "
+                              "Set the endpoint in D-Wave's configuration") from None
         except Exception as error:
             if _never_arrived(error):
                 job.remove()
@@ -371,7 +371,7 @@ def find(session, job, patience=None):
     while True:
         with session.requests() as requests:
             listed = _patiently(lambda: requests.list_problems(label=job.label))
-            found = [problem for problem in listed if problem.label == job.label]
+            found = [problem for problem in listed if _is_label_of(job, problem.label)]
         if found:
             job.save(state=SENT, problem_id=found[0].id)
             return True
@@ -381,6 +381,11 @@ def find(session, job, patience=None):
                                   f"these know nothing of it; with those that sent it, `qstereo-bridge collect {job.path}` finds it")
             return False
         time.sleep(0.5)
+
+
+def _is_label_of(job, label):
+    """By its last word, which no other job has; a service may tidy up the user's words before it."""
+    return (label or "").split()[-1:] == job.label.split()[-1:]
 
 
 def _patiently(ask):
@@ -398,7 +403,7 @@ def _passing(error):
     status = getattr(error, "error_code", None)
     if isinstance(status, int):
         return status == 429 or status >= 500
-    return {"RequestTimeout", "ConnectionError", "ChunkedEncodingError"} & {cls.__name__ for cls in type(error).__mro__}
+    return {"RequestTimeout", "ConnectionError", "ChunkedEncodingError", "RetryError"} & {cls.__name__ for cls in type(error).__mro__}
 
 
 def wait(session, job, progress, once=False):
@@ -409,22 +414,19 @@ def wait(session, job, progress, once=False):
         future.solver = session.solver
         return future
 
-    def ended():
+    def running():
         with session.requests() as requests:
-            # Where the list has nothing, the client had nothing either, and asks no more; the problem itself is asked for.
-            return not any(problem.status.value in RUNNING for problem in requests.get_problem_statuses([job.problem_id]))
+            return any(problem.status.value in RUNNING for problem in requests.get_problem_statuses([job.problem_id]))
 
     def answer():
-        if once:
-            with session.requests() as requests:
-                status = requests.get_problem_status(job.problem_id).status.value
-            if status in RUNNING:
-                return None
+        if once and running():
+            return None
         future, stop = fetched(), time.monotonic() + SILENCE
         while not future.wait(0.2):
             progress((future.remote_status or "sent").lower().replace("_", " "))
             if time.monotonic() > stop:
-                if future.remote_status in (None, *RUNNING) and _patiently(ended):
+                # Where the list has nothing, the client had nothing either, and asks no more.
+                if future.remote_status in (None, *RUNNING) and not _patiently(running):
                     future = fetched()
                 stop = time.monotonic() + SILENCE
         if future.remote_status in ("FAILED", "CANCELLED"):
@@ -435,7 +437,7 @@ def wait(session, job, progress, once=False):
         future = _patiently(answer)
     except Exception as error:
         raise SolverError(_told(job, error)) from None
-    if future and future.label not in (None, job.label):
+    if future and future.label is not None and not _is_label_of(job, future.label):
         raise SolverError(f"the service's problem {job.problem_id} has the label {future.label!r}, the job {job.label!r}: "
                           "it is the answer to another problem")
     return future

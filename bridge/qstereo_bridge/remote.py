@@ -18,12 +18,12 @@ from .services import WANTED, configured, connect, explain, explained
 
 def solve_there(options, problem, session, progress, print_result=cli.show):
     """Send the problem and wait: (Answer, Job). With --no-wait it is sent only, and the exit status is returned."""
-    kind = cli.SOLVERS[options.solver].run(options.solver, problem, options)
     with contextlib.ExitStack() as stack:
         earlier = jobs.check_earlier(options)
         if earlier:
             stack.callback(earlier.leave)
         stack.enter_context(explained())
+        kind = cli.SOLVERS[options.solver].run(options.solver, problem, options)
         session = session or stack.enter_context(connect(options.solver, options.solver_name))
         answer, job = jobs.solve(kind, options, progress, session, earlier)
     if not options.no_wait:
@@ -219,7 +219,8 @@ def _described(solver):
 
 def plan(options, problem):
     """What would be sent: a dict. By the solver's own limits where there is an account to ask, else by published ones."""
-    kind = cli.SOLVERS[options.solver].run(options.solver, problem, options)
+    with explained():
+        kind = cli.SOLVERS[options.solver].run(options.solver, problem, options)
     if not configured():
         return {"service_solver": None, **kind.plan(PUBLISHED.get(options.solver))}
     with connect(options.solver, options.solver_name) as session:

@@ -13,8 +13,8 @@ import time
 
 import pytest
 from problems import all_states, grid
-from service import TOKEN
-from qstereo_bridge import jobs, models, qcf, qsf
+from service import TOKEN, Service
+from qstereo_bridge import jobs, models, qcf, qsf, services
 
 SERVICES = ["qpu", "hybrid-bqm", "hybrid-cqm", "hybrid-nl"]
 SMALL = grid(2, 2, 3)
@@ -178,6 +178,89 @@ def test_problem_that_the_service_has_forgotten(solve, collect, service, tmp_pat
     status, out, err = collect()
     assert (status, out) == (5, "") and "does not know problem" in err and "--resubmit" in err and "is at the service" not in err
     assert names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+
+
+@pytest.mark.parametrize("times", [1, 99])
+def test_service_that_asks_for_patience(times, solve, collect, service, tmp_path):
+    """429 and 503 with Retry-After, which D-Wave's client counts among the connections that failed."""
+    service.patience = 0
+    service.fail("POST", "^problems", "drop after")
+    service.fail("GET", r"^problems/$", 429, times=times)
+    service.fail("GET", r"^problems/.+", 503, times=times)
+    status, out, err = solve()
+    if times > 1:
+        assert status == 5 and "too many requests" in err and "Whether the problem arrived is not known" in err
+        service.fail("GET", r"^problems/$", 429, times=0)
+        service.faults[1][3] = 0
+        status, out, err = collect()
+        assert status == 5 and "error of its own" in err and "is at the service" in err
+        service.faults.clear()
+        assert collect()[0] == 0
+    assert best(tmp_path) == LEAST and len(service.problems) == 1
+
+
+def test_patience_that_the_client_loses(solve, service, tmp_path, monkeypatch):
+    """Where the user's configuration allows no retries of a status, the client gives up with an error of its own."""
+    (tmp_path / "dwave.conf").write_text("[defaults]\nhttp_retry_status = 0\n")
+    monkeypatch.setenv("DWAVE_CONFIG_FILE", str(tmp_path / "dwave.conf"))
+    service.patience = 0
+    service.fail("GET", r"^problems/.+", 503)
+    assert solve()[0] == 0 and len(service.problems) == 1
+    service.fail("GET", r"^problems/.+", 503, times=99)
+    status, _, err = solve()
+    assert status == 5 and "is overloaded" in err and "is at the service" in err
+
+
+def test_label_that_the_service_tidies_up(solve, service, tmp_path, monkeypatch):
+    handler = service.server.RequestHandlerClass
+    create = handler._create
+    monkeypatch.setattr(handler, "_create", lambda self, job: create(self, {**job, "label": job["label"].title().replace(" ", "  ", 1)[:20] + " "
+                                                                            + job["label"].split()[-1]}), raising=False)
+    assert solve("hybrid-nl", "--label", "two words")[0] == 0 and best(tmp_path) == LEAST
+
+
+def test_labels_of_safe_characters(solve, service, tmp_path):
+    label = "  a/b\t\u00e4<&>\n\u202e frame_1.2-3 " + 300 * "x"
+    assert solve("hybrid-nl", "--label", label)[0] == 0
+    sent = next(iter(service.problems.values())).label
+    words = sent.split(" ")
+    assert words[0] == "a_b" and words[3] == "frame_1.2-3" and len(sent) < 150 and sent.isascii() and sent == " ".join(sent.split())
+    assert set(sent) <= set("abcdefghijklmnopqrstuvwxyz0123456789._- ")
+    assert qsf.parse_qsf((tmp_path / "s.qsf").read_bytes()).info["parameters"]["label"] == label
+
+
+@pytest.mark.parametrize("state", ["sent", "sending"])
+def test_redirected_questions_are_not_followed(state, solve, collect, service, tmp_path):
+    """They would take the token elsewhere."""
+    solve("hybrid-nl", "--no-wait")
+    path = tmp_path / "s.qsf.job"
+    path.write_text(json.dumps({**json.loads(path.read_text()), "state": state}))
+    with Service() as other:
+        service.elsewhere = other.url
+        service.fail("GET", "^problems", 307, times=9)
+        status, _, err = collect("--no-wait")
+        assert status == 5 and "has moved" in err and not other.requests and names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+
+
+def test_job_that_the_service_has_forgotten_without_waiting(solve, collect, service, tmp_path):
+    solve("hybrid-nl", "--no-wait")
+    service.problems.clear()
+    status, _, err = collect("--no-wait")
+    assert status == 5 and "does not know problem" in err
+
+
+def test_without_the_nonlinear_models(solve, service, problem_file, main, monkeypatch):
+    monkeypatch.setitem(sys.modules, "dwave.optimization", None)
+    for status, out, err in (solve("hybrid-nl"), main("solve", problem_file, "--solver", "hybrid-nl", "--dry-run")):
+        assert (status, out) == (5, "") and "pip install" in err and not service.problems
+
+
+def test_token_of_a_profile_is_not_told(monkeypatch, tmp_path):
+    (tmp_path / "dwave.conf").write_text("[defaults]\nendpoint = x\n[first]\ntoken = of-first\n[second]\ntoken = of  second\n")
+    monkeypatch.setenv("DWAVE_CONFIG_FILE", str(tmp_path / "dwave.conf"))
+    monkeypatch.setenv("DWAVE_API_TOKEN", "of the  environment")
+    for token in ("of-first", "of  second", "of the  environment"):
+        assert services.explain(ValueError(f"sent {token} there")) == "ValueError: sent (token) there"
 
 
 def test_arrived_although_the_client_could_not_know(solve, collect, service, tmp_path):
