@@ -10,6 +10,7 @@ A job file, JSON, lies beside the samples file from before the upload until the 
 A job file is replaced as a whole, on the disk before the next step is taken, and locked while its process lives. It holds no token.
 """
 
+import _thread
 import concurrent.futures
 import contextlib
 import fcntl
@@ -17,12 +18,11 @@ import json
 import os
 import re
 import secrets
-import threading
 import time
 from datetime import datetime, timezone
 
 from .failure import BAD_INPUT, IO, NO, Failure, io
-from .output import sync_folder
+from .output import hold, sync_folder
 from .services import connect, explain, scrub
 from .solvers import SolverError
 
@@ -36,6 +36,8 @@ PAUSES = (0.3, 1, 3)
 SILENCE = 60
 # Replies of HTTP that say that the service did not take the problem; others, as 408 and 499, may be of a gateway that knows nothing.
 REFUSALS = (400, 401, 402, 403, 404, 413, 422, 429)
+# Seconds that Ctrl-C takes at most for the cancellations.
+DEADLINE = 6
 RUNNING = ("PENDING", "IN_PROGRESS")
 
 
@@ -43,8 +45,6 @@ class Job:
     """One job file, held open and locked. `facts` is what it says; the session that serves it is told to signals."""
 
     active = []
-    # Set by a signal: threads that still run send nothing any more.
-    stopping = threading.Event()
 
     def __init__(self, path, facts, stream=None):
         self.path, self.facts, self.stream, self.session = path, facts, stream, None
@@ -80,7 +80,7 @@ class Job:
 
     def save(self, new=False, **changes):
         """Change facts, and have them on the disk. `new`: there must be no such file yet. Raises Failure."""
-        Job.hold()
+        hold()
         self.facts.update(changes)
         with io(self.path, "write"):
             name = f"{self.path}.{os.getpid()}.tmp"
@@ -103,12 +103,6 @@ class Job:
             self.stream = stream
         if self not in Job.active:
             Job.active.append(self)
-
-    @staticmethod
-    def hold():
-        """After a signal no other thread goes on: the process is about to end."""
-        while Job.stopping.is_set() and threading.current_thread() is not threading.main_thread():
-            time.sleep(1)
 
     def _close(self):
         if self.stream:
@@ -313,7 +307,7 @@ def send(session, job, problem_type, data, parameters):
         requests.session.set_accept(media_type="application/vnd.dwave.sapi.problems+json", ask_version="3.0.0", accept_version="~=3.0")
         content = zlib.compress(orjson.dumps([body], option=orjson.OPT_SERIALIZE_NUMPY))
         job.save(state=SENDING, time=_now(), account=session.account(job.label))
-        Job.hold()
+        hold()
         try:
             # A redirected POST would become a GET, whose answer is the list of the account's problems, or take the token elsewhere.
             reply = orjson.loads(requests.session.post("", data=content, allow_redirects=False, headers={
@@ -455,13 +449,13 @@ def _told(job, error):
 
 def interrupted(cancel):
     """What the user is to know of each job when a signal ends the command; with `cancel`, what has not begun is cancelled first."""
-    lines = []
-    Job.stopping.set()
-    for job in list(Job.active):
+    lines, found = [], list(Job.active)
+    cancelled = _cancelled([job for job in found if job.state == SENT]) if cancel else []
+    for job in found:
         if job.state == UPLOADING:
             job.remove()
             lines.append("nothing was sent")
-        elif cancel and job.state == SENT and _cancelled(job):
+        elif job in cancelled:
             job.remove()
             lines.append(f"{job.problem_id} had not begun and is cancelled; nothing is charged")
         else:
@@ -470,10 +464,21 @@ def interrupted(cancel):
     return lines
 
 
-def _cancelled(job):
-    """Ask the service to cancel the problem if it has not begun: whether that is certain. Never takes long."""
-    with contextlib.suppress(Exception), job.session.requests(timeout=3) as requests:
-        if requests.get_problem_status(job.problem_id).status.value == "PENDING":
-            requests.cancel_problem(job.problem_id)
-            return requests.get_problem_status(job.problem_id).status.value == "CANCELLED"
-    return False
+def _cancelled(found):
+    """Ask the service to cancel those of the jobs that have not begun, all at once: those that certainly are cancelled by the deadline."""
+    stop, cancelled, left = time.monotonic() + DEADLINE, [], list(found)
+
+    def cancel(job):
+        # What fails is not repeated: the problem may go on, and can be collected.
+        with contextlib.suppress(Exception), job.session.requests(timeout=DEADLINE, retry=0) as requests:
+            if requests.get_problem_status(job.problem_id).status.value == "PENDING":
+                requests.cancel_problem(job.problem_id)
+                if requests.get_problem_status(job.problem_id).status.value == "CANCELLED":
+                    cancelled.append(job)
+        left.remove(job)
+    for job in found:
+        # Threads of Python's own want locks that the interrupted code may hold.
+        _thread.start_new_thread(cancel, (job,))
+    while left and time.monotonic() < stop:
+        time.sleep(0.02)
+    return list(cancelled)

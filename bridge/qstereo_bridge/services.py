@@ -53,11 +53,11 @@ class Session:
             raise
         self.properties = self.solver.properties
 
-    def requests(self, timeout=None):
+    def requests(self, timeout=None, retry=3):
         """The service's list of problems. Of its requests only those are repeated that never found a connection."""
         from dwave.cloud.api.resources import Problems
 
-        retry = {"total": 3, "connect": 3, "read": 0, "status": 0, "other": 0, "redirect": 0, "backoff_factor": 0.5,
+        retry = {"total": retry, "connect": retry, "read": 0, "status": 0, "other": 0, "redirect": 0, "backoff_factor": 0.5,
                  "respect_retry_after_header": False}
         problems = Problems.from_config(self.client.config, retry=retry, timeout=timeout or self.client.config.request_timeout)
         # The token is for this endpoint alone.

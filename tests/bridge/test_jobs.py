@@ -15,6 +15,7 @@ import pytest
 from problems import all_states, grid
 from service import TOKEN, Service
 from qstereo_bridge import jobs, models, qcf, qsf, services
+from qstereo_bridge.output import Output
 
 SERVICES = ["qpu", "hybrid-bqm", "hybrid-cqm", "hybrid-nl"]
 SMALL = grid(2, 2, 3)
@@ -608,8 +609,6 @@ def test_folder_that_cannot_hold_the_job(service, problem_file, tmp_path, main):
 
 
 def test_failed_write_of_the_samples_keeps_the_job(solve, collect, service, tmp_path, monkeypatch):
-    from qstereo_bridge.output import Output
-
     def full(*arguments):
         raise OSError(28, "No space left on device")
     with monkeypatch.context() as patch:
@@ -707,14 +706,16 @@ def recover(solve, collect, tmp_path):
 @pytest.mark.parametrize("method, path", [("POST", "combine"), ("POST", "^problems"), ("GET", r"^problems/.+")])
 def test_killed_at_the_worst_moments(method, path, when, begin, solve, collect, service, tmp_path):
     """kill -9 when the service has a request, and has not carried it out or has."""
-    process = None
+    process, begun = None, threading.Event()
 
     def kill():
+        assert begun.wait(20)
         os.kill(process.pid, signal.SIGKILL)
         time.sleep(0.05)
         return "drop" if when == "before" else "drop after"
-    service.fail(method, path, lambda: kill())
+    service.fail(method, path, kill)
     process = begin("hybrid-nl")
+    begun.set()
     process.join(20)
     assert process.exitcode == -signal.SIGKILL
     recover(solve, collect, tmp_path)
@@ -797,6 +798,56 @@ def test_nothing_is_sent_after_ctrl_c(processes, frames, service, environment, t
     os.kill(process.pid, signal.SIGINT)
     process.join(20)
     assert process.exitcode == 130 and len(service.problems) == 2 and all(problem.cancelled for problem in service.problems.values())
+
+
+def test_ctrl_c_has_one_deadline_for_all(processes, frames, service, environment, tmp_path):
+    """A service that hangs holds up the end once, not once for each problem and question; the jobs stay."""
+    service.pending = 60
+    arguments = ["solve", *map(str, sorted(tmp_path.glob("frame*.qcf"))), "--out-dir", str(tmp_path / "out"), "--solver", "hybrid-bqm",
+                 "--jobs", "5"]
+    process = processes.Process(target=child, args=(arguments, environment, str(tmp_path / "stderr")), daemon=True)
+    process.start()
+    until(lambda: sum('"sent"' in path.read_text() for path in tmp_path.glob("out/*.job")) == 5)
+    service.fail("GET", r"^problems/$", lambda: time.sleep(30), times=999)
+    began = time.monotonic()
+    os.kill(process.pid, signal.SIGINT)
+    process.join(30)
+    assert process.exitcode == 130 and jobs.DEADLINE - 1 < time.monotonic() - began < jobs.DEADLINE + 2
+    assert (tmp_path / "stderr").read_text().count("the problem is at the service; `qstereo-bridge collect") == 5
+    assert names(tmp_path / "out") == [f"frame{i}.qsf.job" for i in range(5)]
+
+
+def test_ctrl_c_cancels_many_at_once(processes, frames, service, environment, tmp_path):
+    """Each cancellation takes long, all together not longer than the deadline."""
+    service.pending = 60
+    service.fail("DELETE", "^problems", lambda: time.sleep(jobs.DEADLINE / 3), times=99)
+    arguments = ["solve", *map(str, sorted(tmp_path.glob("frame*.qcf"))), "--out-dir", str(tmp_path / "out"), "--solver", "hybrid-bqm",
+                 "--jobs", "5"]
+    process = processes.Process(target=child, args=(arguments, environment, str(tmp_path / "stderr")), daemon=True)
+    process.start()
+    until(lambda: sum('"sent"' in path.read_text() for path in tmp_path.glob("out/*.job")) == 5)
+    os.kill(process.pid, signal.SIGINT)
+    process.join(30)
+    assert process.exitcode == 130 and all(problem.cancelled for problem in service.problems.values()) and names(tmp_path / "out") == []
+
+
+def test_no_temporary_after_a_signal(tmp_path, monkeypatch):
+    """A thread that still runs makes none; whatever it was about to do, it stays there."""
+    monkeypatch.setattr(Output, "pending", set())
+    monkeypatch.setattr(Output, "stopping", False)
+    at_work = Output(str(tmp_path / "at-work.qsf"))
+    late = Output(str(tmp_path / "late.qsf"))
+    Output.abandon()
+
+    def quietly(step):
+        with contextlib.suppress(OSError):
+            step()
+    for step in (lambda: Output(str(tmp_path / "new.qsf")), lambda: at_work.write(b"x"), late.keep):
+        thread = threading.Thread(target=quietly, args=(step,), daemon=True)
+        thread.start()
+        thread.join(0.3)
+        assert thread.is_alive() and names(tmp_path) == []
+    monkeypatch.undo()
 
 
 def test_output_of_many_that_is_a_folder(frames, service, tmp_path, main):
