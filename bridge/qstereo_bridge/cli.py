@@ -400,14 +400,23 @@ def solve(options, session=None, print_result=show):
 
 def deliver(options, problem, answer, output, began, print_result=show):
     """Check the answer, write it to `output`, print the result."""
+    from .container import FormatError
     from .models import energies as recompute
-    from .qsf import Samples, pack_qsf
+    from .qsf import Samples, pack_qsf, parse_qsf
+    from .solvers import SolverError
 
     energies = recompute(problem, answer.bits)
+    if SOLVERS[options.solver].kind and not energies.size:
+        raise SolverError("the service's answer has no samples")
     _check_energies(answer, energies, problem)
     for warning in [] if options.quiet else answer.info.get("warnings", []):
         print(f"qstereo-bridge {options.command}: warning: {warning}", file=sys.stderr)
     data = pack_qsf(Samples(options.digest, options.solver, _records(answer, energies), answer.bits, answer.info))
+    try:
+        # What cannot be read again does not end a job.
+        parse_qsf(data, sys.maxsize)
+    except FormatError as error:
+        raise SolverError(f"internal error: the samples would make no sound .qsf ({error}); please report this") from None
     with io(options.output, "write"):
         output.write(data)
     print_result(options, _summary(options, problem, answer, energies, time.monotonic() - began))

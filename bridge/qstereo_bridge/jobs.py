@@ -10,19 +10,20 @@ A job file, JSON, lies beside the samples file from before the upload until the 
 A job file is replaced as a whole, on the disk before the next step is taken, and locked while its process lives. It holds no token.
 """
 
+import _thread
 import concurrent.futures
 import contextlib
 import fcntl
 import json
 import os
+import re
 import secrets
-import threading
 import time
 from datetime import datetime, timezone
 
 from .failure import BAD_INPUT, IO, NO, Failure, io
-from .output import sync_folder
-from .services import connect, explain
+from .output import hold, sync_folder
+from .services import connect, explain, scrub
 from .solvers import SolverError
 
 SCHEMA = 1
@@ -31,14 +32,19 @@ UPLOADING, SENDING, SENT = "uploading", "sending", "sent"
 ARRIVED = 10
 # Pauses between attempts at what may be repeated: asking costs nothing.
 PAUSES = (0.3, 1, 3)
+# Seconds after which the service is asked what has become of a problem, in case that D-Wave's client has stopped asking.
+SILENCE = 60
+# Replies of HTTP that say that the service did not take the problem; others, as 408 and 499, may be of a gateway that knows nothing.
+REFUSALS = (400, 401, 402, 403, 404, 413, 422, 429)
+# Seconds that Ctrl-C takes at most for the cancellations.
+DEADLINE = 6
+RUNNING = ("PENDING", "IN_PROGRESS")
 
 
 class Job:
     """One job file, held open and locked. `facts` is what it says; the session that serves it is told to signals."""
 
     active = []
-    # Set by a signal: threads that still run send nothing any more.
-    stopping = threading.Event()
 
     def __init__(self, path, facts, stream=None):
         self.path, self.facts, self.stream, self.session = path, facts, stream, None
@@ -74,7 +80,7 @@ class Job:
 
     def save(self, new=False, **changes):
         """Change facts, and have them on the disk. `new`: there must be no such file yet. Raises Failure."""
-        Job.hold()
+        hold()
         self.facts.update(changes)
         with io(self.path, "write"):
             name = f"{self.path}.{os.getpid()}.tmp"
@@ -97,12 +103,6 @@ class Job:
             self.stream = stream
         if self not in Job.active:
             Job.active.append(self)
-
-    @staticmethod
-    def hold():
-        """After a signal no other thread goes on: the process is about to end."""
-        while Job.stopping.is_set() and threading.current_thread() is not threading.main_thread():
-            time.sleep(1)
 
     def _close(self):
         if self.stream:
@@ -196,7 +196,8 @@ def start(options, variables, earlier=None):
     """A new Job for the problem, in place of an `earlier` one that is held."""
     path, digest = path_of(options.output, options.digest), options.digest.hex()
     problem = None if options.problem == "-" else os.path.relpath(options.problem, os.path.dirname(path) or ".")
-    label = (options.label or "qstereo")[:200]
+    # What a service might change in it is left out; the last word is no other job's.
+    label = " ".join(re.sub(r"[^A-Za-z0-9._ -]", "_", " ".join((options.label or "").split())).split())[:100].strip() or "qstereo"
     job = Job(path, {"schema": SCHEMA, "state": UPLOADING, "solver": options.solver, "service_solver": None,
                      "label": f"{label} {digest[:8]}-{secrets.token_hex(6)}", "user_label": options.label, "problem_id": None,
                      "problem": problem, "problem_digest": digest, "variables": variables, "time": _now(), "parameters": {}},
@@ -228,7 +229,7 @@ def _refuse_to_send_again(earlier, digest):
         raise Failure(NO, f"{earlier.path}: the answer to another problem ({earlier.problem}) is still to be collected under this name; "
                           f"`qstereo-bridge collect {earlier.path}`, or give another -o, or --resubmit to forget it")
     if earlier.state == SENDING:
-        with connect(earlier.solver, earlier.service_solver) as session:
+        with connect(earlier.solver, earlier.service_solver, reading=True) as session:
             if not find(session, earlier):
                 return
     raise Failure(NO, f"{earlier.path}: this problem was sent {earlier.time} and is not sent again; "
@@ -299,31 +300,35 @@ def send(session, job, problem_type, data, parameters):
     """Create the problem at the service: one request, never repeated once it may have arrived. Raises SolverError."""
     import zlib
     import orjson
+    from requests import TooManyRedirects
 
     body = {"solver": session.solver.identity.dict(), "data": data, "type": problem_type, "params": parameters, "label": job.label}
     with session.requests() as requests:
         requests.session.set_accept(media_type="application/vnd.dwave.sapi.problems+json", ask_version="3.0.0", accept_version="~=3.0")
         content = zlib.compress(orjson.dumps([body], option=orjson.OPT_SERIALIZE_NUMPY))
         job.save(state=SENDING, time=_now(), account=session.account(job.label))
-        Job.hold()
+        hold()
         try:
             # A redirected POST would become a GET, whose answer is the list of the account's problems, or take the token elsewhere.
-            said = requests.session.post("", data=content, allow_redirects=False, headers={
-                "Content-Type": "application/json", "Content-Encoding": "deflate"})
-            if said.is_redirect:
-                job.remove()
-                raise SolverError(f"D-Wave's endpoint has moved to {said.headers['Location']}; nothing was sent. "
-                                  "Set the endpoint in D-Wave's configuration")
-            reply = orjson.loads(said.content)[0]
-            if "error_msg" not in reply and (not isinstance(reply["id"], str) or reply["label"] != job.label):
+            reply = orjson.loads(requests.session.post("", data=content, allow_redirects=False, headers={
+                "Content-Type": "application/json", "Content-Encoding": "deflate"}).content)[0]
+            if "error_msg" not in reply and (not isinstance(reply["id"], str) or not _is_label_of(job, reply["label"])):
                 raise ValueError("the service's reply is about another problem")
-        except SolverError:
-            raise
+        except TooManyRedirects as error:
+            job.remove()
+            raise SolverError(f"D-Wave's endpoint has moved to {error.response.headers['Location']}; nothing was sent. "
+                              "Set the endpoint in D-Wave's configuration") from None
         except Exception as error:
             if _never_arrived(error):
                 job.remove()
                 raise
-            if not find(session, job, patience=sum(PAUSES)):
+            try:
+                found = find(session, job, patience=sum(PAUSES))
+            except Failure:
+                raise
+            except Exception as trouble:
+                raise SolverError(_unknown(job, trouble)) from None
+            if not found:
                 raise SolverError(_unknown(job, error)) from None
             return
     if "error_msg" in reply:
@@ -341,10 +346,7 @@ def _never_arrived(error):
     from dwave.cloud.utils.exception import is_caused_by
     from urllib3.exceptions import ConnectTimeoutError, NewConnectionError
 
-    status = getattr(error, "error_code", None)
-    # 408: some gateway had enough of waiting.
-    refused = isinstance(status, int) and 400 <= status < 500 and status != 408
-    return refused or is_caused_by(error, (NewConnectionError, ConnectTimeoutError))
+    return getattr(error, "error_code", None) in REFUSALS or is_caused_by(error, (NewConnectionError, ConnectTimeoutError))
 
 
 def _unknown(job, error):
@@ -358,12 +360,12 @@ def find(session, job, patience=None):
     A request that has only just left may still arrive: the asking goes on until it is old enough, or for `patience` seconds.
     """
     age = (datetime.now(timezone.utc) - datetime.fromisoformat(job.time)).total_seconds()
-    # By another clock it may have left in the future.
-    stop = time.monotonic() + (min(ARRIVED, max(0, ARRIVED - age)) if patience is None else patience)
+    # Clocks may differ: by this one it may have left in the future, or long ago.
+    stop = time.monotonic() + (max(sum(PAUSES), min(ARRIVED, ARRIVED - age)) if patience is None else patience)
     while True:
         with session.requests() as requests:
             listed = _patiently(lambda: requests.list_problems(label=job.label))
-            found = [problem for problem in listed if problem.label == job.label]
+            found = [problem for problem in listed if _is_label_of(job, problem.label)]
         if found:
             job.save(state=SENT, problem_id=found[0].id)
             return True
@@ -373,6 +375,11 @@ def find(session, job, patience=None):
                                   f"these know nothing of it; with those that sent it, `qstereo-bridge collect {job.path}` finds it")
             return False
         time.sleep(0.5)
+
+
+def _is_label_of(job, label):
+    """By its last word, which no other job has; a service may tidy up the user's words before it."""
+    return (label or "").split()[-1:] == job.label.split()[-1:]
 
 
 def _patiently(ask):
@@ -390,22 +397,32 @@ def _passing(error):
     status = getattr(error, "error_code", None)
     if isinstance(status, int):
         return status == 429 or status >= 500
-    return {"RequestTimeout", "ConnectionError", "ChunkedEncodingError"} & {cls.__name__ for cls in type(error).__mro__}
+    return {"RequestTimeout", "ConnectionError", "ChunkedEncodingError", "RetryError"} & {cls.__name__ for cls in type(error).__mro__}
 
 
 def wait(session, job, progress, once=False):
     """The answer to a problem that was sent, as a resolved Future of D-Wave's client. With `once`, None where there is none yet."""
-    def answer():
-        if once:
-            with session.requests() as requests:
-                status = requests.get_problem_status(job.problem_id).status.value
-            if status in ("PENDING", "IN_PROGRESS"):
-                return None
+    def fetched():
         future = session.client.retrieve_answer(job.problem_id)
         # The client would look for a solver of the same working graph, which a calibration since then has changed.
         future.solver = session.solver
+        return future
+
+    def running():
+        with session.requests() as requests:
+            return any(problem.status.value in RUNNING for problem in requests.get_problem_statuses([job.problem_id]))
+
+    def answer():
+        if once and running():
+            return None
+        future, stop = fetched(), time.monotonic() + SILENCE
         while not future.wait(0.2):
             progress((future.remote_status or "sent").lower().replace("_", " "))
+            if time.monotonic() > stop:
+                # Where the list has nothing, the client had nothing either, and asks no more.
+                if future.remote_status in (None, *RUNNING) and not _patiently(running):
+                    future = fetched()
+                stop = time.monotonic() + SILENCE
         if future.remote_status in ("FAILED", "CANCELLED"):
             job.remove()
         future.result()
@@ -414,7 +431,7 @@ def wait(session, job, progress, once=False):
         future = _patiently(answer)
     except Exception as error:
         raise SolverError(_told(job, error)) from None
-    if future and future.label not in (None, job.label):
+    if future and future.label is not None and not _is_label_of(job, future.label):
         raise SolverError(f"the service's problem {job.problem_id} has the label {future.label!r}, the job {job.label!r}: "
                           "it is the answer to another problem")
     return future
@@ -424,20 +441,21 @@ def _told(job, error):
     if job.stream is None:
         return explain(error)
     if getattr(error, "error_code", None) == 404:
-        return (f"{explain(error)}. Problem {job.problem_id} belongs to another account or region than the one configured, or the service "
-                f"has dropped it; with the account that sent it, `qstereo-bridge collect {job.path}` fetches the answer")
+        return (f"D-Wave's service does not know problem {job.problem_id} ({scrub(str(error))}): it has expired, or belongs to another "
+                f"project or region than the one configured. Where it is known `qstereo-bridge collect {job.path}` fetches the answer; "
+                "`qstereo-bridge solve --resubmit` sends and charges it once more")
     return f"{explain(error)}. The problem is at the service; `qstereo-bridge collect {job.path}` fetches the answer later"
 
 
 def interrupted(cancel):
     """What the user is to know of each job when a signal ends the command; with `cancel`, what has not begun is cancelled first."""
-    lines = []
-    Job.stopping.set()
-    for job in list(Job.active):
+    lines, found = [], list(Job.active)
+    cancelled = _cancelled([job for job in found if job.state == SENT]) if cancel else []
+    for job in found:
         if job.state == UPLOADING:
             job.remove()
             lines.append("nothing was sent")
-        elif cancel and job.state == SENT and _cancelled(job):
+        elif job in cancelled:
             job.remove()
             lines.append(f"{job.problem_id} had not begun and is cancelled; nothing is charged")
         else:
@@ -446,10 +464,21 @@ def interrupted(cancel):
     return lines
 
 
-def _cancelled(job):
-    """Ask the service to cancel the problem if it has not begun: whether that is certain. Never takes long."""
-    with contextlib.suppress(Exception), job.session.requests(timeout=3) as requests:
-        if requests.get_problem_status(job.problem_id).status.value == "PENDING":
-            requests.cancel_problem(job.problem_id)
-            return requests.get_problem_status(job.problem_id).status.value == "CANCELLED"
-    return False
+def _cancelled(found):
+    """Ask the service to cancel those of the jobs that have not begun, all at once: those that certainly are cancelled by the deadline."""
+    stop, cancelled, left = time.monotonic() + DEADLINE, [], list(found)
+
+    def cancel(job):
+        # What fails is not repeated: the problem may go on, and can be collected.
+        with contextlib.suppress(Exception), job.session.requests(timeout=DEADLINE, retry=0) as requests:
+            if requests.get_problem_status(job.problem_id).status.value == "PENDING":
+                requests.cancel_problem(job.problem_id)
+                if requests.get_problem_status(job.problem_id).status.value == "CANCELLED":
+                    cancelled.append(job)
+        left.remove(job)
+    for job in found:
+        # Threads of Python's own want locks that the interrupted code may hold.
+        _thread.start_new_thread(cancel, (job,))
+    while left and time.monotonic() < stop:
+        time.sleep(0.02)
+    return list(cancelled)

@@ -4,6 +4,8 @@ import contextlib
 import itertools
 import os
 import stat
+import threading
+import time
 
 
 def sync_folder(path):
@@ -16,6 +18,12 @@ def sync_folder(path):
             os.close(folder)
 
 
+def hold():
+    """After a signal no other thread goes on: the process is about to end."""
+    while Output.stopping and threading.current_thread() is not threading.main_thread():
+        time.sleep(1)
+
+
 class Output:
     """The file `path` ("-": stdout), made ready before the solver's work so that nothing forbids writing after it.
 
@@ -23,10 +31,11 @@ class Output:
     of the `with`. All methods raise OSError.
 
     pending         the temporaries of all outputs
+    stopping        whether a signal has come: threads that still run write and send nothing any more
     kept            whether a signal comes too late: what was to be written is
     """
 
-    pending = set()
+    pending, stopping = set(), False
     kept = False
 
     def __init__(self, path, last=True):
@@ -55,11 +64,21 @@ class Output:
             with contextlib.suppress(FileExistsError):
                 open(self.temporary, "xb").close()
                 Output.pending.add(self.temporary)
+                self._hold()
                 return
+
+    def _hold(self):
+        """hold(), without the temporary that may have been made since the others were removed."""
+        if Output.stopping:
+            with contextlib.suppress(OSError):
+                os.remove(self.temporary)
+            hold()
 
     def write(self, data):
         path = self.path if self.straight else self.temporary
         with open(1 if path == "-" else path, "wb", closefd=path != "-") as stream:
+            if not self.straight:
+                self._hold()
             stream.write(data)
             if not self.straight:
                 # A job is forgotten once its answer is on the disk.
@@ -68,6 +87,7 @@ class Output:
 
     def keep(self):
         if not self.straight:
+            hold()
             os.replace(self.temporary, self.path)
             sync_folder(self.path)
         Output.pending.discard(self.temporary)
@@ -75,7 +95,8 @@ class Output:
 
     @staticmethod
     def abandon():
-        """Remove all temporaries."""
+        """Remove all temporaries, and have no more made."""
+        Output.stopping = True
         for temporary in list(Output.pending):
             with contextlib.suppress(OSError):
                 os.remove(temporary)

@@ -18,12 +18,12 @@ from .services import WANTED, configured, connect, explain, explained
 
 def solve_there(options, problem, session, progress, print_result=cli.show):
     """Send the problem and wait: (Answer, Job). With --no-wait it is sent only, and the exit status is returned."""
-    kind = cli.SOLVERS[options.solver].run(options.solver, problem, options)
     with contextlib.ExitStack() as stack:
         earlier = jobs.check_earlier(options)
         if earlier:
             stack.callback(earlier.leave)
         stack.enter_context(explained())
+        kind = cli.SOLVERS[options.solver].run(options.solver, problem, options)
         session = session or stack.enter_context(connect(options.solver, options.solver_name))
         answer, job = jobs.solve(kind, options, progress, session, earlier)
     if not options.no_wait:
@@ -77,7 +77,7 @@ def _collected(options, problem, job, progress):
     nothing = f"{job.path}: nothing was sent and nothing is charged; `qstereo-bridge solve` sends it"
     if job.state == jobs.UPLOADING:
         raise Failure(NO, nothing)
-    with connect(job.solver, job.service_solver) as session:
+    with connect(job.solver, job.service_solver, reading=True) as session:
         job.session = session
         if job.state == jobs.SENDING and not jobs.find(session, job):
             raise Failure(NO, nothing)
@@ -146,17 +146,26 @@ def _one_of_many(task, session):
 def _solve_or_collect(task, session, print_result):
     """What an earlier run sent and did not wait for is collected."""
     job = jobs.path_of(task.output, b"")
-    if not cli.SOLVERS[task.solver].kind or task.resubmit or task.no_wait or not os.path.exists(job):
+    if not cli.SOLVERS[task.solver].kind or task.resubmit or not os.path.exists(job):
         return cli.solve(task, session, print_result)
-    earlier, pending = jobs.Job.load(job), False
-    if earlier:
-        with earlier:
-            pending = earlier.state != jobs.UPLOADING and earlier.problem_digest == task.digest.hex()
-    if not pending:
+    earlier = jobs.Job.load(job)
+    if earlier is None or not _was_sent(earlier, task.digest):
         return cli.solve(task, session, print_result)
+    if task.no_wait:
+        said = {"skipped": True, "solver": earlier.solver, "job": job, "problem_id": earlier.problem_id}
+        return print_result(task, json.dumps(said) if task.json else f"skipped, it was sent to {earlier.solver} as {earlier.problem_id}")
     collecting = copy.copy(task)
     collecting.job, collecting.no_wait = job, False
     return collect(collecting, print_result)
+
+
+def _was_sent(earlier, digest):
+    """Whether the service has the problem of this digest under a job; it is asked where the job does not know."""
+    with earlier:
+        if earlier.problem_digest != digest.hex() or earlier.state != jobs.SENDING:
+            return earlier.problem_digest == digest.hex() and earlier.state == jobs.SENT
+        with connect(earlier.solver, earlier.service_solver, reading=True) as session:
+            return jobs.find(session, earlier)
 
 
 def _is_there(task):
@@ -210,7 +219,8 @@ def _described(solver):
 
 def plan(options, problem):
     """What would be sent: a dict. By the solver's own limits where there is an account to ask, else by published ones."""
-    kind = cli.SOLVERS[options.solver].run(options.solver, problem, options)
+    with explained():
+        kind = cli.SOLVERS[options.solver].run(options.solver, problem, options)
     if not configured():
         return {"service_solver": None, **kind.plan(PUBLISHED.get(options.solver))}
     with connect(options.solver, options.solver_name) as session:

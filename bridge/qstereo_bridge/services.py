@@ -31,10 +31,11 @@ PROBLEM_TYPES = {"qpu": "ising", "hybrid-bqm": "bqm", "hybrid-cqm": "cqm", "hybr
 class Session:
     """One client of D-Wave's, and the solver that it found for `name`; several problems may share it, each in a thread of its own.
 
+    reading         only answers are read: the solver is not asked for, it may be offline, or gone
     properties      the solver's own, as the service gives them: its limits among them
     """
 
-    def __init__(self, name, solver_name=None):
+    def __init__(self, name, solver_name=None, reading=False):
         from dwave.cloud import Client
 
         self.name = name
@@ -43,7 +44,7 @@ class Session:
         self.client = Client.from_config(client="qpu" if name == "qpu" else "hybrid", connection_close=name != "qpu",
                                          defaults={"solver": WANTED[name]}, **given)
         try:
-            self.solver = self.client.get_solver()
+            self.solver = _reader(self.client, name, solver_name) if reading else self.client.get_solver()
             if PROBLEM_TYPES[name] not in self.solver.supported_problem_types:
                 raise SolverError(f"{self.solver.name} is no solver for {name}; name another with --solver-name, "
                                   "`qstereo-bridge solvers` lists those that you reach")
@@ -52,12 +53,16 @@ class Session:
             raise
         self.properties = self.solver.properties
 
-    def requests(self, timeout=None):
+    def requests(self, timeout=None, retry=3):
         """The service's list of problems. Of its requests only those are repeated that never found a connection."""
         from dwave.cloud.api.resources import Problems
 
-        retry = {"total": 3, "connect": 3, "read": 0, "status": 0, "other": 0, "redirect": 0, "backoff_factor": 0.5}
-        return Problems.from_config(self.client.config, retry=retry, timeout=timeout or self.client.config.request_timeout)
+        retry = {"total": retry, "connect": retry, "read": 0, "status": 0, "other": 0, "redirect": 0, "backoff_factor": 0.5,
+                 "respect_retry_after_header": False}
+        problems = Problems.from_config(self.client.config, retry=retry, timeout=timeout or self.client.config.request_timeout)
+        # The token is for this endpoint alone.
+        problems.session.max_redirects = 0
+        return problems
 
     def account(self, salt):
         """What tells one account from another and says nothing of either: whose list of problems it is."""
@@ -68,10 +73,19 @@ class Session:
         self.client.close(wait=False)
 
 
+def _reader(client, name, solver_name):
+    """A solver that reads answers of the kind `name`, for which the client wants none of a real one's properties."""
+    from dwave.cloud import solver
+
+    kind = {"qpu": solver.StructuredSolver, "hybrid-bqm": solver.BQMSolver, "hybrid-cqm": solver.CQMSolver, "hybrid-nl": solver.NLSolver}
+    properties = {"supported_problem_types": [PROBLEM_TYPES[name]], "qubits": [], "couplers": []}
+    return kind[name](client, {"identity": {"name": solver_name or name}, "properties": properties})
+
+
 @contextlib.contextmanager
-def connect(name, solver_name=None):
+def connect(name, solver_name=None, reading=False):
     """A Session in the user's own configuration; whatever goes wrong in its use becomes a SolverError without a token in it."""
-    with explained(), contextlib.closing(Session(name, solver_name)) as session:
+    with explained(), contextlib.closing(Session(name, solver_name, reading)) as session:
         yield session
 
 
@@ -100,16 +114,14 @@ def scrub(text):
     """`text` without the user's token and without anything that looks like one."""
     tokens = {os.environ.get("DWAVE_API_TOKEN")}
     with contextlib.suppress(Exception):
-        from dwave.cloud.config import load_config
-        tokens.add(load_config().get("token"))
-    for token in filter(None, tokens):
+        # Of all profiles: which of them was used is not known here.
+        from dwave.cloud.config.loaders import load_config_from_files
+        named = os.environ.get("DWAVE_CONFIG_FILE")
+        config = load_config_from_files([named] if named else None)
+        tokens |= {config[section].get("token") for section in config}
+    for token in sorted(filter(None, tokens), key=len, reverse=True):
         text = text.replace(token, "(token)")
     return re.sub(r"\b[A-Za-z]{2,8}-[0-9a-f]{32,}\b", "(token)", text)
-
-
-def explain(error):
-    """One sentence for whatever a service or its client raised; without a token."""
-    return scrub(_explain(error))
 
 
 # By names of classes, so that nothing has to be imported to say them; the first that fits is said.
@@ -122,6 +134,8 @@ SENTENCES = [
     ({"SolverOfflineError"}, "the solver is offline ({}); try again later, or name another with --solver-name"),
     ({"CanceledFutureError"}, "the problem was cancelled at the service"),
     ({"InternalServerError"}, "D-Wave's service has an error of its own ({}); try again later"),
+    ({"RetryError"}, "D-Wave's service is overloaded, or has too many requests of this account ({}); try again later"),
+    ({"TooManyRedirects"}, "D-Wave's endpoint has moved ({}); set the endpoint in D-Wave's configuration"),
     ({"RequestTimeout", "PollingTimeout", "Timeout", "ConnectionError", "ProblemUploadError"},
      "D-Wave's service cannot be reached or does not answer ({}); check the network and try again"),
     ({"ImportError"}, "a part of D-Wave's Ocean tools is missing ({}); pip install dwave-system"),
@@ -129,14 +143,15 @@ SENTENCES = [
 OF_STATUS = {401: "ResourceAuthenticationError", 403: "ResourceAccessForbiddenError", 429: "ResourceLimitsExceededError"}
 
 
-def _explain(error):
+def explain(error):
+    """One sentence for whatever a service or its client raised; without a token."""
     names = {cls.__name__ for cls in type(error).__mro__}
     if "ProblemUploadError" in names and error.__cause__:
-        return _explain(error.__cause__)
+        return explain(error.__cause__)
     status = getattr(error, "error_code", None)
     if isinstance(status, int):
         names.add("InternalServerError" if status >= 500 else OF_STATUS.get(status, ""))
-    said = " ".join(str(error).split()) or type(error).__name__
+    said = " ".join(scrub(str(error)).split()) or type(error).__name__
     if "API token not defined" in said:
         return f"no D-Wave account is configured; {CONFIGURE}"
     for classes, sentence in SENTENCES:

@@ -172,13 +172,15 @@ class Problem:
 
 
 class Service:
-    """The service: set `pending`, `delay` (seconds), `outcome`, `reason`, `spoil` (a function of the answer), `sampler`; see fail()."""
+    """The service: set `pending`, `delay` (seconds), `outcome`, `reason`, `spoil` (a function of the answer), `sampler`,
+    `patience` (seconds that replies 429 and 503 ask for), `elsewhere` (where a 307 leads to); see fail()."""
 
     def __init__(self, solvers=None, immediate=True):
         self.solvers = default_solvers() if solvers is None else solvers
         self.problems, self.uploads, self.answers, self.requests, self.faults = {}, {}, {}, [], []
         self.pending, self.delay, self.outcome, self.reason, self.spoil = 0.0, 0.0, "COMPLETED", "it failed", None
         self.immediate, self.sampler, self.lock = immediate, None, threading.RLock()
+        self.patience, self.elsewhere = None, None
         self.server = ThreadingHTTPServer(("127.0.0.1", 0), type("Handler", (_Handler,), {"service": self}))
         self.server.daemon_threads = True
         self.url = f"http://127.0.0.1:{self.server.server_address[1]}{PREFIX}"
@@ -242,6 +244,10 @@ class _Handler(BaseHTTPRequestHandler):
         self.send_response(status)
         self.send_header("Content-Type", "application/octet-stream" if isinstance(content, bytes) else MEDIA.format(media))
         self.send_header("Content-Length", str(len(data)))
+        if status in (429, 503) and self.service.patience is not None:
+            self.send_header("Retry-After", str(self.service.patience))
+        if status == 307:
+            self.send_header("Location", self.service.elsewhere + "problems/")
         if self.close_connection:
             # As servers do; the client would use the connection again otherwise.
             self.send_header("Connection", "close")

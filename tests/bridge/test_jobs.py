@@ -13,8 +13,9 @@ import time
 
 import pytest
 from problems import all_states, grid
-from service import TOKEN
-from qstereo_bridge import jobs, models, qcf, qsf
+from service import TOKEN, Service
+from qstereo_bridge import jobs, models, qcf, qsf, services
+from qstereo_bridge.output import Output
 
 SERVICES = ["qpu", "hybrid-bqm", "hybrid-cqm", "hybrid-nl"]
 SMALL = grid(2, 2, 3)
@@ -141,12 +142,135 @@ def test_not_known_whether_it_arrived(how, solve, collect, service, tmp_path):
     assert solve()[0] == 0 and best(tmp_path) == LEAST and len(service.problems) == 1
 
 
+@pytest.mark.parametrize("how", [408, 409, 418, 451, 499])
+def test_replies_that_are_no_refusal(how, solve, service, tmp_path):
+    """Some gateway's word: the problem may have arrived all the same."""
+    service.fail("POST", "^problems", how)
+    status, _, err = solve()
+    assert status == 5 and "Whether the problem arrived is not known" in err and names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+
+
+@pytest.mark.parametrize("how", [400, 401, 402, 403, 404, 413, 422, 429])
+def test_replies_that_are_refusals(how, solve, service, tmp_path):
+    service.fail("POST", "^problems", how)
+    status, _, err = solve()
+    assert status == 5 and "as it was told" in err and "collect" not in err and names(tmp_path) == ["tiny.qcf"]
+
+
+@pytest.mark.parametrize("said", ["2001-01-01T00:00:00+00:00", "2101-01-01T00:00:00+00:00"])
+def test_clocks_of_two_machines(said, solve, collect, service, tmp_path, monkeypatch):
+    """However old a request seems by this clock, its problem has a moment to appear; however young, not for ever."""
+    service.fail("POST", "^problems", "drop after")
+    service.fail("GET", "^problems", "drop", times=3)
+    assert solve()[0] == 5
+    path = tmp_path / "s.qsf.job"
+    path.write_text(json.dumps({**json.loads(path.read_text()), "time": said}))
+    there = dict(service.problems)
+    service.problems.clear()
+    began = time.monotonic()
+    monkeypatch.setattr(jobs, "PAUSES", (0.3, 0.4))
+    service.fail("GET", "^problems", lambda: threading.Timer(0.4, service.problems.update, [there]).start())
+    assert collect()[0] == 0 and time.monotonic() - began < jobs.ARRIVED + 5 and best(tmp_path) == LEAST
+
+
+def test_problem_that_the_service_has_forgotten(solve, collect, service, tmp_path):
+    solve("hybrid-nl", "--no-wait")
+    service.problems.clear()
+    status, out, err = collect()
+    assert (status, out) == (5, "") and "does not know problem" in err and "--resubmit" in err and "is at the service" not in err
+    assert names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+
+
+@pytest.mark.parametrize("times", [1, 99])
+def test_service_that_asks_for_patience(times, solve, collect, service, tmp_path):
+    """429 and 503 with Retry-After, which D-Wave's client counts among the connections that failed."""
+    service.patience = 0
+    service.fail("POST", "^problems", "drop after")
+    service.fail("GET", r"^problems/$", 429, times=times)
+    service.fail("GET", r"^problems/.+", 503, times=times)
+    status, out, err = solve()
+    if times > 1:
+        assert status == 5 and "too many requests" in err and "Whether the problem arrived is not known" in err
+        service.fail("GET", r"^problems/$", 429, times=0)
+        service.faults[1][3] = 0
+        status, out, err = collect()
+        assert status == 5 and "error of its own" in err and "is at the service" in err
+        service.faults.clear()
+        assert collect()[0] == 0
+    assert best(tmp_path) == LEAST and len(service.problems) == 1
+
+
+def test_patience_that_the_client_loses(solve, service, tmp_path, monkeypatch):
+    """Where the user's configuration allows no retries of a status, the client gives up with an error of its own."""
+    (tmp_path / "dwave.conf").write_text("[defaults]\nhttp_retry_status = 0\n")
+    monkeypatch.setenv("DWAVE_CONFIG_FILE", str(tmp_path / "dwave.conf"))
+    service.patience = 0
+    service.fail("GET", r"^problems/.+", 503)
+    assert solve()[0] == 0 and len(service.problems) == 1
+    service.fail("GET", r"^problems/.+", 503, times=99)
+    status, _, err = solve()
+    assert status == 5 and "is overloaded" in err and "is at the service" in err
+
+
+def test_label_that_the_service_tidies_up(solve, service, tmp_path, monkeypatch):
+    handler = service.server.RequestHandlerClass
+    create = handler._create
+    monkeypatch.setattr(handler, "_create", lambda self, job: create(self, {**job, "label": job["label"].title().replace(" ", "  ", 1)[:20] + " "
+                                                                            + job["label"].split()[-1]}), raising=False)
+    assert solve("hybrid-nl", "--label", "two words")[0] == 0 and best(tmp_path) == LEAST
+
+
+def test_labels_of_safe_characters(solve, service, tmp_path):
+    label = "  a/b\t\u00e4<&>\n\u202e frame_1.2-3 " + 300 * "x"
+    assert solve("hybrid-nl", "--label", label)[0] == 0
+    sent = next(iter(service.problems.values())).label
+    words = sent.split(" ")
+    assert words[0] == "a_b" and words[3] == "frame_1.2-3" and len(sent) < 150 and sent.isascii() and sent == " ".join(sent.split())
+    assert set(sent) <= set("abcdefghijklmnopqrstuvwxyz0123456789._- ")
+    assert qsf.parse_qsf((tmp_path / "s.qsf").read_bytes()).info["parameters"]["label"] == label
+
+
+@pytest.mark.parametrize("state", ["sent", "sending"])
+def test_redirected_questions_are_not_followed(state, solve, collect, service, tmp_path):
+    """They would take the token elsewhere."""
+    solve("hybrid-nl", "--no-wait")
+    path = tmp_path / "s.qsf.job"
+    path.write_text(json.dumps({**json.loads(path.read_text()), "state": state}))
+    with Service() as other:
+        service.elsewhere = other.url
+        service.fail("GET", "^problems", 307, times=9)
+        status, _, err = collect("--no-wait")
+        assert status == 5 and "has moved" in err and not other.requests and names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+
+
+def test_job_that_the_service_has_forgotten_without_waiting(solve, collect, service, tmp_path):
+    solve("hybrid-nl", "--no-wait")
+    service.problems.clear()
+    status, _, err = collect("--no-wait")
+    assert status == 5 and "does not know problem" in err
+
+
+def test_without_the_nonlinear_models(solve, service, problem_file, main, monkeypatch):
+    monkeypatch.setitem(sys.modules, "dwave.optimization", None)
+    for status, out, err in (solve("hybrid-nl"), main("solve", problem_file, "--solver", "hybrid-nl", "--dry-run")):
+        assert (status, out) == (5, "") and "pip install" in err and not service.problems
+
+
+def test_token_of_a_profile_is_not_told(monkeypatch, tmp_path):
+    (tmp_path / "dwave.conf").write_text("[defaults]\nendpoint = x\n[first]\ntoken = of-first\n[second]\ntoken = of  second\n")
+    monkeypatch.setenv("DWAVE_CONFIG_FILE", str(tmp_path / "dwave.conf"))
+    monkeypatch.setenv("DWAVE_API_TOKEN", "of the  environment")
+    for token in ("of-first", "of  second", "of the  environment"):
+        assert services.explain(ValueError(f"sent {token} there")) == "ValueError: sent (token) there"
+
+
 def test_arrived_although_the_client_could_not_know(solve, collect, service, tmp_path):
     """The request arrives, then the network is gone: neither a reply nor the list of problems."""
     service.fail("POST", "^problems", "drop after")
     service.fail("GET", "^problems", "drop", times=3)
     status, _, err = solve()
     assert status == 5 and names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+    assert "Whether the problem arrived is not known" in err and f"collect {tmp_path}/s.qsf.job" in err
     status, _, err = solve()
     assert status == 1 and "was sent" in err and "not sent again" in err and len(service.problems) == 1
     assert collect()[0] == 0 and best(tmp_path) == LEAST and len(service.problems) == 1
@@ -218,6 +342,21 @@ def test_slow_answer(solve, service, tmp_path, monkeypatch):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     status, out, err = solve()
     assert status == 0 and "hybrid-nl: pending" in err and "hybrid-nl: in progress" in err
+
+
+@pytest.mark.parametrize("lasting", [False, True])
+def test_poll_that_is_told_nothing(lasting, solve, service, tmp_path, monkeypatch):
+    """An empty list in place of the problem's status: D-Wave's client asks no more."""
+    monkeypatch.setattr(jobs, "SILENCE", 0.3)
+    handler, told = service.server.RequestHandlerClass, []
+    answer = handler._list
+
+    def nothing(self, query, body):
+        told.append(query)
+        return (200, []) if "id" in query and (lasting or len(told) == 1) else answer(self, query, body)
+    monkeypatch.setattr(handler, "ROUTES", [(pattern, nothing if action is answer else action) for pattern, action in handler.ROUTES])
+    began = time.monotonic()
+    assert solve()[0] == 0 and best(tmp_path) == LEAST and told and time.monotonic() - began < 5
 
 
 # The job file.
@@ -388,6 +527,19 @@ def test_chip_that_was_calibrated_since(solve, collect, service, tmp_path):
     assert collect()[0] == 0 and best(tmp_path) == LEAST
 
 
+@pytest.mark.parametrize("solver", SERVICES)
+@pytest.mark.parametrize("how", ["offline", "retired"])
+def test_answer_of_a_solver_that_is_gone(how, solver, solve, collect, service, tmp_path):
+    solve(solver, "--no-wait")
+    for problem in service.problems.values():
+        problem.solve()
+    if how == "retired":
+        service.solvers.clear()
+    for data in service.solvers.values():
+        data["status"] = "OFFLINE"
+    assert collect()[0] == 0 and best(tmp_path) == LEAST
+
+
 @pytest.mark.parametrize("counts", [0, -1, 2**33])
 def test_impossible_occurrences_keep_the_job(counts, solve, collect, service, tmp_path):
     import dimod
@@ -399,6 +551,23 @@ def test_impossible_occurrences_keep_the_job(counts, solve, collect, service, tm
     service.spoil = spoil
     status, _, err = solve("hybrid-bqm")
     assert status == 5 and "never seen" in err and names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+
+
+def test_answer_without_samples_keeps_the_job(solve, collect, service, tmp_path):
+    import dimod
+    service.spoil = lambda answer: {**answer, "data": dimod.SampleSet.from_serializable(answer["data"]).truncate(0).to_serializable()}
+    status, out, err = solve("hybrid-bqm")
+    assert (status, out) == (5, "") and "has no samples" in err and f"collect {tmp_path}/s.qsf.job" in err
+    assert names(tmp_path) == ["s.qsf.job", "tiny.qcf"] and collect()[0] == 5 and names(tmp_path) == ["s.qsf.job", "tiny.qcf"]
+
+
+def test_samples_that_cannot_be_read_again_keep_the_job(solve, collect, service, tmp_path, monkeypatch):
+    pack = qsf.pack_qsf
+    with monkeypatch.context() as patch:
+        patch.setattr(qsf, "pack_qsf", lambda samples: pack(samples)[:-1])
+        status, out, err = solve()
+    assert (status, out) == (5, "") and "no sound .qsf" in err and f"collect {tmp_path}/s.qsf.job" in err
+    assert names(tmp_path) == ["s.qsf.job", "tiny.qcf"] and collect()[0] == 0 and best(tmp_path) == LEAST
 
 
 def test_disk_full_when_the_problem_was_sent(solve, collect, service, tmp_path, monkeypatch):
@@ -440,8 +609,6 @@ def test_folder_that_cannot_hold_the_job(service, problem_file, tmp_path, main):
 
 
 def test_failed_write_of_the_samples_keeps_the_job(solve, collect, service, tmp_path, monkeypatch):
-    from qstereo_bridge.output import Output
-
     def full(*arguments):
         raise OSError(28, "No space left on device")
     with monkeypatch.context() as patch:
@@ -539,14 +706,16 @@ def recover(solve, collect, tmp_path):
 @pytest.mark.parametrize("method, path", [("POST", "combine"), ("POST", "^problems"), ("GET", r"^problems/.+")])
 def test_killed_at_the_worst_moments(method, path, when, begin, solve, collect, service, tmp_path):
     """kill -9 when the service has a request, and has not carried it out or has."""
-    process = None
+    process, begun = None, threading.Event()
 
     def kill():
+        assert begun.wait(20)
         os.kill(process.pid, signal.SIGKILL)
         time.sleep(0.05)
         return "drop" if when == "before" else "drop after"
-    service.fail(method, path, lambda: kill())
+    service.fail(method, path, kill)
     process = begin("hybrid-nl")
+    begun.set()
     process.join(20)
     assert process.exitcode == -signal.SIGKILL
     recover(solve, collect, tmp_path)
@@ -631,6 +800,56 @@ def test_nothing_is_sent_after_ctrl_c(processes, frames, service, environment, t
     assert process.exitcode == 130 and len(service.problems) == 2 and all(problem.cancelled for problem in service.problems.values())
 
 
+def test_ctrl_c_has_one_deadline_for_all(processes, frames, service, environment, tmp_path):
+    """A service that hangs holds up the end once, not once for each problem and question; the jobs stay."""
+    service.pending = 60
+    arguments = ["solve", *map(str, sorted(tmp_path.glob("frame*.qcf"))), "--out-dir", str(tmp_path / "out"), "--solver", "hybrid-bqm",
+                 "--jobs", "5"]
+    process = processes.Process(target=child, args=(arguments, environment, str(tmp_path / "stderr")), daemon=True)
+    process.start()
+    until(lambda: sum('"sent"' in path.read_text() for path in tmp_path.glob("out/*.job")) == 5)
+    service.fail("GET", r"^problems/$", lambda: time.sleep(30), times=999)
+    began = time.monotonic()
+    os.kill(process.pid, signal.SIGINT)
+    process.join(30)
+    assert process.exitcode == 130 and jobs.DEADLINE - 1 < time.monotonic() - began < jobs.DEADLINE + 2
+    assert (tmp_path / "stderr").read_text().count("the problem is at the service; `qstereo-bridge collect") == 5
+    assert names(tmp_path / "out") == [f"frame{i}.qsf.job" for i in range(5)]
+
+
+def test_ctrl_c_cancels_many_at_once(processes, frames, service, environment, tmp_path):
+    """Each cancellation takes long, all together not longer than the deadline."""
+    service.pending = 60
+    service.fail("DELETE", "^problems", lambda: time.sleep(jobs.DEADLINE / 3), times=99)
+    arguments = ["solve", *map(str, sorted(tmp_path.glob("frame*.qcf"))), "--out-dir", str(tmp_path / "out"), "--solver", "hybrid-bqm",
+                 "--jobs", "5"]
+    process = processes.Process(target=child, args=(arguments, environment, str(tmp_path / "stderr")), daemon=True)
+    process.start()
+    until(lambda: sum('"sent"' in path.read_text() for path in tmp_path.glob("out/*.job")) == 5)
+    os.kill(process.pid, signal.SIGINT)
+    process.join(30)
+    assert process.exitcode == 130 and all(problem.cancelled for problem in service.problems.values()) and names(tmp_path / "out") == []
+
+
+def test_no_temporary_after_a_signal(tmp_path, monkeypatch):
+    """A thread that still runs makes none; whatever it was about to do, it stays there."""
+    monkeypatch.setattr(Output, "pending", set())
+    monkeypatch.setattr(Output, "stopping", False)
+    at_work = Output(str(tmp_path / "at-work.qsf"))
+    late = Output(str(tmp_path / "late.qsf"))
+    Output.abandon()
+
+    def quietly(step):
+        with contextlib.suppress(OSError):
+            step()
+    for step in (lambda: Output(str(tmp_path / "new.qsf")), lambda: at_work.write(b"x"), late.keep):
+        thread = threading.Thread(target=quietly, args=(step,), daemon=True)
+        thread.start()
+        thread.join(0.3)
+        assert thread.is_alive() and names(tmp_path) == []
+    monkeypatch.undo()
+
+
 def test_output_of_many_that_is_a_folder(frames, service, tmp_path, main):
     (tmp_path / "out" / "frame1.qsf").mkdir(parents=True)
     status, out, err = main("solve", *sorted(tmp_path.glob("frame*.qcf")), "--out-dir", tmp_path / "out", "--solver", "hybrid-bqm")
@@ -655,6 +874,37 @@ def test_many_are_collected_on_a_second_run(frames, service, tmp_path, main):
     assert status == 0 and len(service.problems) == 5 and names(tmp_path / "out") == [f"frame{i}.qsf.job" for i in range(5)]
     status, out, err = main(*arguments)
     assert (status, err) == (0, "") and len(service.problems) == 5 and names(tmp_path / "out") == [f"frame{i}.qsf" for i in range(5)]
+
+
+def test_many_send_what_never_arrived(frames, service, tmp_path, main):
+    service.fail("POST", "^problems", "drop")
+    arguments = "solve", *sorted(tmp_path.glob("frame*.qcf")), "--out-dir", tmp_path / "out", "--solver", "hybrid-nl"
+    status, _, err = main(*arguments)
+    assert status == 1 and "1 of 5 failed" in err and len(service.problems) == 4
+    status, out, err = main(*arguments)
+    assert (status, err) == (0, "") and out.count("skipped") == 4 and len(service.problems) == 5
+
+
+def test_many_that_are_sent_are_not_sent_again(frames, service, tmp_path, main):
+    arguments = "solve", *sorted(tmp_path.glob("frame*.qcf")), "--out-dir", tmp_path / "out", "--no-wait", "--solver"
+    service.fail("POST", "^problems", "drop")
+    assert main(*arguments, "hybrid-nl")[0] == 1 and len(service.problems) == 4
+    status, out, err = main(*arguments, "hybrid-bqm")
+    assert (status, err) == (0, "") and out.count("skipped, it was sent to hybrid-nl") == 4 and len(service.problems) == 5
+    found = json.loads(main(*arguments, "hybrid-bqm", "--json")[1])
+    assert sorted(one["solver"] for one in found["problems"]) == ["hybrid-bqm"] + 4 * ["hybrid-nl"]
+    assert all(one["skipped"] and one["problem_id"] in service.problems for one in found["problems"]) and len(service.problems) == 5
+    (tmp_path / "frame3.qcf").write_bytes(qcf.pack_qcf(grid(2, 2, 3, seed=9)))
+    status, out, err = main(*arguments, "hybrid-nl")
+    assert status == 1 and out.count("skipped") == 4 and "another problem" in err and len(service.problems) == 5
+
+
+def test_many_are_collected_from_the_solver_that_has_them(frames, service, tmp_path, main):
+    arguments = "solve", *sorted(tmp_path.glob("frame*.qcf")), "--out-dir", tmp_path / "out", "--solver"
+    main(*arguments, "hybrid-nl", "--no-wait")
+    found = json.loads(main(*arguments, "hybrid-bqm", "--json")[1])
+    assert {one["solver"] for one in found["problems"]} == {"hybrid-nl"} and len(service.problems) == 5
+    assert all(qsf.parse_qsf(path.read_bytes()).solver == "hybrid-nl" for path in (tmp_path / "out").iterdir())
 
 
 def test_many_of_one_name(frames, tmp_path, main):
