@@ -225,6 +225,10 @@ def _complete_solve(options):
         elif option not in solver.options:
             takers = ", ".join(name for name, other in SOLVERS.items() if option in other.options)
             raise Failure(USAGE, f"{options.solver} takes no --{option.replace('_', '-')}, only {takers} do")
+    if options.fast_anneal and options.annealing_time is None:
+        raise Failure(USAGE, "--fast-anneal wants an --annealing-time, in microseconds")
+    if options.fast_anneal and options.reverse_from:
+        raise Failure(USAGE, "a fast anneal cannot begin from a state; leave out --fast-anneal or --reverse-from")
     if (options.no_wait or options.resubmit) and not solver.kind:
         raise Failure(USAGE, f"{options.solver} runs here; --no-wait and --resubmit are for D-Wave's services")
     if options.label is not None:
@@ -319,11 +323,9 @@ def _check_energies(answer, energies, problem):
 def _records(answer, energies):
     import numpy as np
     from .qsf import BROKEN_UNITS, NO_CHAINS, RECORD
-    from .solvers import SolverError
+    from .solvers import check_occurrences
 
-    counts = answer.occurrences
-    if counts is not None and ((np.asarray(counts) < 1) | (np.asarray(counts) >= 2**32)).any():
-        raise SolverError("the answer has samples that were never seen, or too often")
+    check_occurrences(answer.occurrences)
     records = np.empty(energies.size, RECORD)
     records["energy"] = energies
     records["occurrences"] = 1 if answer.occurrences is None else answer.occurrences

@@ -5,11 +5,9 @@ import sys
 
 import dwave.embedding
 import dwave.graphs
-import dwave.system
 import networkx as nx
 import numpy as np
 import pytest
-from dwave.system.testing import MockDWaveSampler
 from problems import grid, nothing, make, random_problem
 from service import TOKEN
 from qstereo_bridge import embedding, models, picture, qcf, solvers, tiles
@@ -312,27 +310,20 @@ def test_usage(arguments, status, said, problem_file, main, monkeypatch):
     assert [path.name for path in problem_file.parent.iterdir() if path.name != "cache"] == ["P"]
 
 
-def test_a_solver_of_the_account(problem_file, tmp_path, main, monkeypatch):
+def test_a_solver_of_the_account(problem_file, tmp_path, main, service):
     """Its working graph, a qubit short."""
-    asked = []
-
-    def sampler(solver):
-        asked.append(solver)
-        return MockDWaveSampler(topology_type="zephyr", topology_shape=[3, 4], broken_nodes=[0])
-
-    monkeypatch.setattr(dwave.system, "DWaveSampler", sampler)
+    properties = service.solvers["Advantage2_mock"]["properties"]
+    properties.update(qubits=properties["qubits"][1:], couplers=[pair for pair in properties["couplers"] if 0 not in pair])
     status, out, _ = main("embed", problem_file, "--topology", "Advantage2_mock", "-o", tmp_path / "e.json", "--json")
-    assert status == 0 and asked == ["Advantage2_mock"]
-    assert json.loads(out).items() >= {"topology": "Advantage2_mock", "chip_qubits": 335}.items()
+    assert status == 0 and json.loads(out).items() >= {"topology": "Advantage2_mock", "chip_qubits": 335}.items()
+    status, out, err = main("embed", problem_file, "--topology", "Advantage3", "-o", tmp_path / "f.json")
+    assert (status, out) == (5, "") and "reaches no such solver" in err and not (tmp_path / "f.json").exists()
 
 
-def test_a_service_that_refuses(problem_file, tmp_path, main, monkeypatch):
-    def sampler(solver):
-        raise ConnectionError(f"no route with {TOKEN}")
-
-    monkeypatch.setattr(dwave.system, "DWaveSampler", sampler)
+def test_a_service_that_refuses(problem_file, tmp_path, main, service):
+    service.fail("GET", "solvers", 401, times=9)
     status, out, err = main("embed", problem_file, "--topology", "Advantage2_mock", "-o", tmp_path / "e.json")
-    assert (status, out) == (5, "") and "cannot be reached" in err and TOKEN not in err and not (tmp_path / "e.json").exists()
+    assert (status, out) == (5, "") and "does not accept the token" in err and TOKEN not in err and not (tmp_path / "e.json").exists()
 
 
 @pytest.mark.parametrize("problem", [grid(3, 2, 4), grid(1, 1, 2), random_problem(5)])
