@@ -15,6 +15,7 @@ import json
 import os
 import re
 import secrets
+import threading
 import time
 from dataclasses import asdict, dataclass, replace
 
@@ -318,7 +319,7 @@ def keep(embedding, source, chip, copies=1):
     if before is not None and before.figures()["qubits"] <= embedding.figures()["qubits"]:
         return
     path = _cache_path(source, chip, copies)
-    temporary = f"{path}.{os.getpid()}.tmp"
+    temporary = f"{path}.{secrets.token_hex(8)}.tmp"
     with contextlib.suppress(OSError):
         os.makedirs(os.path.dirname(path), exist_ok=True)
         try:
@@ -329,13 +330,22 @@ def keep(embedding, source, chip, copies=1):
             os.remove(temporary)
 
 
+# Of this process: a lock for each search, and what the searches of a given seed have found.
+_searching, _seeded = {}, {}
+
+
 def obtain(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None, copies=1):
-    """The Embedding of a Source, or of copies of it, into a Chip: the one kept, else a new one, which is kept. Raises NoEmbedding, SolverError."""
-    found = kept(source, chip, copies)
-    if found is None and copies == 1:
-        found = find(source, chip, seed, timeout, progress)
-        keep(found, source, chip)
-    elif found is None:
-        found = find_copies(source, chip, copies, obtain(source, chip, seed, timeout, progress), seed, timeout, progress)
-        keep(found, source, chip, copies)
+    """The Embedding of a Source, or of copies of it, into a Chip: the one kept, else a new one, which is kept. Raises NoEmbedding, SolverError.
+
+    A `seed` asks for its own embedding: the one kept is passed by. Threads that want the same one wait for the first to find it.
+    """
+    graphs = source.digest, chip.digest, copies
+    with _searching.setdefault(graphs, threading.Lock()):
+        found = kept(source, chip, copies) if seed is None else _seeded.get((graphs, seed, timeout))
+        if found is None:
+            found = find(source, chip, seed, timeout, progress) if copies == 1 else find_copies(
+                source, chip, copies, obtain(source, chip, seed, timeout, progress), seed, timeout, progress)
+            keep(found, source, chip, copies)
+            if seed is not None:
+                _seeded[graphs, seed, timeout] = found
     return found

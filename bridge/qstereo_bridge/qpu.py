@@ -224,7 +224,9 @@ class Qpu:
     def plan_embedded(self, solver):
         """plan() as far as it depends on the chip's graph and on the embedding."""
         options, chip, source = self.options, Chip.of_solver(solver), self.source(self.ising())
-        known = self.users(source, chip) if options.embedding else embedding.kept(source, chip, options.copies)
+        known = self.users(source, chip) if options.embedding else None
+        if options.seed is None and not options.embedding:
+            known = embedding.kept(source, chip, options.copies)
         if options.embedding and options.copies != 1:
             # The other copies are looked for anew each time.
             known = None

@@ -115,6 +115,7 @@ def test_help_and_version(command):
     (["solve", "P", "-o", "S", "--solver", "qpu", "--fast-anneal", "--annealing-time", "1", "--reverse-from", "x.qsf"],
      "cannot begin from a state"),
     (["solve", "P", "--out-dir", "D", "--solver", "qpu", "--fast-anneal"], "wants an --annealing-time"),
+    (["solve", "P", "-o", "S", "--solver", "qpu", "--embedding", "E", "--seed", "0"], "leave one of them out"),
     (["solve", "P", "-o", "S", "--fast-anneal"], "only qpu do"), (["solve", "P", "-o", "S", "--no-wait"], "for D-Wave's services"),
     (["solve", "P", "-o", "S", "--resubmit"], "for D-Wave's services"), (["solve", "P", "Q", "-o", "S"], "--out-dir"),
     (["solve", "P", "--out-dir", "D", "-o", "S"], "does not go with"), (["solve", "-", "--out-dir", "D"], "stdin has no name"),

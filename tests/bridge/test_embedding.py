@@ -1,7 +1,9 @@
 """Minor embeddings: layouts in tiles and minorminer's, the file, the cache, the command, the picture."""
 
+import concurrent.futures
 import json
 import sys
+import time
 
 import dwave.embedding
 import dwave.graphs
@@ -248,6 +250,45 @@ def test_cache(cache, monkeypatch):
     assert embedding.kept(source, chip) is None
     embedding.keep(found, source, chip)
     assert embedding.kept(source, chip) == found and len(list(cache.iterdir())) == 1
+
+
+def test_a_seed_passes_the_cache_by(cache, monkeypatch):
+    """What it finds is kept all the same, where it is no longer than what is there."""
+    source, chip = embedding.Source.of(grid(2, 2, 3, dense=True)), embedding.Chip.named("zephyr:3")
+    kept = embedding.obtain(source, chip)
+    seeds, search = [], embedding.search
+    monkeypatch.setattr(embedding, "search", lambda *given, **hints: seeds.append(given[2]) or search(*given, **hints))
+    found = [embedding.obtain(source, chip, seed=seed) for seed in range(51, 61)]
+    assert seeds == [one.seed for one in found] == list(range(51, 61)) and embedding.obtain(source, chip).seed in [kept.seed, *seeds]
+    least = min(one.figures()["qubits"] for one in [kept, *found])
+    assert embedding.obtain(source, chip).figures()["qubits"] == least and embedding.obtain(source, chip, seed=51) == found[0]
+    assert len(seeds) == 10
+    embedding.obtain(source, chip, seed=51, copies=2)
+    assert len(seeds) == 11 and seeds[-1] == 51
+
+
+@pytest.mark.parametrize("seed, copies", [(None, 1), (71, 1), (None, 3), (72, 3)])
+def test_threads_search_a_graph_once(seed, copies, cache, monkeypatch):
+    source, chip = embedding.Source.of(grid(2, 2, 3, dense=True)), embedding.Chip.named("zephyr:3")
+    searches, search = [], embedding.search
+
+    def slow(*given, **hints):
+        searches.append(given[2])
+        time.sleep(0.2)
+        return search(*given, **hints)
+    monkeypatch.setattr(embedding, "search", slow)
+    with concurrent.futures.ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda _: embedding.obtain(source, chip, seed, copies=copies), range(4)))
+    assert len(searches) == copies and all(one == found[0] for one in found)
+
+
+def test_threads_keep_without_each_others_files(cache):
+    source, chip = embedding.Source.of(grid(3, 2, 4)), embedding.Chip.named("zephyr:6")
+    found = embedding.find(source, chip)
+    longer = [embedding.Embedding(**{**vars(found), "topology": "x" * (1 << 20 + n % 3)}) for n in range(6)]
+    with concurrent.futures.ThreadPoolExecutor(6) as pool:
+        list(pool.map(lambda one: embedding.keep(one, source, chip), longer))
+    assert embedding.kept(source, chip) is not None and len(list(cache.iterdir())) == 1
 
 
 def test_a_cache_that_cannot_be_written_is_none(cache, tmp_path):
