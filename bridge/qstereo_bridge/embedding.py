@@ -345,7 +345,7 @@ def obtain(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None,
         if found is None:
             found = find(source, chip, seed, timeout, progress) if copies == 1 else find_copies(
                 source, chip, copies, obtain(source, chip, seed, timeout, progress), seed, timeout, progress)
-            keep(found, source, chip, copies)
-            if seed is not None:
-                _seeded[graphs, seed, timeout] = found
+        if seed is not None:
+            _seeded[graphs, seed, timeout] = found
+        keep(found, source, chip, copies)
     return found

@@ -216,6 +216,8 @@ class Qpu:
         found = {"variables": n, "quadratic_terms": models.Terms(self.problem).count, "copies": self.options.copies, "qubits": sizes,
                  "minimum_time_limit": None, "embedded_qubits": None, "fits": None if takers else False,
                  "reason": None if takers else refusals[max(sizes, key=sizes.get)]}
+        if takers and self.options.reverse_from:
+            self.start()
         if n * least <= max(sizes.values()):
             found.update(_ranges(*models.expand(self.problem, limit=self.options.memory_limit)))
         found["upload_bytes"] = _qp_bytes(min(sizes[name] for name in takers or sizes), least * found["quadratic_terms"])
@@ -224,12 +226,13 @@ class Qpu:
     def plan_embedded(self, solver):
         """plan() as far as it depends on the chip's graph and on the embedding."""
         options, chip, source = self.options, Chip.of_solver(solver), self.source(self.ising())
-        known = self.users(source, chip) if options.embedding else None
-        if options.seed is None and not options.embedding:
-            known = embedding.kept(source, chip, options.copies)
-        if options.embedding and options.copies != 1:
+        known = None
+        if options.embedding:
+            known = self.users(source, chip)
             # The other copies are looked for anew each time.
-            known = None
+            known = known if options.copies == 1 else None
+        elif options.seed is None:
+            known = embedding.kept(source, chip, options.copies)
         qubits = known.figures()["qubits"] if known else None
         found = {"embedded_qubits": qubits,
                  "charge_seconds": estimated_seconds(solver, qubits or chip.qubits.size, self.anneal(solver.properties))}

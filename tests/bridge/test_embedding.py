@@ -2,6 +2,7 @@
 
 import concurrent.futures
 import json
+import shutil
 import sys
 import time
 
@@ -263,6 +264,9 @@ def test_a_seed_passes_the_cache_by(cache, monkeypatch):
     least = min(one.figures()["qubits"] for one in [kept, *found])
     assert embedding.obtain(source, chip).figures()["qubits"] == least and embedding.obtain(source, chip, seed=51) == found[0]
     assert len(seeds) == 10
+    shutil.rmtree(cache)
+    embedding.obtain(source, chip, seed=52)
+    assert embedding.kept(source, chip) == found[1] and len(seeds) == 10
     embedding.obtain(source, chip, seed=51, copies=2)
     assert len(seeds) == 11 and seeds[-1] == 51
 
@@ -333,6 +337,18 @@ def test_command_says_no(tmp_path, main):
     status, out, err = main("embed", tmp_path / "p.qcf", "--topology", "pegasus:2", "-o", tmp_path / "e.json", "--timeout", 0.3)
     assert (status, out) == (1, "") and "no embedding found on pegasus:2 within 0.3 s" in err and "one-hot-sparse or domain-wall" in err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["p.qcf"]
+
+
+@pytest.mark.parametrize("encoding, said", [
+    (1, "(--encoding one-hot-sparse or domain-wall)"), (2, None), (3, "(--encoding one-hot-sparse)"), (5, "(--encoding one-hot-sparse or domain-wall)")])
+def test_advice_names_no_encoding_that_the_problem_has(encoding, said, tmp_path, main):
+    labl = encoding.to_bytes(4, "little") + bytes(12) + (1).to_bytes(4, "little") + bytes(44)
+    problem = grid(5, 5, 8, dense=True)
+    problem.sides = [("labl", labl)]
+    (tmp_path / "p.qcf").write_bytes(qcf.pack_qcf(problem))
+    status, _, err = main("embed", tmp_path / "p.qcf", "--topology", "zephyr:2", "-o", tmp_path / "e.json")
+    assert status == 1 and ("--encoding" in err) == bool(said) and (said or "qstereo reduce") in err
+    assert "--roi" in err and "--seed" in err and "--timeout" in err
 
 
 @pytest.mark.parametrize("arguments, status, said", [

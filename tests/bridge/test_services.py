@@ -633,6 +633,15 @@ def test_dry_run_of_a_known_embedding_is_exact(options, solve, service, tmp_path
     assert f"estimated charge {found['charge_seconds']:.3f} s" in main(*dry_run)[1] and len(service.problems) == 1
 
 
+def test_dry_run_looks_at_the_files_that_it_is_given(problem_file, tmp_path, main, service):
+    dry_run = "solve", problem_file, "--solver", "qpu", "--dry-run"
+    sample = a_sample(tmp_path)
+    assert main(*dry_run, "--reverse-from", tmp_path / "none.qsf")[0] == main(*dry_run, "--embedding", tmp_path / "none.json")[0] == 4
+    problem_file.write_bytes(qcf.pack_qcf(grid(2, 2, 3, seed=1)))
+    status, out, err = main(*dry_run, "--reverse-from", sample)
+    assert (status, out) == (3, "") and "not of this problem" in err
+
+
 @pytest.mark.parametrize("solver, options, said", [
     ("hybrid-bqm", {"time_limit": 1}, "a time limit of 1 s"), ("hybrid-nl", {"time_limit": 1}, "a time limit of 1 s"),
     ("qpu", {"num_reads": 20000}, "20000 reads"), ("qpu", {"copies": 500}, "500 copies of 12 variables do not fit on a chip of 5,627")])
