@@ -342,6 +342,8 @@ def obtain(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None,
     graphs = source.digest, chip.digest, copies
     with _searching.setdefault(graphs, threading.Lock()):
         found = kept(source, chip, copies) if seed is None else _seeded.get((graphs, seed, timeout))
+        if found is not None and seed is None:
+            return found
         if found is None:
             found = find(source, chip, seed, timeout, progress) if copies == 1 else find_copies(
                 source, chip, copies, obtain(source, chip, seed, timeout, progress), seed, timeout, progress)

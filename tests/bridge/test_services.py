@@ -631,6 +631,8 @@ def test_dry_run_of_a_known_embedding_is_exact(options, solve, service, tmp_path
     else:
         assert before["upload_bytes"] <= found["upload_bytes"] and before["charge_seconds"] > found["charge_seconds"]
     assert f"estimated charge {found['charge_seconds']:.3f} s" in main(*dry_run)[1] and len(service.problems) == 1
+    if "--embedding" not in options:
+        assert json.loads(main(*dry_run, "--seed", 5, "--json")[1])["embedded_qubits"] is None
 
 
 def test_dry_run_looks_at_the_files_that_it_is_given(problem_file, tmp_path, main, service):
