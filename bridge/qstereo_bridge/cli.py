@@ -134,7 +134,7 @@ def _parser():
     add("--solver", choices=SOLVERS, default="anneal", metavar="NAME", help="one of the solvers below (anneal)")
     add("--num-reads", type=whole, metavar="N", help="samples to take")
     add("--num-sweeps", type=whole, metavar="N", help="sweeps of each annealing read")
-    add("--seed", type=_number(int, 0, 2**31 - 1), metavar="N", help="seed of the random numbers (a random one); qpu: of the embedding")
+    add("--seed", type=_number(int, 0, 2**31 - 1), metavar="N", help="seed of the random numbers (a random one); qpu: of the search of an embedding, a remembered one is passed by")
     add("--time-limit", type=positive, metavar="S", help="seconds; hybrid solvers: the least they allow")
     add("--annealing-time", type=_number(float, 1e-3, 1e9), metavar="US", help="microseconds of each anneal (the chip's default)")
     add("--chain-strength", type=_or_auto(_number(float, 1e-6, 1e9), None), metavar="X",
@@ -182,7 +182,7 @@ def _add_embed(commands):
     add("--topology", metavar="NAME", required=True,
         help="pegasus:16, zephyr:12 (or another size; all qubits work), or a solver of your account: the qubits that work there")
     add("--seed", type=_number(int, 0, 2**31 - 1), metavar="N", help="seed of the search (a random one)")
-    add("--timeout", type=_number(float, 1e-6, 1e9), default=100.0, metavar="S", help="seconds of search (100)")
+    add("--timeout", type=_number(float, 1e-6, 1e9), default=100.0, metavar="S", help="seconds of search (100); minorminer looks at its clock rarely, so that a large problem may take some times as long")
     add("--picture", metavar="E.png", help="draw the problem's graph and the chip, each chain in the colour of its variable")
     _common(add)
     embed.set_defaults(solver="embed")
@@ -225,6 +225,12 @@ def _complete_solve(options):
         elif option not in solver.options:
             takers = ", ".join(name for name, other in SOLVERS.items() if option in other.options)
             raise Failure(USAGE, f"{options.solver} takes no --{option.replace('_', '-')}, only {takers} do")
+    if options.fast_anneal and options.annealing_time is None:
+        raise Failure(USAGE, "--fast-anneal wants an --annealing-time, in microseconds")
+    if options.fast_anneal and options.reverse_from:
+        raise Failure(USAGE, "a fast anneal cannot begin from a state; leave out --fast-anneal or --reverse-from")
+    if options.embedding and options.seed is not None and options.copies == 1:
+        raise Failure(USAGE, "--seed is for the search of an embedding, --embedding gives one; leave one of them out")
     if (options.no_wait or options.resubmit) and not solver.kind:
         raise Failure(USAGE, f"{options.solver} runs here; --no-wait and --resubmit are for D-Wave's services")
     if options.label is not None:
@@ -319,11 +325,9 @@ def _check_energies(answer, energies, problem):
 def _records(answer, energies):
     import numpy as np
     from .qsf import BROKEN_UNITS, NO_CHAINS, RECORD
-    from .solvers import SolverError
+    from .solvers import check_occurrences
 
-    counts = answer.occurrences
-    if counts is not None and ((np.asarray(counts) < 1) | (np.asarray(counts) >= 2**32)).any():
-        raise SolverError("the answer has samples that were never seen, or too often")
+    check_occurrences(answer.occurrences)
     records = np.empty(energies.size, RECORD)
     records["energy"] = energies
     records["occurrences"] = 1 if answer.occurrences is None else answer.occurrences

@@ -6,9 +6,8 @@ from . import cli, embedding
 from .failure import IO, NO, USAGE, Failure, io
 from .output import Output
 
-# What helps against a chip that is too small.
-SMALLER = ("make it smaller with `qstereo reduce` or a smaller window (encode --roi), or encode it with fewer couplers "
-           "(--encoding one-hot-sparse or domain-wall); another --seed or a longer --timeout may do as well")
+# By the encoding that a problem has: those with fewer couplers on a chip.
+SPARSER = {2: None, 3: "one-hot-sparse"}
 
 
 def embed(options):
@@ -41,7 +40,7 @@ def embed(options):
                 progress("picture")
                 drawing = picture.draw(source, chip, found)
         except embedding.NoEmbedding as error:
-            raise Failure(NO, f"{options.problem}: {error}; {SMALLER}") from None
+            raise Failure(NO, f"{options.problem}: {error}; {_advice(problem)}") from None
         finally:
             progress(None)
         with io(options.output, "write"):
@@ -53,6 +52,14 @@ def embed(options):
         with io(options.picture, "write"), Output(options.picture) as output:
             output.write(drawing)
             output.keep()
+
+
+def _advice(problem):
+    """What helps against a chip that is too small."""
+    sparser = SPARSER.get(problem.encoding, "one-hot-sparse or domain-wall")
+    return ("make it smaller with `qstereo reduce` or a smaller window (encode --roi)"
+            + (f", or encode it with fewer couplers (--encoding {sparser})" if sparser else "")
+            + "; another --seed or a longer --timeout may do as well")
 
 
 def _summary(options, source, chip, found):

@@ -15,12 +15,13 @@ import json
 import os
 import re
 import secrets
+import threading
 import time
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from . import models
+from . import models, services
 from .qcf import DEFAULT_LIMIT
 from .solvers import SolverError, interruptible
 
@@ -95,7 +96,8 @@ class Chip:
         """
         shape = re.fullmatch(r"(pegasus|zephyr):([0-9]+)", name)
         if shape is None and ":" not in name:
-            return cls.of(name, _working_graph(name))
+            with services.connect("qpu", name) as session:
+                return cls.of_solver(session.solver)
         if shape is None or not SMALLEST <= int(shape[2]) <= LARGEST:
             raise ValueError(f"no topology is called {name}; give pegasus:16 or zephyr:12 (sizes {SMALLEST} to {LARGEST}), or the name of a "
                              "solver of your account")
@@ -112,6 +114,16 @@ class Chip:
         return cls(name, family if tile == {"pegasus": 12}.get(family, 4) else None, graph.graph["rows"], np.sort(np.array(graph, np.int32)),
                    couplers[np.lexsort((couplers[:, 1], couplers[:, 0]))])
 
+    @classmethod
+    def of_solver(cls, solver):
+        """The qubits and couplers that work in one of D-Wave's solvers."""
+        topology = solver.properties.get("topology", {})
+        family, shape = topology.get("type"), topology.get("shape", [None])
+        usual = family == "pegasus" or shape[1:] == [4]
+        couplers = np.sort(np.array(sorted(solver.undirected_edges), np.int32).reshape(-1, 2), axis=1)
+        return cls(solver.name, family if usual else None, shape[0], np.array(sorted(solver.nodes), np.int32),
+                   couplers[np.lexsort((couplers[:, 1], couplers[:, 0]))])
+
     @functools.cached_property
     def digest(self):
         return _digest(self.qubits, self.couplers)
@@ -120,19 +132,6 @@ class Chip:
         """The rest of the chip."""
         return replace(self, qubits=self.qubits[~np.isin(self.qubits, qubits)],
                        couplers=self.couplers[~np.isin(self.couplers, qubits).any(axis=1)])
-
-
-def _working_graph(name):
-    """The graph of the qubits and couplers that work in a solver at the user's account."""
-    from . import services
-
-    try:
-        import dwave.system
-        with dwave.system.DWaveSampler(solver=name) as sampler:
-            return sampler.to_networkx_graph()
-    except Exception as error:
-        # Ocean, its HTTP client and the service raise dozens of types; the user needs one sentence.
-        raise SolverError(services.scrub(services._explain(error))) from None
 
 
 @dataclass(frozen=True)
@@ -320,7 +319,7 @@ def keep(embedding, source, chip, copies=1):
     if before is not None and before.figures()["qubits"] <= embedding.figures()["qubits"]:
         return
     path = _cache_path(source, chip, copies)
-    temporary = f"{path}.{os.getpid()}.tmp"
+    temporary = f"{path}.{secrets.token_hex(8)}.tmp"
     with contextlib.suppress(OSError):
         os.makedirs(os.path.dirname(path), exist_ok=True)
         try:
@@ -331,13 +330,24 @@ def keep(embedding, source, chip, copies=1):
             os.remove(temporary)
 
 
+# Of this process: a lock for each search, and what the searches of a given seed have found.
+_searching, _seeded = {}, {}
+
+
 def obtain(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None, copies=1):
-    """The Embedding of a Source, or of copies of it, into a Chip: the one kept, else a new one, which is kept. Raises NoEmbedding, SolverError."""
-    found = kept(source, chip, copies)
-    if found is None and copies == 1:
-        found = find(source, chip, seed, timeout, progress)
-        keep(found, source, chip)
-    elif found is None:
-        found = find_copies(source, chip, copies, obtain(source, chip, seed, timeout, progress), seed, timeout, progress)
+    """The Embedding of a Source, or of copies of it, into a Chip: the one kept, else a new one, which is kept. Raises NoEmbedding, SolverError.
+
+    A `seed` asks for its own embedding: the one kept is passed by. Threads that want the same one wait for the first to find it.
+    """
+    graphs = source.digest, chip.digest, copies
+    with _searching.setdefault(graphs, threading.Lock()):
+        found = kept(source, chip, copies) if seed is None else _seeded.get((graphs, seed, timeout))
+        if found is not None and seed is None:
+            return found
+        if found is None:
+            found = find(source, chip, seed, timeout, progress) if copies == 1 else find_copies(
+                source, chip, copies, obtain(source, chip, seed, timeout, progress), seed, timeout, progress)
+        if seed is not None:
+            _seeded[graphs, seed, timeout] = found
         keep(found, source, chip, copies)
     return found

@@ -1,8 +1,8 @@
 """D-Wave's hybrid solvers: what each takes of a Problem, its limits and least time, and its answer.
 
 A kind of solver is a class: `problem_type` is the service's word for it; check(properties) raises SolverError where the problem is beyond
-the solver's own limits; prepare(session, progress) makes the Request; decode(problem, future, job) reads the answer; plan(properties) says
-what would be sent.
+the solver's own limits; prepare(session, progress) makes the Request; decode(future, job) reads the answer; plan(properties, solver) says
+what would be sent, without an account by published properties and no `solver`.
 """
 
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from . import models
-from .services import given, plain
+from .services import explain, given, plain
 from .solvers import Answer, SolverError, from_sampleset
 from .upload import bqm_file
 
@@ -32,6 +32,15 @@ class Request:
     upload: object = None
     data: dict = None
     facts: dict = field(default_factory=dict)
+
+
+def refusal(kind, properties):
+    """Why a solver of these properties does not take the problem as it is asked for; None where it does."""
+    try:
+        kind.check(properties)
+    except SolverError as error:
+        return str(error)
+    return None
 
 
 class Hybrid:
@@ -74,14 +83,14 @@ class Hybrid:
         parameters = {"time_limit": self.time_limit(session.properties)}
         return Request(parameters, parameters, upload=self.file())
 
-    def plan(self, properties):
-        sizes, seconds = self.sizes(), self.time_limit(properties)
+    def plan(self, properties, solver=None):
+        sizes, seconds, reason = self.sizes(), self.time_limit(properties), refusal(self, properties)
         limits = {what: properties[limit] for what, limit in self.limits.items() if limit in properties}
         return {"variables": self.problem.linear.size, "quadratic_terms": self.terms().count, **sizes,
                 "upload_bytes": self.upload_bytes(), "minimum_time_limit": float(self.least_time(properties)), "time_limit": seconds,
                 "charge_seconds": seconds, "charge_qpu_seconds": seconds / properties["quota_conversion_rate"]
                 if properties.get("quota_conversion_rate") else None,
-                "limits": limits, "fits": all(sizes[what] <= limit for what, limit in limits.items())}
+                "limits": limits, "fits": reason is None, "reason": reason}
 
 
 class Bqm(Hybrid):
@@ -104,9 +113,8 @@ class Bqm(Hybrid):
     def file(self):
         return bqm_file(self.problem, self.options.memory_limit)
 
-    @staticmethod
-    def decode(problem, future, job):
-        return _from_sampleset(problem, future.sampleset)
+    def decode(self, future, job):
+        return _from_sampleset(self.problem, future.sampleset)
 
 
 class Cqm(Hybrid):
@@ -138,9 +146,8 @@ class Cqm(Hybrid):
     def file(self):
         return models.to_cqm(self.problem, self.options.memory_limit).to_file()
 
-    @staticmethod
-    def decode(problem, future, job):
-        return _from_sampleset(problem, future.sampleset, objective=True)
+    def decode(self, future, job):
+        return _from_sampleset(self.problem, future.sampleset, objective=True)
 
 
 class Nl(Hybrid):
@@ -152,7 +159,10 @@ class Nl(Hybrid):
 
     def __init__(self, problem, options):
         super().__init__(problem, options)
-        self.model = models.to_nl(problem, options.memory_limit)
+        try:
+            self.model = models.to_nl(problem, options.memory_limit)
+        except ImportError as error:
+            raise SolverError(explain(error)) from None
 
     def sizes(self):
         return {"nodes": self.model.num_nodes(), "bytes of state": self.model.state_size(),
@@ -175,9 +185,8 @@ class Nl(Hybrid):
         file.seek(0)
         return file
 
-    @staticmethod
-    def decode(problem, future, job):
-        model = models.to_nl(problem)
+    def decode(self, future, job):
+        model, problem = self.model, self.problem
         with model.lock():
             # Ocean's own sampler passes over the header, too.
             model.states.from_file(future.answer_data, check_header=False)
@@ -195,8 +204,9 @@ class Nl(Hybrid):
 
 
 def _from_sampleset(problem, sampleset, **more):
-    """The solvers put their timing beside everything else that they say."""
-    said = {key: value for key, value in sampleset.info.items() if key not in ("problem_id", "problem_label", "problem_data_id")}
+    """The solvers put their timing beside everything else that they say; what is known from the problem and the job is left out."""
+    ours = ("problem_id", "problem_label", "problem_data_id", "constraint_labels")
+    said = {key: value for key, value in sampleset.info.items() if key not in ours}
     timing = {key: said.pop(key) for key in list(said) if key.endswith("_time")}
     return from_sampleset(sampleset, problem.linear.size, info=plain({"timing": timing, **said}), **more)
 

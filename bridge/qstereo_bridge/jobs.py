@@ -247,7 +247,8 @@ def solve(kind, options, progress, session, earlier=None):
         kind.check(session.properties)
         request = kind.prepare(session, progress)
         job.save(service_solver=session.solver.name, parameters=request.parameters, **request.facts)
-        data = request.data if request.upload is None else {"format": "ref", "data": upload(session, request.upload, progress)}
+        with request.upload or contextlib.nullcontext() as file:
+            data = request.data if file is None else {"format": "ref", "data": upload(session, file, progress)}
         progress("sending")
         send(session, job, kind.problem_type, data, request.sent)
         return None if options.no_wait else decoded(kind, wait(session, job, progress), job), job
@@ -268,7 +269,7 @@ def _left(job):
 def decoded(kind, future, job):
     """The Answer in a resolved Future."""
     try:
-        answer = kind.decode(kind.problem, future, job)
+        answer = kind.decode(future, job)
     except Exception as error:
         why = error if isinstance(error, SolverError) else f"the service's answer cannot be read ({explain(error)})"
         raise SolverError(f"{why}; `qstereo-bridge collect {job.path}` asks for it again") from None

@@ -106,11 +106,14 @@ class Problem:
         return next((struct.unpack_from("<I", labl, LABL_SCALE)[0] for name, labl in self.sides if name == "labl"), 1)
 
     @property
+    def encoding(self):
+        """The number of the encoding that the side chunk labl names, None without one."""
+        return next((struct.unpack_from("<I", labl, LABL_ENCODING)[0] for name, labl in self.sides if name == "labl"), None)
+
+    @property
     def groups_say_all(self):
         """Whether a state is a labelling exactly when each one-hot group has one variable at 1: of other encodings the bridge cannot tell."""
-        labl = next((labl for name, labl in self.sides if name == "labl"), None)
-        known = labl is None or struct.unpack_from("<I", labl, LABL_ENCODING)[0] in ONE_HOT_ENCODINGS
-        return self.groups == 0 or (known and bool(self.one_hot().any()))
+        return self.groups == 0 or (self.encoding in (None, *ONE_HOT_ENCODINGS) and bool(self.one_hot().any()))
 
     def magnitude(self, dtype):
         """The bound on all energies (FORMAT.md's M), computed in `dtype`: np.int64 is exact where M is below 2^62."""

@@ -4,14 +4,16 @@ import os
 
 import numpy as np
 
-from . import models
+from . import embedding, models
+from .embedding import Chip
 from .failure import BAD_INPUT, Failure, io
-from .hybrid import SMALLER, Request
+from .hybrid import SMALLER, Request, refusal
 from .services import given, plain
-from .solvers import Answer, SolverError
+from .solvers import Answer, SolverError, check_occurrences
 
-# Published in 2026; for --dry-run without an account.
-PUBLISHED_QUBITS = {"Advantage (Pegasus P16)": 5627, "Advantage2 (Zephyr Z12)": 4577}
+# Published in 2026, the solver's properties; for --dry-run without an account.
+_EVERY = {"num_reads_range": [1, 10_000], "parameters": dict.fromkeys(("fast_anneal", "initial_state", "anneal_schedule"))}
+PUBLISHED_CHIPS = {"Advantage (Pegasus P16)": {"qubits": range(5627), **_EVERY}, "Advantage2 (Zephyr Z12)": {"qubits": range(4577), **_EVERY}}
 # Reverse annealing goes back to this share of the anneal, where a chip's qubits begin to flip but keep most of their state.
 REVERSE_TO = 0.45
 MEND = "majority vote of the chain's qubits, +1 where they are even"
@@ -52,10 +54,6 @@ class Qpu:
         if options.fast_anneal:
             if "fast_anneal" not in known:
                 raise SolverError("this solver has no fast anneal; `qstereo-bridge solvers` shows which has")
-            if options.reverse_from:
-                raise SolverError("a fast anneal cannot begin from a state; leave out --fast-anneal or --reverse-from")
-            if options.annealing_time is None:
-                raise SolverError("--fast-anneal wants an --annealing-time")
         if options.reverse_from and not {"initial_state", "anneal_schedule"} <= set(known):
             raise SolverError("this solver has no reverse annealing")
         _within(options.annealing_time, "microseconds of annealing",
@@ -73,7 +71,7 @@ class Qpu:
 
         progress("building the model")
         ising, solver = self.ising(), session.solver
-        chains = self.embedding(ising, _chip(solver), progress)
+        chains = self.embedding(ising, Chip.of_solver(solver), progress)
         chains = [sorted(map(int, chains[v])) for v in range(len(chains))]
         strength = self.options.chain_strength
         strength = float(uniform_torque_compensation(ising) if strength is None else strength)
@@ -90,7 +88,7 @@ class Qpu:
             offset += target.offset
         lengths = np.array(list(map(len, chains)))
         parameters, sent = self.parameters(chains, session.properties)
-        _check_duration(solver, session.properties, int(lengths.sum()), sent)
+        self.check_duration(solver, int(lengths.sum()))
         return Request(sent, {**parameters, "chain_strength": strength}, data=encode_problem_as_qp(
             solver, linear, quadratic, offset, undirected_biases=True), facts={
                 "chains": chains, "chip": session.properties.get("chip_id"),
@@ -110,40 +108,56 @@ class Qpu:
 
     def embedding(self, ising, chip, progress):
         """The user's embedding, the one of this graph that is remembered, or a new one: {variable: qubits}, one copy after the other."""
-        from . import embedding
-
-        options, pairs = self.options, np.sort(np.array(list(ising.quadratic), np.int32).reshape(-1, 2), axis=1)
-        pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
-        starts = self.problem.starts()
-        source = embedding.Source(pairs[:, 0], pairs[:, 1], np.append(starts, len(ising)) if len(ising) > starts[-1] else starts)
+        options, source = self.options, self.source(ising)
         try:
             if options.embedding:
-                with io(options.embedding, "read"):
-                    found = embedding.read(options.embedding)
-                embedding.check(found, source, chip)
+                found = self.users(source, chip)
                 if options.copies != 1:
                     found = embedding.find_copies(source, chip, options.copies, found, options.seed, progress=progress)
             else:
                 progress("looking for an embedding")
                 found = embedding.obtain(source, chip, options.seed, progress=progress, copies=options.copies)
-        except embedding.NotThisOne as error:
-            prefix = "" if str(error).startswith(options.embedding) else f"{options.embedding}: "
-            raise Failure(BAD_INPUT, f"{prefix}{error}") from None
         except embedding.NoEmbedding as error:
             raise SolverError(f"the problem does not fit on this chip: {error}; {SMALLER}, or use a hybrid solver") from None
         return found.chains
+
+    def source(self, ising):
+        """The graph of ising()."""
+        pairs = np.sort(np.array(list(ising.quadratic), np.int32).reshape(-1, 2), axis=1)
+        pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+        starts = self.problem.starts()
+        return embedding.Source(pairs[:, 0], pairs[:, 1], np.append(starts, len(ising)) if len(ising) > starts[-1] else starts)
+
+    def users(self, source, chip):
+        """The Embedding in the user's file. Raises Failure where it is none of this graph into this chip."""
+        path = self.options.embedding
+        try:
+            with io(path, "read"):
+                found = embedding.read(path)
+            if source.variables > len(found.chains) == self.problem.linear.size:
+                raise embedding.NotThisOne("--fast-anneal wants an embedding of its own, with one more variable: leave --embedding out")
+            embedding.check(found, source, chip)
+        except embedding.NotThisOne as error:
+            raise Failure(BAD_INPUT, str(error) if str(error).startswith(path) else f"{path}: {error}") from None
+        return found
+
+    def anneal(self, properties):
+        """The annealing parameters, but for the state that reverse annealing begins from."""
+        options = self.options
+        told = given(num_reads=options.num_reads, annealing_time=options.annealing_time, fast_anneal=options.fast_anneal or None)
+        if options.reverse_from:
+            time = told.pop("annealing_time", None) or properties.get("default_annealing_time", 20.0)
+            told["anneal_schedule"] = [[0.0, 1.0], [time / 4, REVERSE_TO], [3 * time / 4, REVERSE_TO], [time, 1.0]]
+            told["reinitialize_state"] = True
+        return told
 
     def parameters(self, chains, properties):
         """The annealing parameters: (for the user, for the service)."""
         from dwave.cloud.solver import StructuredSolver
 
-        options = self.options
-        told = given(num_reads=options.num_reads, annealing_time=options.annealing_time, fast_anneal=options.fast_anneal or None)
+        options, told = self.options, self.anneal(properties)
         if not options.reverse_from:
             return told, told
-        time = told.pop("annealing_time", None) or properties.get("default_annealing_time", 20.0)
-        told["anneal_schedule"] = [[0.0, 1.0], [time / 4, REVERSE_TO], [3 * time / 4, REVERSE_TO], [time, 1.0]]
-        told["reinitialize_state"] = True
         spins = 2 * self.start().astype(int) - 1
         spins = np.tile(spins, len(chains) // spins.size)
         state = {qubit: int(spin) for chain, spin in zip(chains, spins) for qubit in chain}
@@ -162,9 +176,9 @@ class Qpu:
         order = np.lexsort((samples.records["energy"], ~models.feasible(self.problem, samples.bits)))
         return samples.bits[order[0]]
 
-    @staticmethod
-    def decode(problem, future, job):
-        sampleset = future.sampleset
+    def decode(self, future, job):
+        problem, sampleset = self.problem, future.sampleset
+        check_occurrences(sampleset.record.num_occurrences)
         column = {qubit: at for at, qubit in enumerate(sampleset.variables)}
         samples = sampleset.record.sample
         lengths = np.array(list(map(len, job.chains)))
@@ -188,27 +202,61 @@ class Qpu:
             "broken_chains": MEND, "mean_broken_share": float(np.average(broken, weights=occurrences)),
             **({"warnings": [WARNINGS[name] for name in warnings]} if warnings else {})}))
 
-    def plan(self, properties):
-        """`properties` None: of no account, by what D-Wave published."""
-        n, terms = self.problem.linear.size, models.Terms(self.problem)
-        chips = PUBLISHED_QUBITS if properties is None else {properties.get("chip_id", "the chip"): len(properties["qubits"])}
-        found = {"variables": n, "quadratic_terms": terms.count, "copies": self.options.copies, "qubits": chips, "minimum_time_limit": None,
-                 "fits": None if n * self.least_copies() <= max(chips.values()) else False}
-        if found["fits"] is None:
+    def plan(self, properties, solver=None):
+        """`properties` None: of no account, by what D-Wave published; it fits where one of the chips takes it.
+
+        Of an embedding that is known the upload and the charge are exact. Else the upload is what it is at least (each coupling on one
+        coupler), the charge what it is at most (all qubits read out).
+        """
+        n, least = self.problem.linear.size, self.least_copies()
+        chips = PUBLISHED_CHIPS if properties is None else {properties.get("chip_id", "the chip"): properties}
+        refusals = {name: refusal(self, chip) for name, chip in chips.items()}
+        sizes = {name: len(chip["qubits"]) for name, chip in chips.items()}
+        takers = [name for name, why in refusals.items() if why is None]
+        found = {"variables": n, "quadratic_terms": models.Terms(self.problem).count, "copies": self.options.copies, "qubits": sizes,
+                 "minimum_time_limit": None, "embedded_qubits": None, "fits": None if takers else False,
+                 "reason": None if takers else refusals[max(sizes, key=sizes.get)]}
+        if takers and self.options.reverse_from:
+            self.start()
+        if n * least <= max(sizes.values()):
             found.update(_ranges(*models.expand(self.problem, limit=self.options.memory_limit)))
-        # The solver's format qp: base64 of one double for each qubit and each coupler, before embedding.
-        return {**found, "upload_bytes": sum(4 * -(-8 * count // 3) for count in (n, found["quadratic_terms"]))}
+        found["upload_bytes"] = _qp_bytes(min(sizes[name] for name in takers or sizes), least * found["quadratic_terms"])
+        return {**found, **self.plan_embedded(solver)} if takers and solver else found
+
+    def plan_embedded(self, solver):
+        """plan() as far as it depends on the chip's graph and on the embedding."""
+        options, chip, source = self.options, Chip.of_solver(solver), self.source(self.ising())
+        known = None
+        if options.embedding:
+            known = self.users(source, chip)
+            # The other copies are looked for anew each time.
+            known = known if options.copies == 1 else None
+        elif options.seed is None:
+            known = embedding.kept(source, chip, options.copies)
+        qubits = known.figures()["qubits"] if known else None
+        found = {"embedded_qubits": qubits,
+                 "charge_seconds": estimated_seconds(solver, qubits or chip.qubits.size, self.anneal(solver.properties))}
+        if known:
+            used = np.isin(chip.couplers, [qubit for chain in known.chains.values() for qubit in chain]).all(axis=1)
+            found["upload_bytes"] = _qp_bytes(chip.qubits.size, int(used.sum()))
+        try:
+            self.check_duration(solver, qubits or source.variables * self.least_copies())
+        except SolverError as error:
+            found.update(fits=False, reason=str(error))
+        return found
+
+    def check_duration(self, solver, qubits):
+        """Raises SolverError where all reads together take the chip longer than it allows."""
+        seconds = estimated_seconds(solver, qubits, self.anneal(solver.properties))
+        longest = solver.properties.get("problem_run_duration_range")
+        if seconds and longest and seconds * 1e6 > longest[1]:
+            raise SolverError(f"these reads would take the chip {seconds:.2f} s at once, it allows {longest[1] / 1e6:g} s; "
+                              "take fewer --num-reads or a shorter --annealing-time")
 
 
-def _chip(solver):
-    """The working graph of one of D-Wave's chips."""
-    from .embedding import Chip
-    topology = solver.properties.get("topology", {})
-    family, shape = topology.get("type"), topology.get("shape", [None])
-    usual = family == "pegasus" or shape[1:] == [4]
-    couplers = np.sort(np.array(sorted(solver.undirected_edges), np.int32).reshape(-1, 2), axis=1)
-    return Chip(solver.name, family if usual else None, shape[0], np.array(sorted(solver.nodes), np.int32),
-                couplers[np.lexsort((couplers[:, 1], couplers[:, 0]))])
+def _qp_bytes(qubits, couplers):
+    """Of the service's format qp: base64 of a double for each of the chip's qubits, used or not, and for each coupler between used ones."""
+    return sum(4 * -(-8 * count // 3) for count in (qubits, couplers))
 
 
 def _within(value, what, bounds):
@@ -216,22 +264,14 @@ def _within(value, what, bounds):
         raise SolverError(f"{value:g} {what}, this solver takes {bounds[0]:g} to {bounds[1]:,.10g}")
 
 
-def estimated_seconds(solver, qubits, sent):
-    """Seconds of QPU access time that the solver itself estimates for parameters `sent`; None where it does not say."""
+def estimated_seconds(solver, qubits, anneal):
+    """Seconds of QPU access time that the solver itself estimates for what Qpu.anneal() gives; None where it does not say."""
+    # Every schedule of ours begins from a state; which one is nothing to the estimate.
+    state = [1] if "anneal_schedule" in anneal else None
     try:
-        return solver.estimate_qpu_access_time(
-            num_qubits=qubits, num_reads=sent.get("num_reads", 1), annealing_time=sent.get("annealing_time"),
-            anneal_schedule=sent.get("anneal_schedule"), reverse_anneal="initial_state" in sent,
-            reinitialize_state=sent.get("reinitialize_state", False)) / 1e6
+        return solver.estimate_qpu_access_time(num_qubits=qubits, initial_state=state, **anneal) / 1e6
     except (KeyError, ValueError):
         return None
-
-
-def _check_duration(solver, properties, qubits, sent):
-    seconds, longest = estimated_seconds(solver, qubits, sent), properties.get("problem_run_duration_range")
-    if seconds and longest and seconds * 1e6 > longest[1]:
-        raise SolverError(f"these reads would take the chip {seconds:.2f} s at once, it allows {longest[1] / 1e6:g} s; "
-                          "take fewer --num-reads or a shorter --annealing-time")
 
 
 def _ranges(linear, quadratic, offset):

@@ -12,7 +12,6 @@ from . import cli, jobs
 from .failure import BAD_INPUT, NO, OK, USAGE, Failure, io
 from .hybrid import PUBLISHED
 from .output import Output
-from .qpu import estimated_seconds
 from .services import WANTED, configured, connect, explain, explained
 
 
@@ -224,11 +223,7 @@ def plan(options, problem):
     if not configured():
         return {"service_solver": None, **kind.plan(PUBLISHED.get(options.solver))}
     with connect(options.solver, options.solver_name) as session:
-        found = {"service_solver": session.solver.name, **kind.plan(session.properties)}
-        if options.solver == "qpu" and found["fits"] is None:
-            found["charge_seconds"] = estimated_seconds(session.solver, len(session.properties["qubits"]), {
-                "num_reads": options.num_reads, "annealing_time": options.annealing_time})
-    return found
+        return {"service_solver": session.solver.name, **kind.plan(session.properties, session.solver)}
 
 
 def planned(options, found):
@@ -239,18 +234,20 @@ def planned(options, found):
         if found["copies"] != 1:
             lines.append(f"as many copies as are found on the chip, {options.num_reads:,} samples of each" if found["copies"] == "auto" else
                          f"{found['copies']:,} copies: {options.num_reads * found['copies']:,} samples from {options.num_reads:,} reads")
-        if found["fits"] is None:
+        if "largest_degree" in found:
             lines.append(f"largest degree {found['largest_degree']}; linear terms {found['linear_min']} to {found['linear_max']}, "
                          f"quadratic terms {found['quadratic_min']} to {found['quadratic_max']}")
-        lines.append(f"upload at least {found['upload_bytes']:,} bytes, the embedding adds to them")
+        known = found["embedded_qubits"]
+        lines.append(f"upload {found['upload_bytes']:,} bytes, {known:,} qubits in the embedding" if known else
+                     f"upload at least {found['upload_bytes']:,} bytes, the embedding adds to them")
         lines += [f"{chip}: {qubits:,} qubits ({whose})" for chip, qubits in found["qubits"].items()]
         if found.get("charge_seconds"):
-            lines.append(f"estimated charge at most {found['charge_seconds']:.3f} s of QPU access")
+            lines.append(f"estimated charge {'' if known else 'at most '}{found['charge_seconds']:.3f} s of QPU access")
     else:
         lines.append(f"upload about {found['upload_bytes']:,} bytes; least time limit {found['minimum_time_limit']:,.1f} s")
         lines += [f"{found[key]:,} {key} of {limit:,} that the service takes ({whose})" for key, limit in found["limits"].items()]
         rate = found["charge_qpu_seconds"]
         lines.append(f"estimated charge {found['charge_seconds']:,.1f} s of the hybrid solver"
                      + (f", worth {rate:,.2f} s of QPU access" if rate is not None else ""))
-    fits = {True: "it fits", False: "it does not fit", None: "whether it fits, the embedding will show"}[found["fits"]]
+    fits = {True: "it fits", False: f"it does not fit: {found['reason']}", None: "whether it fits, the embedding will show"}[found["fits"]]
     return "\n".join([*lines, f"{fits}; nothing was sent"])

@@ -57,6 +57,12 @@ def from_sampleset(sampleset, n, **more):
                   broken=record.chain_break_fraction if "chain_break_fraction" in fields else None, **more)
 
 
+def check_occurrences(counts):
+    """Raises SolverError unless each is a number of reads that a .qsf can hold; None is none of them."""
+    if counts is not None and ((np.asarray(counts) < 1) | (np.asarray(counts) >= 2**32)).any():
+        raise SolverError("the answer has samples that were never seen, or too often")
+
+
 def interruptible(call, tick):
     """call() in a thread of its own, tick() five times a second in this one.
 

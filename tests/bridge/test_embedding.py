@@ -1,15 +1,16 @@
 """Minor embeddings: layouts in tiles and minorminer's, the file, the cache, the command, the picture."""
 
+import concurrent.futures
 import json
+import shutil
 import sys
+import time
 
 import dwave.embedding
 import dwave.graphs
-import dwave.system
 import networkx as nx
 import numpy as np
 import pytest
-from dwave.system.testing import MockDWaveSampler
 from problems import grid, nothing, make, random_problem
 from service import TOKEN
 from qstereo_bridge import embedding, models, picture, qcf, solvers, tiles
@@ -252,6 +253,49 @@ def test_cache(cache, monkeypatch):
     assert embedding.kept(source, chip) == found and len(list(cache.iterdir())) == 1
 
 
+def test_a_seed_passes_the_cache_by(cache, monkeypatch):
+    """What it finds is kept all the same, where it is no longer than what is there."""
+    source, chip = embedding.Source.of(grid(2, 2, 3, dense=True)), embedding.Chip.named("zephyr:3")
+    kept = embedding.obtain(source, chip)
+    seeds, search = [], embedding.search
+    monkeypatch.setattr(embedding, "search", lambda *given, **hints: seeds.append(given[2]) or search(*given, **hints))
+    found = [embedding.obtain(source, chip, seed=seed) for seed in range(51, 61)]
+    assert seeds == [one.seed for one in found] == list(range(51, 61)) and embedding.obtain(source, chip).seed in [kept.seed, *seeds]
+    least = min(one.figures()["qubits"] for one in [kept, *found])
+    assert embedding.obtain(source, chip).figures()["qubits"] == least and embedding.obtain(source, chip, seed=51) == found[0]
+    assert len(seeds) == 10
+    shutil.rmtree(cache)
+    embedding.obtain(source, chip, seed=52)
+    assert embedding.kept(source, chip) == found[1] and len(seeds) == 10
+    embedding.obtain(source, chip, seed=51, copies=2)
+    assert len(seeds) == 11 and seeds[-1] == 51
+
+
+@pytest.mark.parametrize("seed, copies", [(None, 1), (71, 1), (None, 3), (72, 3)])
+def test_threads_search_a_graph_once(seed, copies, cache, monkeypatch):
+    source, chip = embedding.Source.of(grid(2, 2, 3, dense=True)), embedding.Chip.named("zephyr:3")
+    searches, search = [], embedding.search
+
+    def slow(*given, **hints):
+        searches.append(given[2])
+        time.sleep(0.2)
+        return search(*given, **hints)
+    monkeypatch.setattr(embedding, "search", slow)
+    with concurrent.futures.ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda _: embedding.obtain(source, chip, seed, copies=copies), range(4)))
+    assert len(searches) == copies and all(one == found[0] for one in found)
+
+
+def test_no_two_writers_of_the_cache_share_a_file(cache, monkeypatch):
+    source, chip = embedding.Source.of(grid(2, 1, 3)), embedding.Chip.named("zephyr:3")
+    found, names, replace = embedding.find(source, chip), [], embedding.os.replace
+    monkeypatch.setattr(embedding.os, "replace", lambda old, new: names.append(old) or replace(old, new))
+    for _ in range(2):
+        embedding.keep(found, source, chip)
+        shutil.rmtree(cache)
+    assert len(set(names)) == 2
+
+
 def test_a_cache_that_cannot_be_written_is_none(cache, tmp_path):
     source, chip = embedding.Source.of(grid(2, 1, 3)), embedding.Chip.named("zephyr:3")
     (tmp_path / "cache").write_text("a file, no folder")
@@ -296,6 +340,18 @@ def test_command_says_no(tmp_path, main):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["p.qcf"]
 
 
+@pytest.mark.parametrize("encoding, said", [
+    (1, "(--encoding one-hot-sparse or domain-wall)"), (2, None), (3, "(--encoding one-hot-sparse)"), (5, "(--encoding one-hot-sparse or domain-wall)")])
+def test_advice_names_no_encoding_that_the_problem_has(encoding, said, tmp_path, main):
+    labl = encoding.to_bytes(4, "little") + bytes(12) + (1).to_bytes(4, "little") + bytes(44)
+    problem = grid(5, 5, 8, dense=True)
+    problem.sides = [("labl", labl)]
+    (tmp_path / "p.qcf").write_bytes(qcf.pack_qcf(problem))
+    status, _, err = main("embed", tmp_path / "p.qcf", "--topology", "zephyr:2", "-o", tmp_path / "e.json")
+    assert status == 1 and ("--encoding" in err) == bool(said) and (said or "qstereo reduce") in err
+    assert "--roi" in err and "--seed" in err and "--timeout" in err
+
+
 @pytest.mark.parametrize("arguments, status, said", [
     (["-o", "E"], 2, "--topology"), (["--topology", "zephyr:3"], 2, "-o"), (["--topology", "zephyr:0", "-o", "E"], 2, "zephyr:12"),
     (["--topology", "chimera:4", "-o", "E"], 2, "no topology is called chimera:4"), (["--topology", "zephyr:3", "-o", "P"], 2, "three names"),
@@ -312,27 +368,20 @@ def test_usage(arguments, status, said, problem_file, main, monkeypatch):
     assert [path.name for path in problem_file.parent.iterdir() if path.name != "cache"] == ["P"]
 
 
-def test_a_solver_of_the_account(problem_file, tmp_path, main, monkeypatch):
+def test_a_solver_of_the_account(problem_file, tmp_path, main, service):
     """Its working graph, a qubit short."""
-    asked = []
-
-    def sampler(solver):
-        asked.append(solver)
-        return MockDWaveSampler(topology_type="zephyr", topology_shape=[3, 4], broken_nodes=[0])
-
-    monkeypatch.setattr(dwave.system, "DWaveSampler", sampler)
+    properties = service.solvers["Advantage2_mock"]["properties"]
+    properties.update(qubits=properties["qubits"][1:], couplers=[pair for pair in properties["couplers"] if 0 not in pair])
     status, out, _ = main("embed", problem_file, "--topology", "Advantage2_mock", "-o", tmp_path / "e.json", "--json")
-    assert status == 0 and asked == ["Advantage2_mock"]
-    assert json.loads(out).items() >= {"topology": "Advantage2_mock", "chip_qubits": 335}.items()
+    assert status == 0 and json.loads(out).items() >= {"topology": "Advantage2_mock", "chip_qubits": 335}.items()
+    status, out, err = main("embed", problem_file, "--topology", "Advantage3", "-o", tmp_path / "f.json")
+    assert (status, out) == (5, "") and "reaches no such solver" in err and not (tmp_path / "f.json").exists()
 
 
-def test_a_service_that_refuses(problem_file, tmp_path, main, monkeypatch):
-    def sampler(solver):
-        raise ConnectionError(f"no route with {TOKEN}")
-
-    monkeypatch.setattr(dwave.system, "DWaveSampler", sampler)
+def test_a_service_that_refuses(problem_file, tmp_path, main, service):
+    service.fail("GET", "solvers", 401, times=9)
     status, out, err = main("embed", problem_file, "--topology", "Advantage2_mock", "-o", tmp_path / "e.json")
-    assert (status, out) == (5, "") and "cannot be reached" in err and TOKEN not in err and not (tmp_path / "e.json").exists()
+    assert (status, out) == (5, "") and "does not accept the token" in err and TOKEN not in err and not (tmp_path / "e.json").exists()
 
 
 @pytest.mark.parametrize("problem", [grid(3, 2, 4), grid(1, 1, 2), random_problem(5)])

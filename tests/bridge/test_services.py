@@ -1,9 +1,12 @@
 """D-Wave's services through its real clients, on the loopback stand-in: what is sent, what comes back, limits, messages."""
 
 import base64
+import hashlib
 import io
 import json
 import math
+import sys
+import warnings
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -91,11 +94,13 @@ def test_energies_of_infeasible_cqm_answers_are_h(solve, service, tmp_path):
     """The service leaves the penalties out of its energies, the .qsf has them in."""
     def spoil(answer):
         answer["data"] = dimod.SampleSet.from_samples_cqm(np.eye(12)[:2], sent(service)[0]).to_serializable()
+        assert answer["data"]["info"].keys() == {"constraint_labels"}
         return answer
     service.spoil = spoil
     status, out, _ = solve("hybrid-cqm", "--json")
     assert status == 0 and json.loads(out)["feasible"] == 0
-    assert (solved(tmp_path / "s.qsf").records["energy"] == models.energies(SMALL, np.eye(12, dtype=np.uint8)[:2])).all()
+    read = solved(tmp_path / "s.qsf")
+    assert (read.records["energy"] == models.energies(SMALL, np.eye(12, dtype=np.uint8)[:2])).all() and "constraint_labels" not in read.info
 
 
 def nl_energies(problem, states):
@@ -170,7 +175,7 @@ def test_broken_chains_are_mended_by_majority():
     job = SimpleNamespace(chains=[[5, 9, 7], [2, 4], [11]], warnings=[], chip=None, embedding={}, parameters={"chain_strength": 1})
     qubits = [11, 9, 4, 2, 5, 7]
     rows = {(1, 1, 1, 1, 1, 1): ([1, 1, 1], 0), (-1, 1, -1, 1, -1, -1): ([0, 1, 0], 2 / 3), (1, -1, -1, -1, 1, 1): ([1, 0, 1], 1 / 3)}
-    answer = qpu.Qpu.decode(problem, one_future(list(rows), qubits, [3, 2, 1]), job)
+    answer = qpu.Qpu(problem, None).decode(one_future(list(rows), qubits, [3, 2, 1]), job)
     assert answer.bits.tolist() == [bits for bits, _ in rows.values()]
     assert np.allclose(answer.broken, [share for _, share in rows.values()]) and answer.occurrences.tolist() == [3, 2, 1]
 
@@ -178,7 +183,7 @@ def test_broken_chains_are_mended_by_majority():
 def test_fast_anneal_is_read_relative_to_its_own_variable():
     problem = make([1, 1], [], [], [1, 2], [(0, 0)] * 2)
     job = SimpleNamespace(chains=[[0], [1], [2]], warnings=[], chip=None, embedding={}, parameters={"chain_strength": 1})
-    answer = qpu.Qpu.decode(problem, one_future([(1, -1, 1), (1, -1, -1), (-1, -1, -1)], [0, 1, 2]), job)
+    answer = qpu.Qpu(problem, None).decode(one_future([(1, -1, 1), (1, -1, -1), (-1, -1, -1)], [0, 1, 2]), job)
     assert answer.bits.tolist() == [[1, 0], [0, 1], [1, 1]]
 
 
@@ -239,7 +244,7 @@ def test_reverse_annealing(solve, service, tmp_path, main):
 def test_embedding_of_the_user(solve, service, tmp_path):
     from qstereo_bridge import embedding
     with services.connect("qpu") as session:
-        chip = qpu._chip(session.solver)
+        chip = embedding.Chip.of_solver(session.solver)
     found = embedding.find(embedding.Source.of(SMALL), chip, 7)
     (tmp_path / "e.json").write_text(found.to_json())
     assert solve("qpu", "--embedding", tmp_path / "e.json")[0] == 0
@@ -253,12 +258,15 @@ def test_embedding_of_the_user(solve, service, tmp_path):
     status, _, err = solve("qpu", "--embedding", tmp_path / "e.json")
     assert status == 3 and err.count("e.json") == 1 and "no embedding file" in err
     assert solve("qpu", "--embedding", tmp_path / "none.json")[0] == 4
+    (tmp_path / "e.json").write_text(found.to_json())
+    status, _, err = solve("qpu", "--embedding", tmp_path / "e.json", "--fast-anneal", "--annealing-time", 5)
+    assert status == 3 and "--fast-anneal wants an embedding of its own" in err and "leave --embedding out" in err and err.count("e.json") == 1
 
 
 def test_chip_of_the_solver_is_that_of_the_topology(service):
     from qstereo_bridge import embedding
     with services.connect("qpu") as session:
-        chip, named = qpu._chip(session.solver), embedding.Chip.named("zephyr:3")
+        chip, named = embedding.Chip.of_solver(session.solver), embedding.Chip.named("zephyr:3")
     assert (chip.digest, chip.family, chip.size) == (named.digest, named.family, named.size)
 
 
@@ -304,16 +312,53 @@ def test_copies_are_samples_of_their_own():
     """Two copies of two variables, a read after the other; each has its own share of broken chains."""
     problem = make([1, 1], [], [], [1, 2], [(0, 0)] * 2)
     job = SimpleNamespace(chains=[[0], [1, 2], [3, 5], [4]], warnings=[], chip=None, embedding={"copies": 2}, parameters={"chain_strength": 1})
-    answer = qpu.Qpu.decode(problem, one_future([(1, -1, -1, 1, -1, -1), (-1, 1, 1, -1, 1, -1)], range(6), [3, 2]), job)
+    answer = qpu.Qpu(problem, None).decode(one_future([(1, -1, -1, 1, -1, -1), (-1, 1, 1, -1, 1, -1)], range(6), [3, 2]), job)
     assert answer.bits.tolist() == [[1, 0], [1, 0], [0, 1], [0, 1]]
     assert answer.broken.tolist() == [0, 0.5, 0, 0] and answer.occurrences.tolist() == [3, 3, 2, 2]
+
+
+@pytest.mark.parametrize("counts", [[-1, 3], [0, 0], [2**40, 1]])
+def test_reads_that_cannot_be_are_refused(counts):
+    problem = make([1], [], [], [1], [(0, 0)])
+    job = SimpleNamespace(chains=[[0]], warnings=[], chip=None, embedding={}, parameters={"chain_strength": 1})
+    with warnings.catch_warnings(), pytest.raises(solvers.SolverError, match="never seen, or too often"):
+        warnings.simplefilter("error")
+        qpu.Qpu(problem, None).decode(one_future([(1,), (-1,)], [0], np.array(counts)), job)
+
+
+def test_reads_that_cannot_be_from_the_service(solve, service, tmp_path):
+    def spoil(answer):
+        counts = np.frombuffer(base64.b64decode(answer["num_occurrences"]), "<i4").copy()
+        counts[0] = -1
+        return {**answer, "num_occurrences": base64.b64encode(counts.tobytes()).decode()}
+    service.spoil = spoil
+    status, _, err = solve("qpu")
+    assert status == 5 and "never seen, or too often" in err and "Warning" not in err and not (tmp_path / "s.qsf").exists()
+
+
+@pytest.mark.parametrize("solver", HYBRIDS)
+def test_uploaded_file_is_closed(solver, solve, monkeypatch):
+    files, prepare = [], hybrid.Hybrid.prepare
+
+    def kept(*arguments):
+        request = prepare(*arguments)
+        files.append(request.upload)
+        return request
+    monkeypatch.setattr(hybrid.Hybrid, "prepare", kept)
+    assert solve(solver)[0] == 0 and [file.closed for file in files] == [True]
+
+
+def test_nonlinear_model_is_built_once(solve, monkeypatch):
+    built, build = [], models.to_nl
+    monkeypatch.setattr(models, "to_nl", lambda *arguments: built.append(1) or build(*arguments))
+    assert solve("hybrid-nl")[0] == 0 and len(built) == 1
 
 
 def test_copies_of_a_problem_that_fits_once(solve, service, tmp_path):
     from qstereo_bridge import embedding
     chip = service.solvers["Advantage2_mock"]["properties"]
     with services.connect("qpu") as session:
-        found = embedding.find(embedding.Source.of(SMALL), qpu._chip(session.solver), 7)
+        found = embedding.find(embedding.Source.of(SMALL), embedding.Chip.of_solver(session.solver), 7)
     used = {qubit for chain in found.chains.values() for qubit in chain}
     chip.update(qubits=sorted(used), couplers=[pair for pair in chip["couplers"] if used >= set(pair)])
     status, _, err = solve("qpu", "--copies", 2)
@@ -339,7 +384,7 @@ def test_copies_beside_the_embedding_of_the_user(solve, service, tmp_path):
     """One that would not be found."""
     from qstereo_bridge import embedding
     with services.connect("qpu") as session:
-        chip = qpu._chip(session.solver)
+        chip = embedding.Chip.of_solver(session.solver)
     found = embedding.find_copies(embedding.Source.of(SMALL), chip, 2, embedding.find(embedding.Source.of(SMALL), chip))
     found = embedding.find(embedding.Source.of(SMALL), chip.without([qubit for chain in found.chains.values() for qubit in chain]), 7)
     (tmp_path / "e.json").write_text(found.to_json())
@@ -377,6 +422,14 @@ def test_dry_run_says_copies(solve, problem_file, main, service):
 # Limits: nothing is sent.
 
 
+def a_sample(tmp_path):
+    """A samples file of tiny.qcf, beside the test's folder."""
+    path, digest = tmp_path.parent / f"{tmp_path.name}.qsf", hashlib.sha256((tmp_path / "tiny.qcf").read_bytes()).digest()
+    records = np.array([(0, 1, qsf.NO_CHAINS)], qsf.RECORD)
+    path.write_bytes(qsf.pack_qsf(qsf.Samples(digest, "x", records, np.zeros((1, 12), np.uint8))))
+    return path
+
+
 @pytest.mark.parametrize("solver, name, properties, options, said", [
     ("hybrid-bqm", "hybrid_bqm_solver", {"maximum_number_of_variables": 11}, [], "12 variables, the service takes 11; hybrid-nl takes larger"),
     ("hybrid-bqm", "hybrid_bqm_solver", {"maximum_number_of_biases": 35}, [], "36 biases, the service takes 35"),
@@ -394,16 +447,25 @@ def test_dry_run_says_copies(solve, problem_file, main, service):
     ("qpu", "Advantage2_mock", {}, ["--copies", 29], "29 copies of 12 variables do not fit on a chip of 336 qubits; take fewer --copies"),
     ("qpu", "Advantage2_mock", {"parameters": {"num_reads": ""}}, ["--fast-anneal", "--annealing-time", 1], "no fast anneal"),
     ("qpu", "Advantage2_mock", {"parameters": {"num_reads": ""}}, ["--reverse-from", "x.qsf"], "no reverse annealing"),
-    ("qpu", "Advantage2_mock", {}, ["--fast-anneal"], "wants an --annealing-time"),
-    ("qpu", "Advantage2_mock", {}, ["--fast-anneal", "--annealing-time", 1, "--reverse-from", "x.qsf"], "cannot begin from a state"),
     ("qpu", "Advantage2_mock", {"problem_run_duration_range": [0, 1e6]}, ["--num-reads", 10000, "--annealing-time", 2000], "allows 1 s"),
+    ("qpu", "Advantage2_mock", {"problem_run_duration_range": [0, 1e6]},
+     ["--num-reads", 10000, "--annealing-time", 2000, "--reverse-from", "S0"], "allows 1 s"),
     ("qpu", "hybrid_nl_solver", {}, ["--solver-name", "hybrid_nl_solver"], "no such solver"),
     ("hybrid-nl", "hybrid_bqm_solver", {}, ["--solver-name", "hybrid_bqm_solver"], "is no solver for hybrid-nl"),
     ("hybrid-nl", "hybrid_bqm_solver", {}, ["--solver-name", "nothing"], "no such solver")])
-def test_limits(solver, name, properties, options, said, solve, service, tmp_path):
+def test_limits(solver, name, properties, options, said, solve, service, tmp_path, main):
+    """What `solve` refuses, the dry run says does not fit; where there is no such solver to ask it fails alike."""
     service.solvers[name]["properties"].update(properties)
+    options = [a_sample(tmp_path) if option == "S0" else option for option in options]
     status, out, err = solve(solver, *options)
     assert (status, out) == (5, "") and said in err and err.count("\n") == 1
+    dry_run = "solve", tmp_path / "tiny.qcf", "--solver", solver, "--dry-run", *options
+    status, out, err = main(*dry_run)
+    if "--solver-name" in options:
+        assert (status, out) == (5, "") and said in err
+    else:
+        told = json.loads(main(*dry_run, "--json")[1])
+        assert (status, err) == (0, "") and f"it does not fit: {told['reason']}" in out and said in told["reason"] and told["fits"] is False
     assert not service.problems and not service.uploads and sorted(path.name for path in tmp_path.iterdir()) == ["tiny.qcf"]
 
 
@@ -473,6 +535,12 @@ def test_errors_of_services(error, said):
     assert caught.value.__suppress_context__
 
 
+def test_without_the_nonlinear_models(solve, service, problem_file, main, monkeypatch):
+    monkeypatch.setitem(sys.modules, "dwave.optimization", None)
+    for status, out, err in (solve("hybrid-nl"), main("solve", problem_file, "--solver", "hybrid-nl", "--dry-run")):
+        assert (status, out) == (5, "") and "pip install" in err and not service.problems
+
+
 def test_scrub(monkeypatch, tmp_path):
     monkeypatch.setenv("DWAVE_API_TOKEN", "short-secret")
     assert services.scrub(f"a short-secret and {TOKEN}.") == "a (token) and (token)."
@@ -514,7 +582,7 @@ def test_dry_run_with_an_account_goes_by_the_solver(solver, problem_file, main, 
 
 
 def planning(solver, problem, **options):
-    options = SimpleNamespace(solver=solver, memory_limit=1 << 33, time_limit=None, copies=1, **options)
+    options = SimpleNamespace(**{**cli.SOLVERS[solver].options, "solver": solver, "memory_limit": 1 << 33, **options})
     return cli.SOLVERS[solver].run(solver, problem, options).plan(hybrid.PUBLISHED.get(solver))
 
 
@@ -535,10 +603,54 @@ def test_plans_agree_with_the_models(dense):
         assert plan["upload_bytes"] == file.seek(0, 2)
     assert (plan["nodes"], plan["bytes of decisions"]) == (nl.num_nodes(), 8 * 20)
     plan = planning("qpu", problem)
-    assert plan["upload_bytes"] == 4 * sum(math.ceil(8 * count / 3) for count in bqm.shape)
+    assert plan["upload_bytes"] == 4 * sum(math.ceil(8 * count / 3) for count in (4577, bqm.num_interactions))
     assert plan["largest_degree"] == max(bqm.degree(v) for v in bqm.variables)
     assert (plan["linear_min"], plan["linear_max"]) == (bqm.linear.min(), bqm.linear.max())
     assert (plan["quadratic_min"], plan["quadratic_max"]) == (bqm.quadratic.min(), bqm.quadratic.max())
+
+
+@pytest.mark.parametrize("options", [[], ["--copies", 3], ["--fast-anneal", "--annealing-time", 5], ["--embedding", "E"],
+                                     ["--num-reads", 2000, "--annealing-time", 70], ["--reverse-from", "S0", "--annealing-time", 40]])
+def test_dry_run_of_a_known_embedding_is_exact(options, solve, service, tmp_path, main, monkeypatch):
+    """Upload and charge are those of the problem that is sent, the charge by Ocean's own estimate of the parameters that were sent."""
+    files = {"S0": a_sample(tmp_path), "E": tmp_path.parent / f"{tmp_path.name}.json"}
+    main("embed", tmp_path / "tiny.qcf", "--topology", "zephyr:3", "-o", files["E"])
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path.parent / f"{tmp_path.name}.cache"))
+    options = [files.get(option, option) for option in options]
+    dry_run = "solve", tmp_path / "tiny.qcf", "--solver", "qpu", "--dry-run", *options
+    before = json.loads(main(*dry_run, "--json")[1])
+    assert solve("qpu", *options)[0] == 0
+    found, data, params = json.loads(main(*dry_run, "--json")[1]), sent(service)[1]["data"], sent(service)[1]["params"]
+    qubits = solved(tmp_path / "s.qsf").info["embedding"]["qubits"]
+    assert found["upload_bytes"] == len(data["lin"]) + len(data["quad"]) and found["embedded_qubits"] == qubits
+    with services.connect("qpu") as session:
+        expected = session.solver.estimate_qpu_access_time(qubits, **params) / 1e6
+    assert found["charge_seconds"] == pytest.approx(expected, rel=1e-12)
+    if "--embedding" in options:
+        assert before == found
+    else:
+        assert before["upload_bytes"] <= found["upload_bytes"] and before["charge_seconds"] > found["charge_seconds"]
+    assert f"estimated charge {found['charge_seconds']:.3f} s" in main(*dry_run)[1] and len(service.problems) == 1
+    if "--embedding" not in options:
+        assert json.loads(main(*dry_run, "--seed", 5, "--json")[1])["embedded_qubits"] is None
+
+
+def test_dry_run_looks_at_the_files_that_it_is_given(problem_file, tmp_path, main, service):
+    dry_run = "solve", problem_file, "--solver", "qpu", "--dry-run"
+    sample = a_sample(tmp_path)
+    assert main(*dry_run, "--reverse-from", tmp_path / "none.qsf")[0] == main(*dry_run, "--embedding", tmp_path / "none.json")[0] == 4
+    problem_file.write_bytes(qcf.pack_qcf(grid(2, 2, 3, seed=1)))
+    status, out, err = main(*dry_run, "--reverse-from", sample)
+    assert (status, out) == (3, "") and "not of this problem" in err
+
+
+@pytest.mark.parametrize("solver, options, said", [
+    ("hybrid-bqm", {"time_limit": 1}, "a time limit of 1 s"), ("hybrid-nl", {"time_limit": 1}, "a time limit of 1 s"),
+    ("qpu", {"num_reads": 20000}, "20000 reads"), ("qpu", {"copies": 500}, "500 copies of 12 variables do not fit on a chip of 5,627")])
+def test_plan_without_an_account_checks_as_much_as_is_published(solver, options, said):
+    assert planning(solver, SMALL)["reason"] is None
+    plan = planning(solver, SMALL, **options)
+    assert plan["fits"] is False and said in plan["reason"]
 
 
 @pytest.mark.parametrize("size, bqm, cqm", [((100, 100, 16), 600, 38), ((176, 178, 16), 600, 189)])
