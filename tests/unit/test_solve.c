@@ -477,11 +477,13 @@ static void labels_stay_out_beside_heavy_edges(void **unused)
     request.kept[0][0] = request.kept[0][5] = request.kept[1][2] = request.kept[1][3] = true;
     slow_encode(&request, &written);
     assert_int_equal(qs_model_build(&written.index, model_memory, sizeof model_memory, &model), QS_OK);
-    for (size_t i = 0; i < SOLVERS; i++) {
-        uint16_t labelling[2];
+    for (size_t i = 0; i < 2 * SOLVERS; i++) {
+        uint16_t labelling[2] = {2, 2}; /* cheaper than all that is left */
         qs_solution solution;
-        qs_model_winner(&model, labelling);
-        qs_status status = solvers[i].solve(&model, NULL, memory, sizeof memory, labelling, &solution);
+        if (i >= SOLVERS) {
+            qs_model_winner(&model, labelling);
+        }
+        qs_status status = solvers[i % SOLVERS].solve(&model, NULL, memory, sizeof memory, labelling, &solution);
         if (status == QS_OK) {
             answered++;
             assert_true(request.kept[0][labelling[0]] && request.kept[1][labelling[1]]);
@@ -490,8 +492,7 @@ static void labels_stay_out_beside_heavy_edges(void **unused)
             assert_int_equal(status, QS_E_OVERFLOW);
         }
     }
-    print_message("%u solvers take edges of 2^31 - 1\n", answered);
-    assert_true(answered >= 2);
+    assert_true(answered >= 4); /* others refuse such edges */
 }
 
 /* The file knows of the labels left alone, whose costs are small; the model says what the others cost, too, and its sums stay within 2^60. */
