@@ -92,20 +92,20 @@ static bool go_on(reducer *r, qs_trws_state *state, qs_solution *so_far)
 {
     uint64_t end = so_far->iterations + BETWEEN + so_far->iterations / BETWEEN;
     bool more = true;
-    while (more && so_far->iterations < end) {
+    while (more && so_far->iterations < end && so_far->iterations < r->iterations) {
         qs_trws_iterate(state, 1);
         so_far->iterations++;
         qs_progress now = {so_far->energy, so_far->lower_bound, so_far->iterations};
-        more = tell(r, &now) && so_far->iterations < r->iterations;
+        more = tell(r, &now);
     }
-    return more;
+    return more && so_far->iterations < r->iterations;
 }
 
 /* The best labelling is proven as soon as the bound is above its energy less one. What it lacks still lets labels stay that are in no
  * optimum; at 0 ties alone are left. */
 static void finish(reducer *r, qs_trws_state *state, qs_solution *so_far, int64_t room)
 {
-    bool more = true;
+    bool more = so_far->iterations < r->iterations;
     for (int64_t before = INT64_MAX; more && room > 0 && room <= before / 16 * 15 && r->so_far.open > 0 && !at_target(r);) {
         before = room;
         more = go_on(r, state, so_far);

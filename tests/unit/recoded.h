@@ -330,32 +330,8 @@ static inline sweep sweep_states(const fixture *f, int64_t gap)
     return s;
 }
 
-/* Some of the states, far apart, with the library's own repair: F of a labelling, lower by the gap where the state is none. */
-static inline void check_repair(const fixture *f, int64_t gap)
-{
-    enum { TRIED = 48 };
-    const uint64_t step = 2654435761u; /* odd: all low bits change */
-    static uint64_t memory[MEMORY / 8];
-    for (uint64_t i = 0, state = 0; i < TRIED && f->qubo.variables > 0; i++, state += step) {
-        uint64_t tried = state & (((uint64_t)1 << f->qubo.variables) - 1), mended = 0;
-        uint16_t labelling[TINY_SITES];
-        uint8_t bits[BYTES];
-        int64_t extra;
-        bool good = decode(f, tried, labelling, &extra);
-        to_bytes(tried, bits);
-        assert_true(qs_repair_workspace(&f->index) <= sizeof memory);
-        assert_int_equal(qs_sample_repair(&f->index, bits, memory, sizeof memory, NULL), QS_OK);
-        for (int b = 0; b < 8; b++) {
-            mended |= (uint64_t)bits[b] << 8 * b;
-        }
-        assert_true(decode(f, mended, labelling, &extra));
-        assert_true(energy_of(f, mended) <= energy_of(f, tried) - (good ? 0 : gap));
-    }
-}
-
 static inline void check_states(const fixture *f, int64_t gap, bool flips)
 {
-    check_repair(f, gap);
     uint64_t labellings;
     int64_t least = least_energy(f, &labellings);
     sweep s = sweep_states(f, gap);

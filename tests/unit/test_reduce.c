@@ -745,6 +745,36 @@ static void stopped_is_nearly_as_good_as_ended(void **unused)
     assert_true(left[0] < 2 * left[1]);
 }
 
+static bool until_proven(void *context, const qs_reduction *so_far)
+{
+    (void)context;
+    return so_far->lower_bound < so_far->upper_bound;
+}
+
+/* After the proof it goes on for fewer labels: within the limit of iterations, and until the watch has had enough. */
+static void after_the_proof(void **unused)
+{
+    (void)unused;
+    static wide_grid g;
+    uint64_t state = 46, whole = 0, stopped = 0;
+    for (int round = 0; round < ROUNDS / 10; round++) {
+        uint8_t kept[COLUMNS * ROWS * WIDE_LABELS];
+        uint16_t labelling[COLUMNS * ROWS];
+        qs_reduction r, s, t;
+        make_wide(&g, &state);
+        assert_int_equal(qs_reduce(&g.model, NULL, memory, sizeof memory, kept, labelling, &r), QS_OK);
+        qs_reduce_options options = {.watch = until_proven};
+        assert_int_equal(qs_reduce(&g.model, &options, memory, sizeof memory, kept, labelling, &s), QS_OK);
+        options = (qs_reduce_options){.iterations = r.iterations > 1 ? r.iterations - 1 : 1};
+        assert_int_equal(qs_reduce(&g.model, &options, memory, sizeof memory, kept, labelling, &t), QS_OK);
+        assert_true(s.iterations <= r.iterations && t.iterations <= options.iterations);
+        whole += r.iterations;
+        stopped += s.iterations;
+    }
+    print_message("iterations %d, where stopped at the proof %d\n", (int)whole, (int)stopped);
+    assert_true(stopped < whole - whole / 20);
+}
+
 static void larger_grids_step_by_step(void **unused)
 {
     (void)unused;
@@ -913,6 +943,7 @@ int main(void)
         cmocka_unit_test(huge_costs),
         cmocka_unit_test(no_optimum_of_larger_grids_is_lost),
         cmocka_unit_test(larger_grids_step_by_step),
+        cmocka_unit_test(after_the_proof),
         cmocka_unit_test(stopped_is_nearly_as_good_as_ended),
         cmocka_unit_test(visits_leave_nothing_out),
         cmocka_unit_test(scale_has_room),
