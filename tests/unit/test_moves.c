@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../../libqstereo/src/min_cut.h"
+#include "../../libqstereo/src/solve/min_cut.h"
 
 enum { ROUNDS = 1500, BITS = 20, SIDE = 70, MANY = SIDE * SIDE, MOST_EDGES = 2 * MANY, MOST_LABELS = 6 };
 

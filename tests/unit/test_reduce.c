@@ -3,10 +3,10 @@
 
 #include <string.h>
 
-#include "../../libqstereo/src/eliminate.h"
-#include "../../libqstereo/src/lanes.h"
-#include "../../libqstereo/src/local.h"
-#include "../../libqstereo/src/trws.h"
+#include "../../libqstereo/src/reduce/label_sets.h"
+#include "../../libqstereo/src/base/simd.h"
+#include "../../libqstereo/src/model/neighbours.h"
+#include "../../libqstereo/src/solve/trws.h"
 
 enum { ROUNDS = 2000, BITS = 18, MEMORY = 1 << 17 };
 
