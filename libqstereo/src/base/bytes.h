@@ -1,5 +1,5 @@
-/* Little-endian loads and stores that neither alignment nor the machine's byte order can disturb. Compilers make one
- * instruction of each. */
+/* Little-endian loads and stores that neither alignment nor the machine's byte order can disturb.
+ * Compilers make one instruction of each. */
 #ifndef QS_BYTES_H
 #define QS_BYTES_H
 
@@ -78,7 +78,8 @@ static inline size_t qs_size(uint64_t size)
     return size < SIZE_MAX ? (size_t)size : SIZE_MAX;
 }
 
-/* A part of a workspace, made a multiple of 16 bytes so that the next one is aligned for any type. */
+/* A part of a workspace, made a multiple of 16 bytes so that the next one is aligned for any type.
+ */
 static inline uint64_t qs_rounded(uint64_t size)
 {
     return (size + 15) / 16 * 16;

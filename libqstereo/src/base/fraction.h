@@ -14,13 +14,15 @@ typedef struct qs_fraction {
 static inline qs_fraction qs_plus(qs_fraction a, qs_fraction b)
 {
     int64_t part = a.part + b.part, carry = part >> QS_FRACTION_BITS;
-    return (qs_fraction){a.whole + b.whole + carry, part - carry * ((int64_t)1 << QS_FRACTION_BITS)};
+    return (qs_fraction){a.whole + b.whole + carry,
+                         part - carry * ((int64_t)1 << QS_FRACTION_BITS)};
 }
 
 static inline qs_fraction qs_minus(qs_fraction a, qs_fraction b)
 {
     bool borrow = a.part < b.part;
-    return (qs_fraction){a.whole - b.whole - borrow, a.part - b.part + ((int64_t)borrow << QS_FRACTION_BITS)};
+    return (qs_fraction){a.whole - b.whole - borrow,
+                         a.part - b.part + ((int64_t)borrow << QS_FRACTION_BITS)};
 }
 
 static inline bool qs_less(qs_fraction a, qs_fraction b)

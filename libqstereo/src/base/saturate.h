@@ -10,7 +10,8 @@
 static inline void qs_grow_to(uint64_t *magnitude, uint64_t x, uint64_t y, uint64_t most)
 {
     const uint64_t small = UINT32_MAX;
-    bool fits = (x <= small && y <= small) || x == 0 || y <= UINT64_MAX / 2 / x; /* mostly without a division */
+    bool fits = (x <= small && y <= small) || x == 0 ||
+                y <= UINT64_MAX / 2 / x; /* mostly without a division */
     uint64_t sum = fits ? *magnitude + (x * y <= most ? x * y : most) : most;
     *magnitude = sum < most ? sum : most;
 }
@@ -26,7 +27,8 @@ static inline uint64_t qs_absolute(int64_t value)
     return value < 0 ? -(uint64_t)value : (uint64_t)value;
 }
 
-/* *sum += value, |value| at most 2^62; beyond 2^60 the sum overflows, and stays far from the ends of an int64_t. */
+/* *sum += value, |value| at most 2^62; beyond 2^60 the sum overflows, and stays far from the ends
+ * of an int64_t. */
 static inline void qs_add(int64_t *sum, int64_t value, bool *overflow)
 {
     *sum += value;

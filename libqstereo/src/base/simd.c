@@ -13,7 +13,8 @@ bool qs_lanes_avx2(void)
     }
     unsigned low, high;
     __asm__ volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
-    return (low & SSE_AND_AVX_STATE) == SSE_AND_AVX_STATE && __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & bit_AVX2) != 0;
+    return (low & SSE_AND_AVX_STATE) == SSE_AND_AVX_STATE &&
+           __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & bit_AVX2) != 0;
 }
 
 #else

@@ -3,7 +3,8 @@
 #include <string.h>
 
 /* Merges the sorted runs [0, middle) and [middle, count) of `from`. */
-static void merge(const uint32_t *from, size_t middle, size_t count, uint32_t *to, qs_before *before, const void *context)
+static void merge(const uint32_t *from, size_t middle, size_t count, uint32_t *to,
+                  qs_before *before, const void *context)
 {
     size_t a = 0, b = middle;
     for (size_t n = 0; n < count; n++) {
@@ -12,7 +13,8 @@ static void merge(const uint32_t *from, size_t middle, size_t count, uint32_t *t
     }
 }
 
-void qs_sort(uint32_t *items, uint32_t *scratch, size_t count, qs_before *before, const void *context)
+void qs_sort(uint32_t *items, uint32_t *scratch, size_t count, qs_before *before,
+             const void *context)
 {
     for (size_t run = 1; run < count; run *= 2) {
         for (size_t at = 0; count - at > run; at += 2 * run) {

@@ -12,6 +12,7 @@ typedef bool qs_before(const void *context, uint32_t a, uint32_t b);
 /* Sorts by merging, equals in their order.
  *
  * scratch  room for `count` */
-void qs_sort(uint32_t *items, uint32_t *scratch, size_t count, qs_before *before, const void *context);
+void qs_sort(uint32_t *items, uint32_t *scratch, size_t count, qs_before *before,
+             const void *context);
 
 #endif

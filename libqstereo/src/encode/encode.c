@@ -20,13 +20,13 @@ typedef struct plan {
     qs_penalty penalty;
     uint64_t alpha, gap;
     uint32_t sites;
-    int64_t *sums;    /* of qs_reach_visit_all */
+    int64_t *sums; /* of qs_reach_visit_all */
     int32_t *row_max; /* of a table: max over the columns of each row, */
     int32_t *col_max; /* and over the rows of each column */
-    void *costs;      /* workspace of the strips */
+    void *costs; /* workspace of the strips */
     int64_t block_max; /* largest pairwise cost */
     uint64_t block_sum; /* sum of the absolute entries of the block */
-    uint32_t runs;      /* of couplings */
+    uint32_t runs; /* of couplings */
     uint64_t runs_size; /* and their bytes */
     uint64_t couplings;
     uint64_t weight_sum;
@@ -34,7 +34,7 @@ typedef struct plan {
     unsigned linear_bytes, penalty_bytes;
     uint64_t penalty_runs;
     uint64_t magnitude; /* M of docs/FORMAT.md without the offset, saturated */
-    int64_t *offset;    /* known when the linear terms have been written */
+    int64_t *offset; /* known when the linear terms have been written */
 } plan;
 
 static uint32_t labels_of(const plan *p)
@@ -104,7 +104,8 @@ static int64_t toeplitz_fill(const plan *p, int64_t *reach)
 
 static int64_t toeplitz_entry(const plan *p, int64_t apart)
 {
-    return sparse(p) ? -qs_band_entry(band(p), apart) : qs_pairwise_cost(p->problem, 0, (uint32_t)(apart < 0 ? -apart : apart));
+    return sparse(p) ? -qs_band_entry(band(p), apart)
+                     : qs_pairwise_cost(p->problem, 0, (uint32_t)(apart < 0 ? -apart : apart));
 }
 
 static void put_block(qs_writer *writer, const void *context)
@@ -165,7 +166,8 @@ static void plan_table(plan *p)
 /* ---- The couplings. ---- */
 
 /* Whether all weights of a run are the same, and the sum of them. */
-static bool weigh(const qs_problem *problem, const qs_edge_run *run, uint64_t *sum, int32_t *largest)
+static bool weigh(const qs_problem *problem, const qs_edge_run *run, uint64_t *sum,
+                  int32_t *largest)
 {
     int32_t one = qs_edge_weight(problem, run, 0, 0);
     bool same = true;
@@ -206,7 +208,8 @@ static void plan_run(void *context, const qs_edge_run *run)
     }
     uint64_t pairs = (uint64_t)run->count * run->repeat;
     p->runs++;
-    p->runs_size += RUN_HEAD + (run->list ? 8 * pairs : 0) + (same ? 0 : pairs * weight_bytes(largest));
+    p->runs_size +=
+        RUN_HEAD + (run->list ? 8 * pairs : 0) + (same ? 0 : pairs * weight_bytes(largest));
     p->couplings += pairs;
     p->weight_sum += sum;
     qs_grow(&p->magnitude, sum, p->block_sum);
@@ -217,7 +220,8 @@ typedef struct run_output {
     qs_writer *writer;
 } run_output;
 
-static void put_weights(const qs_problem *problem, qs_writer *writer, const qs_edge_run *run, unsigned bytes)
+static void put_weights(const qs_problem *problem, qs_writer *writer, const qs_edge_run *run,
+                        unsigned bytes)
 {
     for (uint32_t r = 0; r < run->repeat; r++) {
         for (uint32_t c = 0; c < run->count; c++) {
@@ -237,8 +241,9 @@ static void put_run(void *context, const qs_edge_run *run)
         return;
     }
     unsigned bytes = same ? 0 : weight_bytes(largest);
-    uint32_t head[9] = {0, run->list != NULL, bytes, same ? (uint32_t)largest : 0, run->first, run->second, run->count,
-                        run->repeat, run->stride};
+    uint32_t head[9] = {0,          run->list != NULL, bytes,      same ? (uint32_t)largest : 0,
+                        run->first, run->second,       run->count, run->repeat,
+                        run->stride};
     for (int i = 0; i < 9; i++) {
         qs_put_u32(writer, head[i]);
     }
@@ -260,7 +265,8 @@ static void put_couplings(qs_writer *writer, const void *context)
 
 /* ---- The penalties. ---- */
 
-/* Gathers neighbouring sites of equal penalties into runs, which are written, or counted where there is no writer. */
+/* Gathers neighbouring sites of equal penalties into runs, which are written, or counted where
+ * there is no writer. */
 typedef struct penalty_runs {
     const plan *p;
     qs_writer *writer;
@@ -288,7 +294,8 @@ static void end_run(penalty_runs *runs)
     qs_grow(&runs->magnitude, runs->b, runs->count * (labels * (labels - 1) / 2));
 }
 
-/* W: the most that a site's edges can cost, given the sums of their weights where it comes first and second; saturated. */
+/* W: the most that a site's edges can cost, given the sums of their weights where it comes first
+ * and second; saturated. */
 static uint64_t reach_cost(const plan *p, uint64_t first, uint64_t second)
 {
     uint64_t reach = 0;
@@ -311,8 +318,10 @@ static void push_sites(void *context, uint32_t count, int64_t first, int64_t sec
     const plan *p = runs->p;
     uint64_t a = p->alpha, b = 2 * p->alpha;
     if (proven(p->penalty)) {
-        qs_site_edges edges = {(uint64_t)(first + second), reach_cost(p, (uint64_t)first, (uint64_t)second)};
-        qs_one_hot_bound(p->encoding, p->penalty, &p->problem->pairwise, labels_of(p), p->gap, edges, &a, &b);
+        qs_site_edges edges = {(uint64_t)(first + second),
+                               reach_cost(p, (uint64_t)first, (uint64_t)second)};
+        qs_one_hot_bound(p->encoding, p->penalty, &p->problem->pairwise, labels_of(p), p->gap,
+                         edges, &a, &b);
     }
     if (runs->count > 0 && (a != runs->a || b != runs->b)) {
         end_run(runs);
@@ -355,7 +364,7 @@ static void plan_penalties(plan *p)
 
 typedef struct survey {
     uint64_t largest, sum; /* of the shifted costs */
-    uint64_t paper;        /* sum of each site's largest cost, as in the paper's bound; saturated */
+    uint64_t paper; /* sum of each site's largest cost, as in the paper's bound; saturated */
 } survey;
 
 static void survey_strip(survey *s, const qs_strip *strip, uint32_t labels)
@@ -368,7 +377,8 @@ static void survey_strip(survey *s, const qs_strip *strip, uint32_t labels)
             s->sum += cost;
         }
         s->largest = largest > s->largest ? largest : s->largest;
-        /* The paper's costs are never negative; where they are, only the shifted ones give a bound. */
+        /* The paper's costs are never negative; where they are, only the shifted ones give a bound.
+         */
         qs_grow(&s->paper, 1, largest + (strip->least[i] > 0 ? (uint64_t)strip->least[i] : 0));
     }
 }
@@ -407,7 +417,8 @@ static void put_linear(qs_writer *writer, const void *context)
     qs_put_u64(writer, 0);
     qs_put_u32(writer, p->linear_bytes);
     qs_put_u32(writer, 0);
-    for (qs_strip strip = qs_strip_first(p->problem, p->costs); !writer->failed && qs_strip_next(&strip);) {
+    for (qs_strip strip = qs_strip_first(p->problem, p->costs);
+         !writer->failed && qs_strip_next(&strip);) {
         size_t count = (size_t)strip.sites * labels_of(p);
         if (strip.bytes == 4) {
             narrow(&strip, count, p->linear_bytes);
@@ -453,10 +464,12 @@ static void put_labels(qs_writer *writer, const void *context)
         frame.picture_width = problem->grid.width;
         frame.picture_height = problem->grid.width > 0 ? problem->grid.height : 0;
     }
-    bool truncates = problem->pairwise.smoothness == QS_TRUNCATED_LINEAR || problem->pairwise.smoothness == QS_TRUNCATED_QUADRATIC;
+    bool truncates = problem->pairwise.smoothness == QS_TRUNCATED_LINEAR ||
+                     problem->pairwise.smoothness == QS_TRUNCATED_QUADRATIC;
     qs_labels labels = {
         .encoding = p->encoding,
-        .pairwise = {problem->pairwise.smoothness, truncates ? problem->pairwise.truncation : 0, NULL},
+        .pairwise = {problem->pairwise.smoothness, truncates ? problem->pairwise.truncation : 0,
+                     NULL},
         .penalty = p->penalty,
         .labels = problem->labels,
         .scale = problem->scale,
@@ -498,7 +511,8 @@ static void put_chunks(const plan *p, qs_writer *writer)
     qs_put_chunk(writer, "BLKS", block_size(p), put_block, p);
     qs_put_chunk(writer, "CPLS", 4 + p->runs_size, put_couplings, p);
     qs_put_chunk(writer, "LINR", 16 + variables * p->linear_bytes, put_linear, p);
-    qs_put_chunk(writer, "PNLT", 8 + p->penalty_runs * (4 + 2 * (uint64_t)p->penalty_bytes), put_penalties, p);
+    qs_put_chunk(writer, "PNLT", 8 + p->penalty_runs * (4 + 2 * (uint64_t)p->penalty_bytes),
+                 put_penalties, p);
     qs_put_chunk(writer, "OFFS", 8, put_offset, p);
     qs_put_chunk(writer, "labl", labels_size(p), put_labels, p);
 }
@@ -516,13 +530,15 @@ static qs_status choose(plan *p, const qs_encode_options *options)
     p->gap = options->gap == 0 || !proven(options->penalty) ? 1 : options->gap;
     p->alpha = (uint64_t)options->alpha;
     bool given = p->penalty == QS_PENALTY_GIVEN;
-    if (p->encoding > QS_ST_CUT_ARCS || p->penalty > QS_PENALTY_MINIMAL || options->gap > INT32_MAX || (given && options->alpha <= 0)) {
+    if (p->encoding > QS_ST_CUT_ARCS || p->penalty > QS_PENALTY_MINIMAL ||
+        options->gap > INT32_MAX || (given && options->alpha <= 0)) {
         return QS_E_ARGUMENT;
     }
     if (given && options->alpha > QS_ENERGY_MAX) {
         return QS_E_OVERFLOW;
     }
-    return !qs_one_hot_holds(p->encoding, p->penalty, &p->problem->pairwise) ? QS_E_ENCODING : QS_OK;
+    return !qs_one_hot_holds(p->encoding, p->penalty, &p->problem->pairwise) ? QS_E_ENCODING
+                                                                             : QS_OK;
 }
 
 /* The paper's alpha: above what any labelling costs. */
@@ -569,7 +585,10 @@ static qs_status make_plan(plan *p)
     if (sparse(p)) {
         qs_grow(&band_sum, p->weight_sum, (uint64_t)band(p));
     }
-    return band_sum <= most && p->magnitude <= most && p->weight_sum <= most && p->block_max <= INT32_MAX ? QS_OK : QS_E_OVERFLOW;
+    return band_sum <= most && p->magnitude <= most && p->weight_sum <= most &&
+                   p->block_max <= INT32_MAX
+               ? QS_OK
+               : QS_E_OVERFLOW;
 }
 
 static qs_status write_file(plan *p, const qs_sink *sink, uint64_t *size)
@@ -599,8 +618,8 @@ static qs_status write_file(plan *p, const qs_sink *sink, uint64_t *size)
     return QS_OK;
 }
 
-qs_status qs_encode(const qs_problem *problem, const qs_encode_options *options, const qs_sink *sink, void *workspace,
-                    size_t workspace_size, uint64_t *size)
+qs_status qs_encode(const qs_problem *problem, const qs_encode_options *options,
+                    const qs_sink *sink, void *workspace, size_t workspace_size, uint64_t *size)
 {
     qs_status status = qs_problem_check(problem);
     if (status != QS_OK) {

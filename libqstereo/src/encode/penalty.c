@@ -7,7 +7,8 @@ uint32_t qs_band(const qs_pairwise *pairwise, uint32_t labels)
     if (pairwise->smoothness == QS_POTTS) {
         return 1;
     }
-    return pairwise->truncation == 0 || pairwise->truncation > labels - 1 ? labels - 1 : pairwise->truncation;
+    return pairwise->truncation == 0 || pairwise->truncation > labels - 1 ? labels - 1
+                                                                          : pairwise->truncation;
 }
 
 bool qs_is_linear(const qs_pairwise *pairwise, uint32_t labels)
@@ -18,7 +19,9 @@ bool qs_is_linear(const qs_pairwise *pairwise, uint32_t labels)
 bool qs_one_hot_holds(qs_encoding encoding, qs_penalty penalty, const qs_pairwise *pairwise)
 {
     bool linear = pairwise->smoothness == QS_TRUNCATED_LINEAR;
-    return encoding == QS_ONE_HOT || (encoding == QS_ONE_HOT_SPARSE && (pairwise->smoothness == QS_POTTS || (linear && penalty != QS_PENALTY_PAPER)));
+    return encoding == QS_ONE_HOT ||
+           (encoding == QS_ONE_HOT_SPARSE &&
+            (pairwise->smoothness == QS_POTTS || (linear && penalty != QS_PENALTY_PAPER)));
 }
 
 /* ceil(x * y / divisor) */
@@ -43,8 +46,8 @@ static uint64_t largest_row(uint64_t tau, uint64_t labels)
     return tau == 0 ? 0 : tau + falling(tau, (labels - 1) / 2) + falling(tau, labels / 2);
 }
 
-void qs_one_hot_bound(qs_encoding encoding, qs_penalty penalty, const qs_pairwise *pairwise, uint32_t labels, uint64_t gap, qs_site_edges edges,
-                      uint64_t *a, uint64_t *b)
+void qs_one_hot_bound(qs_encoding encoding, qs_penalty penalty, const qs_pairwise *pairwise,
+                      uint32_t labels, uint64_t gap, qs_site_edges edges, uint64_t *a, uint64_t *b)
 {
     *a = gap;
     uint64_t above = gap;
@@ -64,7 +67,8 @@ void qs_one_hot_bound(qs_encoding encoding, qs_penalty penalty, const qs_pairwis
     qs_grow(b, 1, above);
 }
 
-uint64_t qs_wall_bound(const qs_pairwise *pairwise, uint32_t labels, uint64_t gap, uint64_t inner, uint64_t weights)
+uint64_t qs_wall_bound(const qs_pairwise *pairwise, uint32_t labels, uint64_t gap, uint64_t inner,
+                       uint64_t weights)
 {
     uint64_t kappa = gap, tau = qs_band(pairwise, labels);
     qs_grow(&kappa, 1, inner);

@@ -11,7 +11,9 @@ enum { CHUNKS = 6, RUN_HEAD = 36, GROUP_RUN = 8 };
 
 uint64_t qs_draft_workspace(qs_draft_sizes sizes)
 {
-    return sizes.variables * sizeof(int64_t) + sizes.runs * (sizeof(qs_penalty_run) + sizeof(qs_group_run)) + sizes.pairs * sizeof(qs_draft_pair);
+    return sizes.variables * sizeof(int64_t) +
+           sizes.runs * (sizeof(qs_penalty_run) + sizeof(qs_group_run)) +
+           sizes.pairs * sizeof(qs_draft_pair);
 }
 
 qs_draft qs_draft_in(void *memory, qs_draft_sizes sizes)
@@ -44,7 +46,8 @@ void qs_draft_groups(qs_draft *draft, uint32_t count, uint32_t size, uint64_t a,
     draft->variables += (uint64_t)count * size;
 }
 
-void qs_draft_couple(qs_draft *draft, uint32_t first, uint32_t second, uint32_t block, int64_t weight)
+void qs_draft_couple(qs_draft *draft, uint32_t first, uint32_t second, uint32_t block,
+                     int64_t weight)
 {
     draft->overflow |= weight > INT32_MAX || weight < INT32_MIN;
     draft->pairs[draft->pair_count++] = (qs_draft_pair){first, second, block, (int32_t)weight};
@@ -54,11 +57,14 @@ void qs_draft_couple(qs_draft *draft, uint32_t first, uint32_t second, uint32_t 
 
 static int64_t diagonal_entry(const qs_draft *d, uint32_t block, int64_t apart)
 {
-    return d->entry(d->blocks, block, apart < 0 ? (uint32_t)-apart : 0, apart < 0 ? 0 : (uint32_t)apart);
+    return d->entry(d->blocks, block, apart < 0 ? (uint32_t)-apart : 0,
+                    apart < 0 ? 0 : (uint32_t)apart);
 }
 
-/* The diagonals of a Toeplitz block that differ from its fill, from the first to the last; of a single cell always that one. */
-static uint32_t diagonals(const qs_draft *d, uint32_t block, const qs_block_shape *shape, int64_t *first)
+/* The diagonals of a Toeplitz block that differ from its fill, from the first to the last; of a
+ * single cell always that one. */
+static uint32_t diagonals(const qs_draft *d, uint32_t block, const qs_block_shape *shape,
+                          int64_t *first)
 {
     int64_t from = 1 - (int64_t)shape->rows, to = shape->columns;
     bool cell = shape->rows == 1 && shape->columns == 1;
@@ -76,7 +82,8 @@ static uint64_t block_size(const qs_draft *d, uint32_t block)
 {
     qs_block_shape shape = d->shape(d->blocks, block);
     int64_t first;
-    return shape.toeplitz ? 24 + 4 * (uint64_t)diagonals(d, block, &shape, &first) : 12 + 4 * (uint64_t)shape.rows * shape.columns;
+    return shape.toeplitz ? 24 + 4 * (uint64_t)diagonals(d, block, &shape, &first)
+                          : 12 + 4 * (uint64_t)shape.rows * shape.columns;
 }
 
 static void put_block(const qs_draft *d, qs_writer *writer, uint32_t block)
@@ -109,8 +116,10 @@ uint64_t qs_draft_block_sum(const qs_draft *d, uint32_t block)
     int64_t rows = shape.rows, columns = shape.columns;
     uint64_t sum = 0;
     for (int64_t apart = 1 - rows; shape.toeplitz && apart < columns; apart++) {
-        int64_t down = apart < 0 ? rows + apart : rows, across = apart < 0 ? columns : columns - apart;
-        qs_grow(&sum, (uint64_t)(down < across ? down : across), qs_absolute(diagonal_entry(d, block, apart)));
+        int64_t down = apart < 0 ? rows + apart : rows,
+                across = apart < 0 ? columns : columns - apart;
+        qs_grow(&sum, (uint64_t)(down < across ? down : across),
+                qs_absolute(diagonal_entry(d, block, apart)));
     }
     for (uint32_t row = 0; !shape.toeplitz && row < shape.rows; row++) {
         for (uint32_t column = 0; column < shape.columns; column++) {
@@ -128,7 +137,7 @@ typedef struct run {
     uint32_t count, repeat, stride;
     bool list;
     unsigned bytes; /* of each weight; 0 = all are the same */
-    uint64_t sum;   /* of the absolute weights */
+    uint64_t sum; /* of the absolute weights */
 } run;
 
 /* Whether a run may go on into a pair. */
@@ -142,7 +151,8 @@ static uint32_t stretch(const qs_draft *d, size_t from)
 {
     const qs_draft_pair *pair = &d->pairs[from];
     uint32_t count = 1;
-    while (goes_on(d, from + count) && pair[count].first == pair->first + count && pair[count].second == pair->second + count) {
+    while (goes_on(d, from + count) && pair[count].first == pair->first + count &&
+           pair[count].second == pair->second + count) {
         count++;
     }
     return count;
@@ -157,7 +167,8 @@ static run lattice(const qs_draft *d, size_t from)
     while (goes_on(d, from + r.size)) {
         const qs_draft_pair *next = &pair[r.size];
         uint32_t stride = r.repeat == 1 ? next->first - pair->first : r.stride;
-        bool regular = next->first > pair->first && next->first == pair->first + (uint64_t)r.repeat * stride &&
+        bool regular = next->first > pair->first &&
+                       next->first == pair->first + (uint64_t)r.repeat * stride &&
                        next->second == pair->second + (uint64_t)r.repeat * stride;
         if (!regular || stretch(d, from + r.size) != r.count) {
             break;
@@ -184,7 +195,8 @@ static void weigh(const qs_draft *d, run *r)
     r->bytes = same ? 0 : qs_bytes_of(2 * (uint64_t)largest);
 }
 
-/* The run from a pair on: a lattice, or the list of all pairs before the next one that is worth a run of its own. */
+/* The run from a pair on: a lattice, or the list of all pairs before the next one that is worth a
+ * run of its own. */
 static run run_from(const qs_draft *d, size_t from)
 {
     run r = lattice(d, from);
@@ -208,8 +220,15 @@ static run run_from(const qs_draft *d, size_t from)
 static void put_run(const qs_draft *d, qs_writer *writer, const run *r)
 {
     const qs_draft_pair *pair = &d->pairs[r->from];
-    uint32_t head[9] = {pair->block & ~QS_NEW_RUN, r->list, r->bytes, r->bytes == 0 ? (uint32_t)pair->weight : 0, r->list ? 0 : pair->first,
-                        r->list ? 0 : pair->second, r->count, r->repeat, r->stride};
+    uint32_t head[9] = {pair->block & ~QS_NEW_RUN,
+                        r->list,
+                        r->bytes,
+                        r->bytes == 0 ? (uint32_t)pair->weight : 0,
+                        r->list ? 0 : pair->first,
+                        r->list ? 0 : pair->second,
+                        r->count,
+                        r->repeat,
+                        r->stride};
     for (int i = 0; i < 9; i++) {
         qs_put_u32(writer, head[i]);
     }
@@ -280,7 +299,8 @@ static void plan_penalties(plan *p)
         largest = penalty->a > largest ? penalty->a : largest;
         largest = penalty->b > largest ? penalty->b : largest;
         for (uint64_t left = penalty->count; left > 0;) {
-            uint64_t count = groups->count - passed < left ? groups->count - passed : left, size = groups->size;
+            uint64_t count = groups->count - passed < left ? groups->count - passed : left,
+                     size = groups->size;
             qs_grow(&p->magnitude, penalty->a, count * (1 + size));
             qs_grow(&p->magnitude, penalty->b, count * (size * (size - 1) / 2));
             left -= count;
@@ -374,11 +394,13 @@ static void put_chunks(const plan *p, qs_writer *writer)
     qs_put_chunk(writer, "BLKS", 4 + p->blocks_size, put_blocks, p);
     qs_put_chunk(writer, "CPLS", 4 + p->runs_size, put_couplings, p);
     qs_put_chunk(writer, "LINR", 16 + d->variables * p->linear_bytes, put_linear, p);
-    qs_put_chunk(writer, "PNLT", 8 + d->penalty_run_count * (4 + 2 * (uint64_t)p->penalty_bytes), put_penalties, p);
+    qs_put_chunk(writer, "PNLT", 8 + d->penalty_run_count * (4 + 2 * (uint64_t)p->penalty_bytes),
+                 put_penalties, p);
     qs_put_chunk(writer, "OFFS", 8, put_offset, p);
 }
 
-qs_status qs_draft_write(const qs_draft *draft, uint32_t side_count, qs_side_chunks *side, const void *context, const qs_sink *sink, uint64_t *size)
+qs_status qs_draft_write(const qs_draft *draft, uint32_t side_count, qs_side_chunks *side,
+                         const void *context, const qs_sink *sink, uint64_t *size)
 {
     plan p = make_plan(draft);
     if (draft->overflow || p.magnitude > (uint64_t)QS_ENERGY_MAX) {

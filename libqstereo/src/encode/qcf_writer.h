@@ -1,4 +1,5 @@
-/* A QUBO under construction, in the caller's memory, and its writing as the chunks of a .qcf (docs/FORMAT.md, section 2). */
+/* A QUBO under construction, in the caller's memory, and its writing as the chunks of a .qcf
+ * (docs/FORMAT.md, section 2). */
 #ifndef QS_QCF_WRITER_H
 #define QS_QCF_WRITER_H
 
@@ -17,7 +18,7 @@ typedef struct qs_draft_sizes {
 
 typedef struct qs_draft_pair {
     uint32_t first, second; /* groups, first <= second */
-    uint32_t block;         /* with QS_NEW_RUN: no run goes on from the pair before into this one */
+    uint32_t block; /* with QS_NEW_RUN: no run goes on from the pair before into this one */
     int32_t weight;
 } qs_draft_pair;
 
@@ -51,7 +52,8 @@ typedef struct qs_draft {
     size_t group_run_count, penalty_run_count, pair_count;
     bool overflow; /* a coefficient does not fit */
     /* Set by who fills it: */
-    uint32_t lattice; /* the least number of pairs that are written as a lattice; fewer are listed */
+    uint32_t
+        lattice; /* the least number of pairs that are written as a lattice; fewer are listed */
     uint32_t block_count;
     qs_shape_of *shape;
     qs_entry_of *entry;
@@ -71,7 +73,8 @@ static inline void qs_draft_add(qs_draft *draft, int64_t *sum, int64_t value)
 }
 
 /* Appends a pair of groups. */
-void qs_draft_couple(qs_draft *draft, uint32_t first, uint32_t second, uint32_t block, int64_t weight);
+void qs_draft_couple(qs_draft *draft, uint32_t first, uint32_t second, uint32_t block,
+                     int64_t weight);
 
 /* The sum of the absolute entries of a block, saturated above QS_ENERGY_MAX. */
 uint64_t qs_draft_block_sum(const qs_draft *draft, uint32_t block);
@@ -83,7 +86,8 @@ typedef void qs_side_chunks(qs_writer *writer, const void *context);
  *
  * side_count  number of the chunks that `side` puts
  * Returns QS_OK, QS_E_OVERFLOW (before anything is written), QS_E_LIMIT, QS_E_IO. */
-QS_MUST_CHECK qs_status qs_draft_write(const qs_draft *draft, uint32_t side_count, qs_side_chunks *side, const void *context,
+QS_MUST_CHECK qs_status qs_draft_write(const qs_draft *draft, uint32_t side_count,
+                                       qs_side_chunks *side, const void *context,
                                        const qs_sink *sink, uint64_t *size);
 
 #endif

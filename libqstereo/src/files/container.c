@@ -86,7 +86,8 @@ void qs_chunk_end(qs_writer *writer)
     qs_put_u32(writer, writer->crc);
 }
 
-void qs_put_chunk(qs_writer *writer, const char *type, uint64_t length, qs_payload *payload, const void *context)
+void qs_put_chunk(qs_writer *writer, const char *type, uint64_t length, qs_payload *payload,
+                  const void *context)
 {
     qs_chunk_begin(writer, type, length);
     if (writer->sink) {
@@ -187,18 +188,23 @@ static bool misplaced(qs_reader *reader, const qs_chunk *chunk)
         return qs_reject(reader, QS_E_CORRUPT, at, "type of a chunk");
     }
     bool later = chunk->type[0] < 'a';
-    return qs_reject(reader, later ? QS_E_UNSUPPORTED : QS_E_CORRUPT, at, later ? "a chunk of a later version" : "order of the chunks");
+    return qs_reject(reader, later ? QS_E_UNSUPPORTED : QS_E_CORRUPT, at,
+                     later ? "a chunk of a later version" : "order of the chunks");
 }
 
 bool qs_read_chunk(qs_reader *reader, const char *type, qs_chunk *chunk)
 {
-    return next_chunk(reader, chunk) && (memcmp(chunk->type, type, 4) == 0 || misplaced(reader, chunk));
+    return next_chunk(reader, chunk) &&
+           (memcmp(chunk->type, type, 4) == 0 || misplaced(reader, chunk));
 }
 
 bool qs_read_side_chunk(qs_reader *reader, qs_chunk *chunk)
 {
     if (reader->chunks == 0) {
-        return reader->at == reader->size ? false : qs_reject(reader, QS_E_CORRUPT, reader->at, "bytes after the last chunk");
+        return reader->at == reader->size
+                   ? false
+                   : qs_reject(reader, QS_E_CORRUPT, reader->at, "bytes after the last chunk");
     }
-    return next_chunk(reader, chunk) && ((is_letters(chunk->type) && chunk->type[0] >= 'a') || misplaced(reader, chunk));
+    return next_chunk(reader, chunk) &&
+           ((is_letters(chunk->type) && chunk->type[0] >= 'a') || misplaced(reader, chunk));
 }

@@ -11,7 +11,7 @@
 enum {
     QS_HEADER_SIZE = 64,
     QS_HEADER_FIELDS = 24, /* where a format's own fields begin */
-    QS_CHUNK_FRAME = 20    /* bytes of a chunk beside its payload */
+    QS_CHUNK_FRAME = 20 /* bytes of a chunk beside its payload */
 };
 
 #define QS_MAGIC_QCF "\x89QCF\r\n\x1a\n"
@@ -22,7 +22,7 @@ typedef struct qs_writer {
     const qs_sink *sink;
     qs_crc *crc_of;
     uint64_t size; /* bytes put so far */
-    uint32_t crc;  /* of the bytes flushed since qs_chunk_begin */
+    uint32_t crc; /* of the bytes flushed since qs_chunk_begin */
     bool failed;
     size_t pending;
     uint8_t buffer[256];
@@ -40,9 +40,11 @@ void qs_chunk_begin(qs_writer *writer, const char *type, uint64_t length);
 void qs_chunk_end(qs_writer *writer);
 void qs_flush(qs_writer *writer);
 
-/* A whole chunk, whose payload of `length` bytes is put by a function. When only counting, it is not called. */
+/* A whole chunk, whose payload of `length` bytes is put by a function. When only counting, it is
+ * not called. */
 typedef void qs_payload(qs_writer *writer, const void *context);
-void qs_put_chunk(qs_writer *writer, const char *type, uint64_t length, qs_payload *payload, const void *context);
+void qs_put_chunk(qs_writer *writer, const char *type, uint64_t length, qs_payload *payload,
+                  const void *context);
 
 /* Reading: a cursor over a file in memory that keeps the first fault. */
 typedef struct qs_reader {
@@ -50,7 +52,7 @@ typedef struct qs_reader {
     uint64_t size, at;
     qs_crc *crc_of;
     const char *types; /* of the chunks that must be there, one after another */
-    uint32_t chunks;   /* still to come */
+    uint32_t chunks; /* still to come */
     qs_status status;
     qs_fault fault;
 } qs_reader;

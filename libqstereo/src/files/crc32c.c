@@ -20,7 +20,8 @@ uint32_t qs_crc32c_portable(uint32_t crc, const uint8_t *bytes, size_t size)
         uint32_t low = qs_load_u32(bytes) ^ state, high = qs_load_u32(bytes + 4);
         state = 0;
         for (unsigned i = 0; i < 4; i++) {
-            state ^= qs_crc32c_table[7 - i][low >> 8 * i & 0xff] ^ qs_crc32c_table[3 - i][high >> 8 * i & 0xff];
+            state ^= qs_crc32c_table[7 - i][low >> 8 * i & 0xff] ^
+                     qs_crc32c_table[3 - i][high >> 8 * i & 0xff];
         }
     }
     return ~by_byte(state, bytes, size);
@@ -30,9 +31,10 @@ uint32_t qs_crc32c_portable(uint32_t crc, const uint8_t *bytes, size_t size)
 
 #include <cpuid.h>
 
-/* The CRC instruction has a latency of three cycles and a throughput of one, so three runs of STEP bytes go side by side.
- * The first two are then moved behind the zeros of the runs after them: a carry-less product with x^(8 n - 33) mod P for
- * n bytes, reduced by the instruction itself (Gopal et al., Fast CRC Computation for iSCSI Polynomial, Intel 2011). */
+/* The CRC instruction has a latency of three cycles and a throughput of one, so three runs of STEP
+ * bytes go side by side. The first two are then moved behind the zeros of the runs after them: a
+ * carry-less product with x^(8 n - 33) mod P for n bytes, reduced by the instruction itself (Gopal
+ * et al., Fast CRC Computation for iSCSI Polynomial, Intel 2011). */
 enum { STEP = 256 };
 static const uint32_t over_one_step = 0xb9e02b86, over_two_steps = 0xdd7e3b0c;
 
@@ -44,7 +46,8 @@ __attribute__((target("sse4.2,pclmul"))) static uint64_t moved(uint64_t state, u
     return __builtin_ia32_crc32di(0, (unsigned long long)__builtin_ia32_pclmulqdq128(a, b, 0)[0]);
 }
 
-__attribute__((target("sse4.2,pclmul"))) static uint32_t by_instruction(uint32_t crc, const uint8_t *bytes, size_t size)
+__attribute__((target("sse4.2,pclmul"))) static uint32_t
+by_instruction(uint32_t crc, const uint8_t *bytes, size_t size)
 {
     uint64_t state = ~crc & UINT32_MAX;
     for (; size >= 3 * STEP; size -= 3 * STEP, bytes += 3 * STEP) {

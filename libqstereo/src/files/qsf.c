@@ -13,10 +13,16 @@ static size_t sample_bytes(uint32_t variables)
     return ((size_t)variables + 7) / 8;
 }
 
-/* Bytes of the UTF-8 character at `text`, of which `left` are there; 0 = it is malformed (RFC 3629). */
+/* Bytes of the UTF-8 character at `text`, of which `left` are there; 0 = it is malformed (RFC
+ * 3629). */
 static size_t character(const uint8_t *text, size_t left)
 {
-    size_t size = text[0] < 0x80 ? 1 : text[0] < 0xc2 ? 0 : text[0] < 0xe0 ? 2 : text[0] < 0xf0 ? 3 : text[0] < 0xf5 ? 4 : 0;
+    size_t size = text[0] < 0x80   ? 1
+                  : text[0] < 0xc2 ? 0
+                  : text[0] < 0xe0 ? 2
+                  : text[0] < 0xf0 ? 3
+                  : text[0] < 0xf5 ? 4
+                                   : 0;
     if (size > left) {
         return 0;
     }
@@ -26,7 +32,8 @@ static size_t character(const uint8_t *text, size_t left)
         }
     }
     bool too_long = (text[0] == 0xe0 && text[1] < 0xa0) || (text[0] == 0xf0 && text[1] < 0x90);
-    bool surrogate = text[0] == 0xed && text[1] >= 0xa0, too_large = text[0] == 0xf4 && text[1] >= 0x90;
+    bool surrogate = text[0] == 0xed && text[1] >= 0xa0,
+         too_large = text[0] == 0xf4 && text[1] >= 0x90;
     return size > 1 && (too_long || surrogate || too_large) ? 0 : size;
 }
 
@@ -65,7 +72,8 @@ static bool is_object(const uint8_t *text, size_t size)
 
 static bool is_record(qs_record record)
 {
-    return record.occurrences >= 1 && (record.chain_breaks <= CHAIN_BREAKS_MAX || record.chain_breaks == QS_NO_CHAINS);
+    return record.occurrences >= 1 &&
+           (record.chain_breaks <= CHAIN_BREAKS_MAX || record.chain_breaks == QS_NO_CHAINS);
 }
 
 static bool spare_bits_clear(const uint8_t *bits, uint32_t variables)
@@ -168,7 +176,8 @@ static bool read_fields(qs_reader *reader, qs_samples_view *view)
     }
     for (int i = 8; i < 36; i++) {
         if (fields[i] != 0) {
-            return qs_reject(reader, QS_E_CORRUPT, QS_HEADER_FIELDS + (uint64_t)i, "reserved bytes of the header");
+            return qs_reject(reader, QS_E_CORRUPT, QS_HEADER_FIELDS + (uint64_t)i,
+                             "reserved bytes of the header");
         }
     }
     return true;
@@ -215,7 +224,8 @@ static bool read_samples(qs_reader *reader, qs_samples_view *view)
     }
     for (uint32_t i = 0; i < view->count; i++) {
         if (!is_record(qs_samples_record(view, i))) {
-            return qs_reject(reader, QS_E_CORRUPT, chunk.offset + (uint64_t)i * RECORD_SIZE, "a record");
+            return qs_reject(reader, QS_E_CORRUPT, chunk.offset + (uint64_t)i * RECORD_SIZE,
+                             "a record");
         }
     }
     if (!qs_read_chunk(reader, "BITS", &chunk)) {
@@ -228,7 +238,8 @@ static bool read_samples(qs_reader *reader, qs_samples_view *view)
     }
     for (uint32_t i = 0; i < view->count; i++) {
         if (!spare_bits_clear(qs_samples_bits(view, i), view->variables)) {
-            return qs_reject(reader, QS_E_CORRUPT, chunk.offset + (i + 1ull) * each - 1, "spare bits of a sample");
+            return qs_reject(reader, QS_E_CORRUPT, chunk.offset + (i + 1ull) * each - 1,
+                             "spare bits of a sample");
         }
     }
     return true;
@@ -241,8 +252,8 @@ qs_status qs_samples_open(const void *bytes, size_t size, qs_samples_view *sampl
     }
     qs_reader reader = qs_reader_of(bytes, size, "PROBSOLVINFORECSBITS");
     qs_samples_view view = {0};
-    if (qs_read_header(&reader, QS_MAGIC_QSF) && read_fields(&reader, &view) && read_texts(&reader, &view) &&
-        read_samples(&reader, &view)) {
+    if (qs_read_header(&reader, QS_MAGIC_QSF) && read_fields(&reader, &view) &&
+        read_texts(&reader, &view) && read_samples(&reader, &view)) {
         for (qs_chunk chunk; qs_read_side_chunk(&reader, &chunk);) {
         }
     }

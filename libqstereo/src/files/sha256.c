@@ -44,7 +44,8 @@ static void compress(uint32_t state[8], const uint8_t block[64])
     for (int t = 0; t < 64; t++) {
         uint32_t choose = (s[4] & s[5]) ^ (~s[4] & s[6]);
         uint32_t majority = (s[0] & s[1]) ^ (s[0] & s[2]) ^ (s[1] & s[2]);
-        uint32_t t1 = s[7] + (rotate(s[4], 6) ^ rotate(s[4], 11) ^ rotate(s[4], 25)) + choose + k[t] + w[t];
+        uint32_t t1 =
+            s[7] + (rotate(s[4], 6) ^ rotate(s[4], 11) ^ rotate(s[4], 25)) + choose + k[t] + w[t];
         uint32_t t2 = (rotate(s[0], 2) ^ rotate(s[0], 13) ^ rotate(s[0], 22)) + majority;
         memmove(s + 1, s, 7 * sizeof s[0]);
         s[4] += t1;
@@ -57,13 +58,15 @@ static void compress(uint32_t state[8], const uint8_t block[64])
 
 void qs_digest(const void *bytes, size_t size, uint8_t digest[QS_DIGEST_SIZE])
 {
-    uint32_t state[8] = {0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a, 0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19};
+    uint32_t state[8] = {0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a,
+                         0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19};
     const uint8_t *p = bytes;
     size_t left = size;
     for (; left >= 64; left -= 64, p += 64) {
         compress(state, p);
     }
-    /* The rest, a 1 bit, zeros, and the length in bits: one block, or two where the length does not fit beside the rest. */
+    /* The rest, a 1 bit, zeros, and the length in bits: one block, or two where the length does not
+     * fit beside the rest. */
     uint8_t tail[128] = {0};
     size_t tail_size = left < 56 ? 64 : 128;
     if (left > 0) {

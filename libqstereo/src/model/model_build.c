@@ -27,7 +27,8 @@ static uint32_t sites_of(const qs_qubo *qubo)
 static layout lay_out(const qs_qubo *qubo)
 {
     uint64_t sites = sites_of(qubo), labels = qubo->has_labels ? qubo->labels.labels : 0;
-    bool grid = is_grid(qubo), table = qubo->has_labels && qubo->labels.pairwise.smoothness == QS_TABLE;
+    bool grid = is_grid(qubo),
+         table = qubo->has_labels && qubo->labels.pairwise.smoothness == QS_TABLE;
     layout l = {0};
     l.right = l.unary + 4 * sites * labels;
     l.down = l.right + (grid ? 4 * sites : 0);
@@ -53,8 +54,13 @@ static qs_building begin(const qs_index *index, void *workspace)
     layout l = lay_out(qubo);
     char *base = workspace;
     qs_building b = {.index = index, .labels = labels};
-    b.model = (qs_model){.sites = sites_of(qubo), .labels = labels->labels, .constant = qubo->offset, .pairwise = labels->pairwise,
-                         .width = labels->width, .height = labels->height, .mask = labels->mask};
+    b.model = (qs_model){.sites = sites_of(qubo),
+                         .labels = labels->labels,
+                         .constant = qubo->offset,
+                         .pairwise = labels->pairwise,
+                         .width = labels->width,
+                         .height = labels->height,
+                         .mask = labels->mask};
     b.unary = (int32_t *)(void *)(base + l.unary);
     b.right = (int32_t *)(void *)(base + l.right);
     b.down = (int32_t *)(void *)(base + l.down);
@@ -104,7 +110,8 @@ static bool copy_grid(const qs_building *b)
                 continue;
             }
             uint32_t cell = b->site_of[group], other = b->site_of[near->group];
-            bool to_right = other == cell + 1 && other % b->model.width != 0, to_below = other == cell + b->model.width;
+            bool to_right = other == cell + 1 && other % b->model.width != 0,
+                 to_below = other == cell + b->model.width;
             int32_t *weight = to_right ? &b->right[cell] : &b->down[cell];
             if ((!to_right && !to_below) || near->weight > INT32_MAX - *weight) {
                 return false;
@@ -133,13 +140,15 @@ static void enter_sites(const qs_building *b)
         for (uint32_t n = index->near_start[g]; n < index->near_start[g + 1]; n++) {
             const qs_neighbour *near = &index->near[n];
             if (near->group != g) {
-                b->links[b->cursor[b->site_of[near->group]]++] = (qs_link){b->site_of[g], 0, near->weight};
+                b->links[b->cursor[b->site_of[near->group]]++] =
+                    (qs_link){b->site_of[g], 0, near->weight};
             }
         }
     }
 }
 
-/* An edge is numbered at its first site. Its second site, coming later, finds the number by a cursor that each first site keeps. */
+/* An edge is numbered at its first site. Its second site, coming later, finds the number by a
+ * cursor that each first site keeps. */
 static void copy_links(qs_building *b)
 {
     enter_sites(b);
@@ -159,7 +168,8 @@ static int64_t largest_pairwise(const qs_model *model)
 {
     size_t labels = model->labels;
     if (model->pairwise.smoothness != QS_TABLE) {
-        return qs_model_pairwise(model, 0, model->labels - 1); /* all others rise with the distance */
+        return qs_model_pairwise(model, 0,
+                                 model->labels - 1); /* all others rise with the distance */
     }
     int64_t largest = 0;
     for (size_t i = 0; i < labels * labels; i++) {
@@ -168,8 +178,9 @@ static int64_t largest_pairwise(const qs_model *model)
     return largest;
 }
 
-/* Whether no sum of costs leaves 64 bits, whatever the labels. The format's bound on all numbers does not say so: it knows a weight
- * times the entries of its block, and those of walls and of bands may be 0 where V is not. */
+/* Whether no sum of costs leaves 64 bits, whatever the labels. The format's bound on all numbers
+ * does not say so: it knows a weight times the entries of its block, and those of walls and of
+ * bands may be 0 where V is not. */
 static bool sums_fit(const qs_building *b)
 {
     const qs_index *index = b->index;
@@ -189,15 +200,19 @@ static bool sums_fit(const qs_building *b)
 
 /* ---- The costs. ---- */
 
-/* What the edges and the chain have put into the linear terms of a wall's variable, which is 1 from label d on; `before` is the label left before d. */
-static int64_t wall_share(const qs_building *b, uint32_t group, uint32_t rank, uint32_t before, uint32_t d)
+/* What the edges and the chain have put into the linear terms of a wall's variable, which is 1 from
+ * label d on; `before` is the label left before d. */
+static int64_t wall_share(const qs_building *b, uint32_t group, uint32_t rank, uint32_t before,
+                          uint32_t d)
 {
     const qs_index *index = b->index;
     int64_t share = 0;
     for (uint32_t n = index->near_start[group]; n < index->near_start[group + 1]; n++) {
         const qs_neighbour *near = &index->near[n];
         if (near->group == group) {
-            share -= rank > 1 ? (int64_t)qs_index_block(index, near->block, rank - 2, rank - 1) * near->weight : 0;
+            share -= rank > 1 ? (int64_t)qs_index_block(index, near->block, rank - 2, rank - 1) *
+                                    near->weight
+                              : 0;
         } else {
             uint32_t lowest = qs_next_label(b, near->group, 0);
             share += near->weight * (qs_value(b, d, lowest) - qs_value(b, before, lowest));
@@ -206,7 +221,8 @@ static int64_t wall_share(const qs_building *b, uint32_t group, uint32_t rank, u
     return share;
 }
 
-/* What the encoding has put into the offset for the edges: in a sparse block the most that they cost, in a wall what the lowest labels do. */
+/* What the encoding has put into the offset for the edges: in a sparse block the most that they
+ * cost, in a wall what the lowest labels do. */
 static int64_t edges_share(const qs_building *b, uint32_t group)
 {
     const qs_index *index = b->index;
@@ -214,14 +230,17 @@ static int64_t edges_share(const qs_building *b, uint32_t group)
     for (uint32_t n = index->near_start[group]; n < index->near_start[group + 1]; n++) {
         const qs_neighbour *near = &index->near[n];
         if (near->group > group && b->labels->encoding != QS_ONE_HOT) {
-            int64_t most = qs_has_walls(b) ? qs_value(b, qs_next_label(b, group, 0), qs_next_label(b, near->group, 0)) : b->tau;
+            int64_t most = qs_has_walls(b) ? qs_value(b, qs_next_label(b, group, 0),
+                                                      qs_next_label(b, near->group, 0))
+                                           : b->tau;
             share += near->weight * most;
         }
     }
     return share;
 }
 
-/* Two passes over an open site's labels, the first for their least cost, which moves into the constant; false where one does not fit. */
+/* Two passes over an open site's labels, the first for their least cost, which moves into the
+ * constant; false where one does not fit. */
 static bool copy_site(qs_building *b, uint32_t group, const uint8_t *excess)
 {
     const qs_index *index = b->index;
@@ -231,12 +250,17 @@ static bool copy_site(qs_building *b, uint32_t group, const uint8_t *excess)
     for (int pass = 0; pass < 2; pass++) {
         uint32_t rank = 0, before = 0;
         int64_t wall = 0;
-        for (uint32_t d = qs_next_label(b, group, 0); d < labels; before = d, d = qs_next_label(b, group, d + 1), rank++) {
+        for (uint32_t d = qs_next_label(b, group, 0); d < labels;
+             before = d, d = qs_next_label(b, group, d + 1), rank++) {
             if (qs_has_walls(b) && rank > 0) {
-                wall += qs_qubo_linear(index->qubo, from + rank - 1) - wall_share(b, group, rank, before, d);
+                wall += qs_qubo_linear(index->qubo, from + rank - 1) -
+                        wall_share(b, group, rank, before, d);
             }
             int64_t cost = qs_has_walls(b) ? wall : qs_qubo_linear(index->qubo, from + rank);
-            cost += excess ? (int64_t)qs_load_unsigned(excess + (size_t)rank * b->labels->excess_bytes, b->labels->excess_bytes) : 0;
+            cost += excess
+                        ? (int64_t)qs_load_unsigned(excess + (size_t)rank * b->labels->excess_bytes,
+                                                    b->labels->excess_bytes)
+                        : 0;
             if (pass == 0) {
                 least = rank == 0 || cost < least ? cost : least;
             } else if (cost - least > INT32_MAX) {
@@ -314,7 +338,8 @@ static qs_status build(qs_building *b)
     return sums_fit(b) && copy_costs(b) ? QS_OK : QS_E_OVERFLOW;
 }
 
-qs_status qs_model_build(const qs_index *index, void *workspace, size_t workspace_size, qs_model *model)
+qs_status qs_model_build(const qs_index *index, void *workspace, size_t workspace_size,
+                         qs_model *model)
 {
     if (!index || !workspace || !model) {
         return QS_E_ARGUMENT;
@@ -350,7 +375,8 @@ static int64_t grid_energy(const qs_model *model, const uint16_t *labelling)
             energy += model->right[p] * qs_model_pairwise(model, labelling[p], labelling[p + 1]);
         }
         if (model->down[p] != 0) {
-            energy += model->down[p] * qs_model_pairwise(model, labelling[p], labelling[p + model->width]);
+            energy += model->down[p] *
+                      qs_model_pairwise(model, labelling[p], labelling[p + model->width]);
         }
     }
     return energy;
@@ -369,7 +395,8 @@ int64_t qs_model_energy(const qs_model *model, const uint16_t *labelling)
         for (uint32_t n = model->link_start[p]; n < model->link_start[p + 1]; n++) {
             const qs_link *link = &model->links[n];
             if (link->site > p) {
-                energy += link->weight * qs_model_pairwise(model, labelling[p], labelling[link->site]);
+                energy +=
+                    link->weight * qs_model_pairwise(model, labelling[p], labelling[link->site]);
             }
         }
     }

@@ -1,4 +1,5 @@
-/* Whether the couplings of a .qcf are what its encoding makes of the pairwise cost: what a model is built on. */
+/* Whether the couplings of a .qcf are what its encoding makes of the pairwise cost: what a model is
+ * built on. */
 #ifndef QS_MODEL_CHECK_H
 #define QS_MODEL_CHECK_H
 
@@ -47,8 +48,8 @@ static inline int64_t qs_value(const qs_building *b, uint32_t d, uint32_t e)
 /* The smoothness that the encoding can hold; in a table the blocks hold the costs. */
 bool qs_encoding_fits(const qs_building *b);
 
-/* All blocks beside the pairwise cost, the chains of walls among them. The sites have been placed. A table is gathered on the way:
- * *b->table is all -1 before. */
+/* All blocks beside the pairwise cost, the chains of walls among them. The sites have been placed.
+ * A table is gathered on the way: *b->table is all -1 before. */
 bool qs_couplings_agree(const qs_building *b);
 
 /* Ends the gathering of the table; false where it is none. */

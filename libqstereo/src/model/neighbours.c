@@ -9,7 +9,9 @@ static bool grid_neighbour(const qs_model *model, uint32_t site, uint32_t at, qs
     case 0: *beside = (qs_beside){site + 1, model->right[site], true}; break;
     case 1: *beside = (qs_beside){site + width, model->down[site], true}; break;
     case 2: *beside = (qs_beside){site - 1, site > 0 ? model->right[site - 1] : 0, false}; break;
-    case 3: *beside = (qs_beside){site - width, site >= width ? model->down[site - width] : 0, false}; break;
+    case 3:
+        *beside = (qs_beside){site - width, site >= width ? model->down[site - width] : 0, false};
+        break;
     default: break;
     }
     if (at < GRID_NEIGHBOURS && beside->weight == 0) {
@@ -27,7 +29,8 @@ bool qs_local_neighbour(const qs_model *model, uint32_t site, uint32_t at, qs_be
     if (n >= model->link_start[site + 1]) {
         return false;
     }
-    *beside = (qs_beside){model->links[n].site, model->links[n].weight, model->links[n].site > site};
+    *beside =
+        (qs_beside){model->links[n].site, model->links[n].weight, model->links[n].site > site};
     return true;
 }
 
@@ -43,7 +46,8 @@ int64_t qs_local_edges(const qs_model *model, uint32_t site)
 
 bool qs_local_many(const qs_model *model, uint32_t site)
 {
-    return model->width == 0 && model->link_start[site + 1] - model->link_start[site] > model->labels;
+    return model->width == 0 &&
+           model->link_start[site + 1] - model->link_start[site] > model->labels;
 }
 
 bool qs_labels_in_range(const qs_model *model, const uint16_t *labelling)
@@ -56,13 +60,15 @@ bool qs_labels_in_range(const qs_model *model, const uint16_t *labelling)
     return true;
 }
 
-int64_t qs_local_cost(const qs_model *model, const uint16_t *labelling, uint32_t site, uint16_t label)
+int64_t qs_local_cost(const qs_model *model, const uint16_t *labelling, uint32_t site,
+                      uint16_t label)
 {
     int64_t cost = model->unary[(size_t)site * model->labels + label];
     qs_beside beside;
     for (uint32_t at = 0; qs_local_neighbour(model, site, at, &beside); at++) {
         uint16_t other = labelling[beside.site];
-        cost += beside.weight * (beside.first ? qs_model_pairwise(model, label, other) : qs_model_pairwise(model, other, label));
+        cost += beside.weight * (beside.first ? qs_model_pairwise(model, label, other)
+                                              : qs_model_pairwise(model, other, label));
     }
     return cost;
 }
@@ -80,7 +86,8 @@ static void offer(candidate *best, uint16_t label, int64_t cost)
     }
 }
 
-/* Of Potts costs only a neighbour's label or the cheapest one by itself can be the cheapest beside them. */
+/* Of Potts costs only a neighbour's label or the cheapest one by itself can be the cheapest beside
+ * them. */
 static uint16_t best_of_potts(const qs_model *model, const uint16_t *labelling, uint32_t site)
 {
     const int32_t *unary = model->unary + (size_t)site * model->labels;
@@ -131,7 +138,8 @@ int64_t qs_local_keep(const qs_model *model, uint16_t *labelling)
     for (uint32_t p = 0; model->kept && p < model->sites; p++) {
         uint16_t was = labelling[p];
         if (qs_local_mend(model, labelling, p)) {
-            gain += qs_local_cost(model, labelling, p, was) - qs_local_cost(model, labelling, p, labelling[p]);
+            gain += qs_local_cost(model, labelling, p, was) -
+                    qs_local_cost(model, labelling, p, labelling[p]);
         }
     }
     return gain;

@@ -4,7 +4,8 @@
 
 #include "../base/bytes.h"
 
-/* Sites of a strip from an array: enough to make calls rare, few enough to stay in the first cache. */
+/* Sites of a strip from an array: enough to make calls rare, few enough to stay in the first cache.
+ */
 enum { STRIP_COSTS = 2048 };
 
 static uint32_t strip_sites(const qs_problem *problem)
@@ -27,7 +28,8 @@ static unsigned cost_bytes(const qs_problem *problem)
 
 size_t qs_costs_workspace(const qs_problem *problem)
 {
-    return qs_size(least_size(problem) + (uint64_t)cost_bytes(problem) * strip_sites(problem) * problem->labels);
+    return qs_size(least_size(problem) +
+                   (uint64_t)cost_bytes(problem) * strip_sites(problem) * problem->labels);
 }
 
 qs_strip qs_strip_first(const qs_problem *problem, void *workspace)
@@ -107,5 +109,6 @@ bool qs_strip_next(qs_strip *strip)
 
 int64_t qs_strip_cost(const qs_strip *strip, size_t at)
 {
-    return strip->bytes == 1 ? ((const uint8_t *)strip->costs)[at] : ((const uint32_t *)strip->costs)[at];
+    return strip->bytes == 1 ? ((const uint8_t *)strip->costs)[at]
+                             : ((const uint32_t *)strip->costs)[at];
 }

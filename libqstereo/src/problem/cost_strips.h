@@ -1,4 +1,5 @@
-/* A problem's unary costs, strip after strip, each site's less their least: from the caller's array or from the maker. */
+/* A problem's unary costs, strip after strip, each site's less their least: from the caller's array
+ * or from the maker. */
 #ifndef QS_COST_STRIPS_H
 #define QS_COST_STRIPS_H
 
@@ -9,12 +10,12 @@
 /* A strip of consecutive sites: a row of a grid whose costs are made, else a handful of sites. */
 typedef struct qs_strip {
     const qs_problem *problem;
-    uint32_t next;  /* row, or site, that the next strip begins with */
+    uint32_t next; /* row, or site, that the next strip begins with */
     uint32_t total; /* rows, or sites */
     uint32_t sites; /* in this strip */
     unsigned bytes; /* of a cost: 1 or 4 */
     int64_t least_sum; /* what has been subtracted from the strip's sites, one by one, in all */
-    void *costs;       /* sites x labels, uint8_t or uint32_t; the user may overwrite them */
+    void *costs; /* sites x labels, uint8_t or uint32_t; the user may overwrite them */
     int32_t *least;
 } qs_strip;
 

@@ -32,8 +32,8 @@ static void whole_grid(const qs_problem *problem, qs_edge_visit *visit, void *co
 }
 
 /* A run for each longest sequence of pairs of sites (x, y) - (x + dx, y + dy) in a row. */
-static void masked_row(const qs_grid *grid, uint32_t y, bool down, uint32_t site, uint32_t below, qs_edge_visit *visit,
-                       void *context)
+static void masked_row(const qs_grid *grid, uint32_t y, bool down, uint32_t site, uint32_t below,
+                       qs_edge_visit *visit, void *context)
 {
     const int32_t *weights = down ? grid->down : grid->right;
     qs_edge_run run = {.repeat = 1};
@@ -69,7 +69,8 @@ void qs_edges_visit(const qs_problem *problem, qs_edge_visit *visit, void *conte
     const qs_grid *grid = &problem->grid;
     if (grid->width == 0) {
         if (problem->edge_count > 0) {
-            qs_edge_run list = {.count = (uint32_t)problem->edge_count, .repeat = 1, .list = problem->edges};
+            qs_edge_run list = {
+                .count = (uint32_t)problem->edge_count, .repeat = 1, .list = problem->edges};
             visit(context, &list);
         }
     } else if (problem->weight == 0 && !grid->right) {
@@ -95,18 +96,20 @@ static int64_t cell_weight(const qs_problem *problem, uint32_t x, uint32_t y, bo
 {
     const qs_grid *grid = &problem->grid;
     uint32_t to_x = x + !down, to_y = y + down;
-    if (to_x >= grid->width || to_y >= grid->height || !is_site(grid, x, y) || !is_site(grid, to_x, to_y)) {
+    if (to_x >= grid->width || to_y >= grid->height || !is_site(grid, x, y) ||
+        !is_site(grid, to_x, to_y)) {
         return 0;
     }
     const int32_t *weights = down ? grid->down : grid->right;
     return weights ? weights[(size_t)y * grid->width + x] : problem->weight;
 }
 
-static void visit_cell(const qs_problem *problem, uint32_t x, uint32_t y, uint32_t count, qs_reach_visit *visit,
-                       void *context)
+static void visit_cell(const qs_problem *problem, uint32_t x, uint32_t y, uint32_t count,
+                       qs_reach_visit *visit, void *context)
 {
     int64_t first = cell_weight(problem, x, y, false) + cell_weight(problem, x, y, true);
-    int64_t second = (x > 0 ? cell_weight(problem, x - 1, y, false) : 0) + (y > 0 ? cell_weight(problem, x, y - 1, true) : 0);
+    int64_t second = (x > 0 ? cell_weight(problem, x - 1, y, false) : 0) +
+                     (y > 0 ? cell_weight(problem, x, y - 1, true) : 0);
     visit(context, count, first, second);
 }
 
@@ -124,7 +127,8 @@ static void visit_grid(const qs_problem *problem, qs_reach_visit *visit, void *c
     }
 }
 
-void qs_reach_visit_all(const qs_problem *problem, int64_t *sums, qs_reach_visit *visit, void *context)
+void qs_reach_visit_all(const qs_problem *problem, int64_t *sums, qs_reach_visit *visit,
+                        void *context)
 {
     if (problem->grid.width > 0) {
         visit_grid(problem, visit, context);

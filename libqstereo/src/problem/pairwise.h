@@ -9,7 +9,8 @@ static inline int64_t qs_truncated(int64_t cost, uint32_t truncation)
     return truncation != 0 && cost > truncation ? truncation : cost;
 }
 
-static inline int64_t qs_pairwise_value(const qs_pairwise *pairwise, uint32_t labels, uint32_t a, uint32_t b)
+static inline int64_t qs_pairwise_value(const qs_pairwise *pairwise, uint32_t labels, uint32_t a,
+                                        uint32_t b)
 {
     int64_t apart = a < b ? b - a : a - b;
     switch (pairwise->smoothness) {

@@ -23,7 +23,8 @@ static qs_status check_pairwise(const qs_problem *problem)
         return pairwise->smoothness <= QS_TABLE ? QS_OK : QS_E_ARGUMENT;
     }
     size_t labels = problem->labels;
-    return pairwise->table && weights_in_range(pairwise->table, labels * labels) ? QS_OK : QS_E_ARGUMENT;
+    return pairwise->table && weights_in_range(pairwise->table, labels * labels) ? QS_OK
+                                                                                 : QS_E_ARGUMENT;
 }
 
 static qs_status check_grid(const qs_problem *problem)
@@ -36,13 +37,15 @@ static qs_status check_grid(const qs_problem *problem)
     if (cells > QS_VARIABLES_MAX) {
         return QS_E_LIMIT;
     }
-    if (grid->right && (!weights_in_range(grid->right, (size_t)cells) || !weights_in_range(grid->down, (size_t)cells))) {
+    if (grid->right && (!weights_in_range(grid->right, (size_t)cells) ||
+                        !weights_in_range(grid->down, (size_t)cells))) {
         return QS_E_ARGUMENT;
     }
     const qs_frame *frame = &problem->frame;
     bool framed = frame->picture_width > 0;
     if (framed ? frame->x > frame->picture_width || grid->width > frame->picture_width - frame->x ||
-                     frame->y > frame->picture_height || grid->height > frame->picture_height - frame->y
+                     frame->y > frame->picture_height ||
+                     grid->height > frame->picture_height - frame->y
                : frame->picture_height > 0 || frame->x > 0 || frame->y > 0) {
         return QS_E_ARGUMENT;
     }
@@ -69,13 +72,14 @@ static qs_status check_edges(const qs_problem *problem)
 static bool has_costs(const qs_problem *problem)
 {
     const qs_cost_source *source = &problem->source;
-    return problem->costs || (source->row && problem->grid.width > 0 && (source->bytes == 1 || source->bytes == 4));
+    return problem->costs ||
+           (source->row && problem->grid.width > 0 && (source->bytes == 1 || source->bytes == 4));
 }
 
 qs_status qs_problem_check(const qs_problem *problem)
 {
-    if (!problem || problem->labels < 1 || problem->labels > QS_LABELS_MAX || problem->scale < 1 || !has_costs(problem) ||
-        problem->frame.first > INT32_MAX) {
+    if (!problem || problem->labels < 1 || problem->labels > QS_LABELS_MAX || problem->scale < 1 ||
+        !has_costs(problem) || problem->frame.first > INT32_MAX) {
         return QS_E_ARGUMENT;
     }
     qs_status status = problem->grid.width > 0 ? check_grid(problem) : check_edges(problem);

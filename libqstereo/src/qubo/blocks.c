@@ -2,7 +2,16 @@
 
 #include "../base/bytes.h"
 
-enum { KIND_AT = 8, TABLE_AT = 12, FILL_AT = 12, FIRST_AT = 16, COUNT_AT = 20, VALUES_AT = 24, TABLE = 0, TOEPLITZ = 1 };
+enum {
+    KIND_AT = 8,
+    TABLE_AT = 12,
+    FILL_AT = 12,
+    FIRST_AT = 16,
+    COUNT_AT = 20,
+    VALUES_AT = 24,
+    TABLE = 0,
+    TOEPLITZ = 1
+};
 
 bool qs_block_is_table(const uint8_t *p)
 {
@@ -69,7 +78,8 @@ static void count_entries(qs_block_facts *facts, uint64_t cells, int64_t value)
     facts->min = facts->terms == 0 || value < facts->min ? value : facts->min;
     facts->max = facts->terms == 0 || value > facts->max ? value : facts->max;
     facts->terms += cells;
-    facts->absolute = cells > (most - facts->absolute) / size ? most : facts->absolute + cells * size;
+    facts->absolute =
+        cells > (most - facts->absolute) / size ? most : facts->absolute + cells * size;
 }
 
 /* Number of cells with column - row = apart. */
@@ -83,7 +93,8 @@ static uint64_t diagonal(const uint8_t *p, int64_t apart)
 /* Cells above the diagonal. */
 static uint64_t triangle(const uint8_t *p)
 {
-    uint64_t rows = qs_block_rows(p), columns = qs_block_columns(p), both = rows < columns ? rows : columns;
+    uint64_t rows = qs_block_rows(p), columns = qs_block_columns(p),
+             both = rows < columns ? rows : columns;
     return both * columns - both * (both + 1) / 2;
 }
 
@@ -120,7 +131,8 @@ qs_block_facts qs_block_upper(const uint8_t *p)
     return summary(p, true);
 }
 
-/* From one row to the next the window of diagonals slides by one; so it does from column to column. */
+/* From one row to the next the window of diagonals slides by one; so it does from column to column.
+ */
 static void toeplitz_sums(const uint8_t *p, int64_t *rows, int64_t *columns)
 {
     int64_t height = qs_block_rows(p), width = qs_block_columns(p);

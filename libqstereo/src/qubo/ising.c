@@ -2,7 +2,8 @@
 #include "blocks.h"
 #include "../base/bytes.h"
 
-/* Of a block as many sums as it has rows and columns, and as many again of a square one, for groups that are coupled with themselves. */
+/* Of a block as many sums as it has rows and columns, and as many again of a square one, for groups
+ * that are coupled with themselves. */
 static uint64_t sums_of(const uint8_t *block)
 {
     uint64_t rows = qs_block_rows(block), columns = qs_block_columns(block);
@@ -76,7 +77,8 @@ static void add_group(const sums *s, uint32_t group, bool *first, qs_ising *isin
     }
 }
 
-qs_status qs_qubo_ising(const qs_index *index, void *workspace, size_t workspace_size, qs_ising *ising)
+qs_status qs_qubo_ising(const qs_index *index, void *workspace, size_t workspace_size,
+                        qs_ising *ising)
 {
     if (!index || !ising || (!workspace && workspace_of(index->qubo) > 0)) {
         return QS_E_ARGUMENT;
@@ -87,7 +89,8 @@ qs_status qs_qubo_ising(const qs_index *index, void *workspace, size_t workspace
     qs_qubo_summary summary;
     qs_qubo_summarise(index->qubo, &summary);
     sums s = sum_blocks(index, workspace);
-    *ising = (qs_ising){.coupling_min = summary.quadratic_min, .coupling_max = summary.quadratic_max};
+    *ising =
+        (qs_ising){.coupling_min = summary.quadratic_min, .coupling_max = summary.quadratic_max};
     bool first = true;
     for (uint32_t g = 0; g < index->qubo->groups; g++) {
         add_group(&s, g, &first, ising);

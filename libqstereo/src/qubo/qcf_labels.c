@@ -27,18 +27,21 @@ static qs_labels load(const uint8_t *p)
         .weight = qs_load_i32(p + 28),
         .width = qs_load_u32(p + 32),
         .height = qs_load_u32(p + 36),
-        .frame = {qs_load_u32(p + 40), qs_load_u32(p + 44), qs_load_u32(p + 48), qs_load_u32(p + 52), qs_load_u32(p + 56)},
+        .frame = {qs_load_u32(p + 40), qs_load_u32(p + 44), qs_load_u32(p + 48),
+                  qs_load_u32(p + 52), qs_load_u32(p + 56)},
     };
 }
 
 static bool in_range(const qs_labels *l)
 {
     const qs_frame *f = &l->frame;
-    bool known = l->encoding >= QS_ONE_HOT && l->encoding <= QS_ST_CUT_ARCS && l->pairwise.smoothness <= QS_TABLE &&
-                 l->penalty <= QS_PENALTY_MINIMAL && l->scale >= 1 && l->gap >= 1 && l->gap <= INT32_MAX && l->weight >= -1 &&
+    bool known = l->encoding >= QS_ONE_HOT && l->encoding <= QS_ST_CUT_ARCS &&
+                 l->pairwise.smoothness <= QS_TABLE && l->penalty <= QS_PENALTY_MINIMAL &&
+                 l->scale >= 1 && l->gap >= 1 && l->gap <= INT32_MAX && l->weight >= -1 &&
                  f->first <= INT32_MAX && l->labels >= 1 && l->labels <= QS_LABELS_MAX;
-    bool framed = (l->width == 0) == (l->height == 0) && l->width <= f->picture_width && l->height <= f->picture_height &&
-                  f->x <= f->picture_width - l->width && f->y <= f->picture_height - l->height &&
+    bool framed = (l->width == 0) == (l->height == 0) && l->width <= f->picture_width &&
+                  l->height <= f->picture_height && f->x <= f->picture_width - l->width &&
+                  f->y <= f->picture_height - l->height &&
                   (uint64_t)l->width * l->height <= QS_VARIABLES_MAX;
     return known && framed;
 }
@@ -130,7 +133,8 @@ static bool read_kept(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q, bool
     l->fixed_bytes = qs_load_u32(chunk->payload + 4);
     bool width = l->fixed_bytes == 0 || l->fixed_bytes == (l->labels <= UINT8_MAX ? 1 : 2);
     bool plain = l->fixed_bytes == 0; /* all sites are open: each has a group at least */
-    if (sites == 0 || !width || (l->width > 0 && sites != l->sites) || (plain && (chunk->length != KEPT_HEAD || sites > q->groups))) {
+    if (sites == 0 || !width || (l->width > 0 && sites != l->sites) ||
+        (plain && (chunk->length != KEPT_HEAD || sites > q->groups))) {
         return corrupt(reader, chunk, "head of kept");
     }
     l->sites = l->open = sites;
@@ -149,7 +153,8 @@ static bool read_trnc(qs_reader *reader, const qs_chunk *chunk, qs_labels *l, bo
     for (qs_site site = {.labels = l}; qs_site_next(&site);) {
         left += site.is_open ? site.count : 0;
     }
-    if ((bytes != 1 && bytes != 2 && bytes != 4) || qs_load_u32(chunk->payload + 4) != 0 || chunk->length != TRNC_HEAD + left * bytes) {
+    if ((bytes != 1 && bytes != 2 && bytes != 4) || qs_load_u32(chunk->payload + 4) != 0 ||
+        chunk->length != TRNC_HEAD + left * bytes) {
         return corrupt(reader, chunk, "head or length of trnc");
     }
     l->excess_bytes = bytes;
@@ -205,14 +210,16 @@ static bool vertices_agree(const qs_qubo *q)
     }
     uint64_t vertices = q->labels.open > 0 ? site.next_variable + 2 : 0;
     bool arcs = q->labels.encoding == QS_ST_CUT_ARCS && q->labels.open > 0;
-    return q->groups == q->variables && (arcs ? q->variables >= vertices : q->variables == vertices);
+    return q->groups == q->variables &&
+           (arcs ? q->variables >= vertices : q->variables == vertices);
 }
 
 /* A file that is not reduced, the usual one: a single run of groups. */
 static bool plain_agrees(const qs_qubo *q)
 {
     const qs_labels *l = &q->labels;
-    return l->encoding <= QS_ONE_HOT_SPARSE && q->groups == l->sites && q->group_run_count == 1 && qs_load_u32(q->group_runs + 4) == l->labels;
+    return l->encoding <= QS_ONE_HOT_SPARSE && q->groups == l->sites && q->group_run_count == 1 &&
+           qs_load_u32(q->group_runs + 4) == l->labels;
 }
 
 /* A penalty makes a group one-hot, and sites and terminals of these encodings are. */
@@ -222,7 +229,8 @@ static bool penalties_agree(const qs_qubo *q)
     size_t numbers = 2 * (size_t)q->penalty_bytes;
     for (size_t r = 0; one_hot && r < q->penalty_run_count; r++) {
         const uint8_t *a = q->penalty_runs + r * (4 + numbers) + 4;
-        if (qs_load_unsigned(a, q->penalty_bytes) == 0 && qs_load_unsigned(a + q->penalty_bytes, q->penalty_bytes) == 0) {
+        if (qs_load_unsigned(a, q->penalty_bytes) == 0 &&
+            qs_load_unsigned(a + q->penalty_bytes, q->penalty_bytes) == 0) {
             return false;
         }
     }
@@ -248,11 +256,14 @@ bool qs_labels_read(qs_reader *reader, qs_qubo *qubo)
                 return false;
             }
         } else if (memcmp(chunk.type, "kept", 4) == 0) {
-            if (!read_kept(reader, &chunk, qubo, qubo->has_labels && !kept && !qubo->labels.excess)) {
+            if (!read_kept(reader, &chunk, qubo,
+                           qubo->has_labels && !kept && !qubo->labels.excess)) {
                 return false;
             }
             kept = true;
-        } else if (memcmp(chunk.type, "trnc", 4) == 0 && !read_trnc(reader, &chunk, &qubo->labels, qubo->has_labels && !qubo->labels.excess)) {
+        } else if (memcmp(chunk.type, "trnc", 4) == 0 &&
+                   !read_trnc(reader, &chunk, &qubo->labels,
+                              qubo->has_labels && !qubo->labels.excess)) {
             return false;
         }
     }
@@ -260,5 +271,6 @@ bool qs_labels_read(qs_reader *reader, qs_qubo *qubo)
         return reader->status == QS_OK;
     }
     return (agree(qubo, kept) || corrupt(reader, &labl, "labels that do not fit the groups")) &&
-           (penalties_agree(qubo) || corrupt(reader, &labl, "a site or terminal without a penalty"));
+           (penalties_agree(qubo) ||
+            corrupt(reader, &labl, "a site or terminal without a penalty"));
 }

@@ -51,7 +51,8 @@ static bool is_width(uint32_t bytes)
     return bytes == 1 || bytes == 2 || bytes == 4 || bytes == 8;
 }
 
-/* Parts of the workspace, the most aligned first. In 64 bits: what a header claims may not fit a size_t. */
+/* Parts of the workspace, the most aligned first. In 64 bits: what a header claims may not fit a
+ * size_t. */
 typedef struct layout {
     uint64_t block_at, start, near_start, penalty_run, near, end;
 } layout;
@@ -71,7 +72,8 @@ static layout lay_out(const qs_qubo *q)
 static bool within_memory(opening *o)
 {
     return lay_out(&o->qubo).end <= (o->memory_limit < SIZE_MAX ? o->memory_limit : SIZE_MAX - 1) ||
-           qs_reject(&o->reader, QS_E_LIMIT, QS_HEADER_FIELDS, "memory for its groups and couplings");
+           qs_reject(&o->reader, QS_E_LIMIT, QS_HEADER_FIELDS,
+                     "memory for its groups and couplings");
 }
 
 static bool read_fields(opening *o)
@@ -81,8 +83,8 @@ static bool read_fields(opening *o)
     q->variables = qs_load_u32(fields);
     q->groups = qs_load_u32(fields + 4);
     q->couplings = qs_load_u64(fields + 8);
-    if (q->variables > QS_VARIABLES_MAX || q->groups > q->variables || (q->groups == 0) != (q->variables == 0) ||
-        q->couplings > QS_VARIABLES_MAX) {
+    if (q->variables > QS_VARIABLES_MAX || q->groups > q->variables ||
+        (q->groups == 0) != (q->variables == 0) || q->couplings > QS_VARIABLES_MAX) {
         return corrupt(o, QS_HEADER_FIELDS, "counts of the header");
     }
     if (!all_zero(fields + 16, 20)) {
@@ -103,10 +105,12 @@ static bool read_groups(opening *o)
     q->group_runs = chunk.payload;
     q->group_run_count = (size_t)(chunk.length / GROUP_RUN);
     for (size_t r = 0; r < q->group_run_count; r++) {
-        uint32_t count = qs_load_u32(q->group_runs + r * GROUP_RUN), size = qs_load_u32(q->group_runs + r * GROUP_RUN + 4);
+        uint32_t count = qs_load_u32(q->group_runs + r * GROUP_RUN),
+                 size = qs_load_u32(q->group_runs + r * GROUP_RUN + 4);
         groups += count;
         variables += (uint64_t)count * size;
-        if (count == 0 || size == 0 || size == before || groups > q->groups || variables > q->variables) {
+        if (count == 0 || size == 0 || size == before || groups > q->groups ||
+            variables > q->variables) {
             return corrupt(o, chunk.offset + r * GROUP_RUN, "a run of groups");
         }
         before = size;
@@ -165,12 +169,13 @@ typedef struct coupling_run {
     uint32_t block, form, bytes, first, second, count, repeat, stride;
     int32_t weight;
     const uint8_t *pairs, *weights; /* of a list; where the weights differ */
-    uint64_t size;                  /* in the file */
+    uint64_t size; /* in the file */
 } coupling_run;
 
 static coupling_run load_run(const uint8_t *at)
 {
-    coupling_run run = {.block = qs_load_u32(at), .form = qs_load_u32(at + 4), .bytes = qs_load_u32(at + 8)};
+    coupling_run run = {
+        .block = qs_load_u32(at), .form = qs_load_u32(at + 4), .bytes = qs_load_u32(at + 8)};
     run.weight = qs_load_i32(at + 12);
     run.first = qs_load_u32(at + 16);
     run.second = qs_load_u32(at + 20);
@@ -184,7 +189,8 @@ static coupling_run load_run(const uint8_t *at)
     return run;
 }
 
-static void run_pair(const coupling_run *run, uint32_t r, uint32_t c, uint32_t *first, uint32_t *second)
+static void run_pair(const coupling_run *run, uint32_t r, uint32_t c, uint32_t *first,
+                     uint32_t *second)
 {
     if (run->form == 1) {
         *first = qs_load_u32(run->pairs + 8 * (size_t)c);
@@ -197,8 +203,10 @@ static void run_pair(const coupling_run *run, uint32_t r, uint32_t c, uint32_t *
 
 static int32_t run_weight(const coupling_run *run, uint32_t r, uint32_t c)
 {
-    return run->bytes == 0 ? run->weight
-                           : qs_load_signed(run->weights + ((uint64_t)r * run->count + c) * run->bytes, run->bytes);
+    return run->bytes == 0
+               ? run->weight
+               : qs_load_signed(run->weights + ((uint64_t)r * run->count + c) * run->bytes,
+                                run->bytes);
 }
 
 /* Whether the heads of a run agree with the file's form and stay within `couplings` pairs. */
@@ -208,7 +216,9 @@ static bool is_run(const qs_qubo *q, const coupling_run *run, uint64_t couplings
         (uint64_t)run->count * run->repeat > couplings || (run->repeat == 1 && run->stride != 0)) {
         return false;
     }
-    if (run->bytes == 0 ? run->weight == 0 : run->weight != 0 || (run->bytes != 1 && run->bytes != 2 && run->bytes != 4)) {
+    if (run->bytes == 0
+            ? run->weight == 0
+            : run->weight != 0 || (run->bytes != 1 && run->bytes != 2 && run->bytes != 4)) {
         return false;
     }
     if (run->form == 1) {
@@ -266,7 +276,8 @@ static bool read_couplings(opening *o)
         if (run.block < cursor.block) {
             return corrupt(o, chunk.offset + at, "order of the blocks");
         }
-        if (!is_run(q, &run, q->couplings - couplings) || run.size > chunk.length - at || !are_pairs(q, &run)) {
+        if (!is_run(q, &run, q->couplings - couplings) || run.size > chunk.length - at ||
+            !are_pairs(q, &run)) {
             return corrupt(o, chunk.offset + at, "a run of couplings");
         }
         seek_block(q, &cursor, run.block);
@@ -276,7 +287,8 @@ static bool read_couplings(opening *o)
         couplings += (uint64_t)run.count * run.repeat;
         at += run.size;
     }
-    return (at == chunk.length && couplings == q->couplings) || corrupt(o, chunk.offset, "number of couplings");
+    return (at == chunk.length && couplings == q->couplings) ||
+           corrupt(o, chunk.offset, "number of couplings");
 }
 
 static bool read_linear(opening *o)
@@ -286,7 +298,8 @@ static bool read_linear(opening *o)
         return false;
     }
     qs_qubo *q = &o->qubo;
-    if (chunk.length < 16 || !is_width(qs_load_u32(chunk.payload + 8)) || qs_load_u32(chunk.payload + 12) != 0 ||
+    if (chunk.length < 16 || !is_width(qs_load_u32(chunk.payload + 8)) ||
+        qs_load_u32(chunk.payload + 12) != 0 ||
         (chunk.length - 16) % qs_load_u32(chunk.payload + 8) != 0 ||
         (chunk.length - 16) / qs_load_u32(chunk.payload + 8) != q->variables) {
         return corrupt(o, chunk.offset, "head or length of LINR");
@@ -305,7 +318,8 @@ static bool read_linear(opening *o)
     return true;
 }
 
-/* Walks the runs of penalties and of groups side by side, in pieces of one size and one pair each. */
+/* Walks the runs of penalties and of groups side by side, in pieces of one size and one pair each.
+ */
 typedef struct penalty_piece {
     size_t run, group_run;
     uint32_t in_run, in_group_run; /* groups passed of each */
@@ -325,7 +339,8 @@ static bool next_piece(const qs_qubo *q, penalty_piece *piece)
     }
     const uint8_t *run = q->penalty_runs + piece->run * penalty_run_size(q);
     const uint8_t *group_run = q->group_runs + piece->group_run * GROUP_RUN;
-    uint32_t left = qs_load_u32(run) - piece->in_run, group_left = qs_load_u32(group_run) - piece->in_group_run;
+    uint32_t left = qs_load_u32(run) - piece->in_run,
+             group_left = qs_load_u32(group_run) - piece->in_group_run;
     uint32_t count = left < group_left ? left : group_left;
     piece->count = count;
     piece->size = qs_load_u32(group_run + 4);
@@ -345,7 +360,8 @@ static bool read_penalty_runs(opening *o, const qs_chunk *chunk)
     uint64_t groups = 0, largest = 0;
     for (size_t r = 0; r < q->penalty_run_count; r++) {
         const uint8_t *run = q->penalty_runs + r * each;
-        uint64_t a = qs_load_unsigned(run + 4, q->penalty_bytes), b = qs_load_unsigned(run + 4 + q->penalty_bytes, q->penalty_bytes);
+        uint64_t a = qs_load_unsigned(run + 4, q->penalty_bytes),
+                 b = qs_load_unsigned(run + 4 + q->penalty_bytes, q->penalty_bytes);
         bool repeated = r > 0 && memcmp(run + 4, run + 4 - each, each - 4) == 0;
         groups += qs_load_u32(run);
         if (qs_load_u32(run) == 0 || repeated || groups > q->groups) {
@@ -365,7 +381,8 @@ static bool read_penalties(opening *o)
         return false;
     }
     qs_qubo *q = &o->qubo;
-    if (chunk.length < 8 || !is_width(qs_load_u32(chunk.payload)) || qs_load_u32(chunk.payload + 4) != 0) {
+    if (chunk.length < 8 || !is_width(qs_load_u32(chunk.payload)) ||
+        qs_load_u32(chunk.payload + 4) != 0) {
         return corrupt(o, chunk.offset, "head of PNLT");
     }
     q->penalty_bytes = qs_load_u32(chunk.payload);
@@ -379,8 +396,9 @@ static bool read_penalties(opening *o)
     }
     for (penalty_piece piece = {0}; next_piece(q, &piece);) {
         if (!grow(o, piece.a, piece.count * (1 + piece.size)) ||
-            !grow(o, piece.b, piece.count * piece.size / 2 * (piece.size - 1) +
-                                  (piece.count * piece.size % 2 != 0 ? (piece.size - 1) / 2 : 0))) {
+            !grow(o, piece.b,
+                  piece.count * piece.size / 2 * (piece.size - 1) +
+                      (piece.count * piece.size % 2 != 0 ? (piece.size - 1) / 2 : 0))) {
             return corrupt(o, chunk.offset, "coefficients beyond 2^53");
         }
     }
@@ -397,18 +415,22 @@ static bool read_offset(opening *o)
         return corrupt(o, chunk.offset, "length of OFFS");
     }
     o->qubo.offset = qs_load_i64(chunk.payload);
-    return grow(o, 1, absolute(o->qubo.offset)) || corrupt(o, chunk.offset, "coefficients beyond 2^53");
+    return grow(o, 1, absolute(o->qubo.offset)) ||
+           corrupt(o, chunk.offset, "coefficients beyond 2^53");
 }
 
-qs_status qs_qubo_open(const void *bytes, size_t size, uint64_t memory_limit, qs_qubo *qubo, qs_fault *fault)
+qs_status qs_qubo_open(const void *bytes, size_t size, uint64_t memory_limit, qs_qubo *qubo,
+                       qs_fault *fault)
 {
     if ((!bytes && size > 0) || !qubo) {
         return QS_E_ARGUMENT;
     }
-    opening o = {.reader = qs_reader_of(bytes, size, "GRPSBLKSCPLSLINRPNLTOFFS"), .qubo = {.bytes = bytes, .size = size}, .memory_limit = memory_limit};
+    opening o = {.reader = qs_reader_of(bytes, size, "GRPSBLKSCPLSLINRPNLTOFFS"),
+                 .qubo = {.bytes = bytes, .size = size},
+                 .memory_limit = memory_limit};
     bool good = qs_read_header(&o.reader, QS_MAGIC_QCF) && read_fields(&o) && read_groups(&o) &&
-                read_blocks(&o) && read_couplings(&o) && read_linear(&o) && read_penalties(&o) && read_offset(&o) &&
-                qs_labels_read(&o.reader, &o.qubo);
+                read_blocks(&o) && read_couplings(&o) && read_linear(&o) && read_penalties(&o) &&
+                read_offset(&o) && qs_labels_read(&o.reader, &o.qubo);
     if (good) {
         *qubo = o.qubo;
     } else if (fault) {
@@ -474,8 +496,10 @@ static void summarise_run(const coupling_run *run, const block_cursor *cursor, q
             uint32_t first, second;
             run_pair(run, r, c, &first, &second);
             const qs_block_facts *facts = first == second ? &cursor->upper : &cursor->whole;
-            int64_t weight = run_weight(run, r, c), low = weight * facts->min, high = weight * facts->max;
-            add_terms(s, weight == 0 ? 0 : facts->terms, low < high ? low : high, low < high ? high : low);
+            int64_t weight = run_weight(run, r, c), low = weight * facts->min,
+                    high = weight * facts->max;
+            add_terms(s, weight == 0 ? 0 : facts->terms, low < high ? low : high,
+                      low < high ? high : low);
         }
     }
 }
@@ -516,7 +540,8 @@ static void index_groups(const qs_qubo *q, uint32_t *start, uint32_t *penalty_ru
 {
     uint32_t group = 0, variable = 0;
     for (size_t r = 0; r < q->group_run_count; r++) {
-        uint32_t count = qs_load_u32(q->group_runs + r * GROUP_RUN), size = qs_load_u32(q->group_runs + r * GROUP_RUN + 4);
+        uint32_t count = qs_load_u32(q->group_runs + r * GROUP_RUN),
+                 size = qs_load_u32(q->group_runs + r * GROUP_RUN + 4);
         for (uint32_t i = 0; i < count; i++, variable += size) {
             start[group++] = variable;
         }
@@ -545,7 +570,9 @@ static void index_pairs(const qs_qubo *q, uint32_t *near_start, qs_neighbour *ne
                 if (near) {
                     int32_t weight = run_weight(&run, r, c);
                     near[near_start[g]] = (qs_neighbour){h, run.block, weight};
-                    near[near_start[h]] = g == h ? near[near_start[g]] : (qs_neighbour){g, run.block | QS_TRANSPOSED, weight};
+                    near[near_start[h]] =
+                        g == h ? near[near_start[g]]
+                               : (qs_neighbour){g, run.block | QS_TRANSPOSED, weight};
                 }
                 near_start[g]++;
                 near_start[h] += g != h;
@@ -554,7 +581,8 @@ static void index_pairs(const qs_qubo *q, uint32_t *near_start, qs_neighbour *ne
     }
 }
 
-/* Counts become first places and, as places are taken, the places behind the last: so starts are shifted by one. */
+/* Counts become first places and, as places are taken, the places behind the last: so starts are
+ * shifted by one. */
 static void index_neighbours(const qs_qubo *q, uint32_t *near_start, qs_neighbour *near)
 {
     memset(near_start, 0, (q->groups + 1u) * sizeof *near_start);
@@ -576,14 +604,17 @@ static bool shapes_agree(const qs_index *index)
     for (uint32_t g = 0; g < index->qubo->groups; g++) {
         for (uint32_t n = index->near_start[g]; n < index->near_start[g + 1]; n++) {
             const qs_neighbour *near = &index->near[n];
-            const uint8_t *block = index->qubo->blocks + index->block_at[near->block & ~QS_TRANSPOSED];
-            uint32_t other = index->start[near->group + 1] - index->start[near->group], own = index->start[g + 1] - index->start[g];
+            const uint8_t *block =
+                index->qubo->blocks + index->block_at[near->block & ~QS_TRANSPOSED];
+            uint32_t other = index->start[near->group + 1] - index->start[near->group],
+                     own = index->start[g + 1] - index->start[g];
             bool turned = (near->block & QS_TRANSPOSED) != 0;
             int64_t a = 0, b = 0;
             if (near->group == g) {
                 qs_index_penalty(index, g, &a, &b);
             }
-            if (qs_block_rows(block) != (turned ? other : own) || qs_block_columns(block) != (turned ? own : other) || a != 0 || b != 0) {
+            if (qs_block_rows(block) != (turned ? other : own) ||
+                qs_block_columns(block) != (turned ? own : other) || a != 0 || b != 0) {
                 return false;
             }
         }
@@ -591,7 +622,8 @@ static bool shapes_agree(const qs_index *index)
     return true;
 }
 
-qs_status qs_index_build(const qs_qubo *qubo, void *workspace, size_t workspace_size, qs_index *index)
+qs_status qs_index_build(const qs_qubo *qubo, void *workspace, size_t workspace_size,
+                         qs_index *index)
 {
     if (!qubo || !workspace || !index) {
         return QS_E_ARGUMENT;
@@ -602,7 +634,8 @@ qs_status qs_index_build(const qs_qubo *qubo, void *workspace, size_t workspace_
     }
     char *base = workspace;
     size_t *blocks = (size_t *)(void *)(base + l.block_at);
-    uint32_t *start = (uint32_t *)(void *)(base + l.start), *near_start = (uint32_t *)(void *)(base + l.near_start);
+    uint32_t *start = (uint32_t *)(void *)(base + l.start),
+             *near_start = (uint32_t *)(void *)(base + l.near_start);
     uint32_t *penalty_run = (uint32_t *)(void *)(base + l.penalty_run);
     qs_neighbour *near = (qs_neighbour *)(void *)(base + l.near);
     index_blocks(qubo, blocks);

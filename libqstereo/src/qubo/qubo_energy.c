@@ -2,9 +2,11 @@
 
 #include "../base/bits.h"
 
-int64_t qs_near_energy(const qs_index *index, const uint8_t *bits, uint32_t group, uint32_t variable, const qs_neighbour *near)
+int64_t qs_near_energy(const qs_index *index, const uint8_t *bits, uint32_t group,
+                       uint32_t variable, const qs_neighbour *near)
 {
-    uint32_t own = variable - index->start[group], base = index->start[near->group], end = index->start[near->group + 1];
+    uint32_t own = variable - index->start[group], base = index->start[near->group],
+             end = index->start[near->group + 1];
     int64_t sum = 0;
     for (uint32_t i = qs_bit_next(bits, base, end); i < end; i = qs_bit_next(bits, i + 1, end)) {
         sum += qs_near_entry(index, near, own, i - base);
@@ -16,17 +18,21 @@ int64_t qs_field(const qs_index *index, const uint8_t *bits, uint32_t group, uin
 {
     int64_t cost = qs_qubo_linear(index->qubo, variable);
     for (uint32_t n = index->near_start[group]; n < index->near_start[group + 1]; n++) {
-        cost += index->near[n].group == group ? 0 : qs_near_energy(index, bits, group, variable, &index->near[n]);
+        cost += index->near[n].group == group
+                    ? 0
+                    : qs_near_energy(index, bits, group, variable, &index->near[n]);
     }
     return cost;
 }
 
 /* What a group couples with itself: pairs above the diagonal only. */
-static int64_t own_energy(const qs_index *index, const uint8_t *bits, uint32_t group, uint32_t variable, const qs_neighbour *near)
+static int64_t own_energy(const qs_index *index, const uint8_t *bits, uint32_t group,
+                          uint32_t variable, const qs_neighbour *near)
 {
     uint32_t base = index->start[group], end = index->start[group + 1];
     int64_t sum = 0;
-    for (uint32_t i = qs_bit_next(bits, variable + 1, end); i < end; i = qs_bit_next(bits, i + 1, end)) {
+    for (uint32_t i = qs_bit_next(bits, variable + 1, end); i < end;
+         i = qs_bit_next(bits, i + 1, end)) {
         sum += qs_index_block(index, near->block, variable - base, i - base);
     }
     return sum * near->weight;

@@ -12,12 +12,14 @@ enum { WORTH_A_LATTICE = 5 };
 /* Of two labels Potts is linear. */
 static bool is_a_cut(const qs_model *model)
 {
-    return qs_is_linear(&model->pairwise, model->labels) || (model->pairwise.smoothness == QS_POTTS && model->labels <= 2);
+    return qs_is_linear(&model->pairwise, model->labels) ||
+           (model->pairwise.smoothness == QS_POTTS && model->labels <= 2);
 }
 
 static bool holds(const qs_recoding *r, const qs_model *model)
 {
-    bool potts = model->pairwise.smoothness == QS_POTTS, linear = model->pairwise.smoothness == QS_TRUNCATED_LINEAR;
+    bool potts = model->pairwise.smoothness == QS_POTTS,
+         linear = model->pairwise.smoothness == QS_TRUNCATED_LINEAR;
     switch (r->encoding) {
     case QS_DOMAIN_WALL: return (potts || linear) && qs_is_proven(r->penalty);
     case QS_MULTIWAY_CUT: return potts;
@@ -42,7 +44,8 @@ static qs_status choose(qs_recoding *r, const qs_model *model, const qs_encode_o
     r->penalty = options->penalty;
     r->gap = options->gap == 0 || !qs_is_proven(r->penalty) ? 1 : options->gap;
     r->alpha = (uint64_t)options->alpha;
-    if (r->encoding > QS_ST_CUT_ARCS || r->penalty > QS_PENALTY_MINIMAL || options->gap > INT32_MAX || (given && options->alpha <= 0)) {
+    if (r->encoding > QS_ST_CUT_ARCS || r->penalty > QS_PENALTY_MINIMAL ||
+        options->gap > INT32_MAX || (given && options->alpha <= 0)) {
         return QS_E_ARGUMENT;
     }
     if (given && options->alpha > QS_ENERGY_MAX) {
@@ -60,7 +63,8 @@ static const uint8_t *kept_of(const qs_model *model, const qs_recode_options *op
 
 static qs_left_counts count(const qs_model *model, const qs_recode_options *options)
 {
-    return qs_left_count(model, kept_of(model, options), encoding_of(model, &options->encode) <= QS_ONE_HOT_SPARSE);
+    return qs_left_count(model, kept_of(model, options),
+                         encoding_of(model, &options->encode) <= QS_ONE_HOT_SPARSE);
 }
 
 /* The variables are what docs/FORMAT.md says. */
@@ -73,7 +77,9 @@ static qs_draft_sizes sizes_of(qs_encoding encoding, const qs_left_counts *c, ui
     }
     switch (encoding) {
     case QS_DOMAIN_WALL: return (qs_draft_sizes){c->labels - c->open, c->open, c->edges + c->open};
-    case QS_MULTIWAY_CUT: return (qs_draft_sizes){c->labels + labels * labels, c->open + labels, c->edges + c->labels};
+    case QS_MULTIWAY_CUT:
+        return (qs_draft_sizes){c->labels + labels * labels, c->open + labels,
+                                c->edges + c->labels};
     case QS_ST_CUT: return (qs_draft_sizes){vertices, 1, arcs};
     case QS_ST_CUT_ARCS: return (qs_draft_sizes){vertices + 2 * arcs, 1, 5 * arcs};
     default: return s;
@@ -92,10 +98,12 @@ static uint64_t blocks_size(const qs_left_counts *c)
     return (sizeof(qs_block_of) * (c->edges + c->open + 1) + 7) / 8 * 8;
 }
 
-static uint64_t workspace_size_of(const qs_model *model, const qs_recode_options *options, const qs_left_counts *c)
+static uint64_t workspace_size_of(const qs_model *model, const qs_recode_options *options,
+                                  const qs_left_counts *c)
 {
     qs_draft_sizes sizes = sizes_of(encoding_of(model, &options->encode), c, model->labels);
-    return qs_left_workspace(model, c, options->truncate) + qs_draft_workspace(sizes) + blocks_size(c) + 4 * (c->open + 2 * sorted(c));
+    return qs_left_workspace(model, c, options->truncate) + qs_draft_workspace(sizes) +
+           blocks_size(c) + 4 * (c->open + 2 * sorted(c));
 }
 
 size_t qs_recode_workspace(const qs_model *model, const qs_recode_options *options)
@@ -104,7 +112,8 @@ size_t qs_recode_workspace(const qs_model *model, const qs_recode_options *optio
     return qs_size(workspace_size_of(model, options, &c));
 }
 
-static void lay_out(qs_recoding *r, const qs_model *model, const qs_recode_options *options, const qs_left_counts *c, void *workspace)
+static void lay_out(qs_recoding *r, const qs_model *model, const qs_recode_options *options,
+                    const qs_left_counts *c, void *workspace)
 {
     qs_draft_sizes sizes = sizes_of(r->encoding, c, model->labels);
     char *at = workspace;
@@ -139,13 +148,16 @@ static void put_side_chunks(qs_writer *writer, const void *context)
     }
 }
 
-static qs_status write_file(const qs_recoding *r, const qs_qubo *qubo, const qs_sink *sink, uint64_t *size)
+static qs_status write_file(const qs_recoding *r, const qs_qubo *qubo, const qs_sink *sink,
+                            uint64_t *size)
 {
-    side_chunks side = {&r->left, qubo->labels, r->encoding > QS_ONE_HOT_SPARSE || !r->left.counts.whole};
+    side_chunks side = {&r->left, qubo->labels,
+                        r->encoding > QS_ONE_HOT_SPARSE || !r->left.counts.whole};
     side.labels.encoding = r->encoding;
     side.labels.penalty = r->penalty;
     side.labels.gap = (uint32_t)r->gap;
-    return qs_draft_write(&r->draft, 1u + side.kept + r->left.cut, put_side_chunks, &side, sink, size);
+    return qs_draft_write(&r->draft, 1u + side.kept + r->left.cut, put_side_chunks, &side, sink,
+                          size);
 }
 
 static void fill(qs_recoding *r)
@@ -164,8 +176,8 @@ static void fill(qs_recoding *r)
     }
 }
 
-qs_status qs_recode(const qs_model *model, const qs_qubo *qubo, const qs_recode_options *options, const qs_sink *sink, void *workspace,
-                    size_t workspace_size, uint64_t *size)
+qs_status qs_recode(const qs_model *model, const qs_qubo *qubo, const qs_recode_options *options,
+                    const qs_sink *sink, void *workspace, size_t workspace_size, uint64_t *size)
 {
     if (!model || !qubo || !qubo->has_labels || !options || !workspace) {
         return QS_E_ARGUMENT;

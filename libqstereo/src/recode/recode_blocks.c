@@ -13,16 +13,21 @@ static uint32_t label_of(const qs_left *left, uint32_t site, uint32_t index)
     return left->label[left->start[site] + index];
 }
 
-/* Of variables u_row+1 and u_column+1 of two domain walls: x_i = u_i - u_i+1 in sum_ij V(i, j) x_i x_j. */
-static int64_t wall_entry(const qs_left *left, const qs_block_of *block, uint32_t row, uint32_t column)
+/* Of variables u_row+1 and u_column+1 of two domain walls: x_i = u_i - u_i+1 in sum_ij V(i, j) x_i
+ * x_j. */
+static int64_t wall_entry(const qs_left *left, const qs_block_of *block, uint32_t row,
+                          uint32_t column)
 {
     const qs_model *m = left->model;
     uint32_t a = label_of(left, block->first, row), b = label_of(left, block->first, row + 1);
-    uint32_t c = label_of(left, block->second, column), d = label_of(left, block->second, column + 1);
-    return qs_model_pairwise(m, b, d) - qs_model_pairwise(m, a, d) - qs_model_pairwise(m, b, c) + qs_model_pairwise(m, a, c);
+    uint32_t c = label_of(left, block->second, column),
+             d = label_of(left, block->second, column + 1);
+    return qs_model_pairwise(m, b, d) - qs_model_pairwise(m, a, d) - qs_model_pairwise(m, b, c) +
+           qs_model_pairwise(m, a, c);
 }
 
-static int64_t pair_entry(const qs_recoding *r, const qs_block_of *block, uint32_t row, uint32_t column)
+static int64_t pair_entry(const qs_recoding *r, const qs_block_of *block, uint32_t row,
+                          uint32_t column)
 {
     const qs_left *left = &r->left;
     const qs_model *m = left->model;
@@ -30,7 +35,9 @@ static int64_t pair_entry(const qs_recoding *r, const qs_block_of *block, uint32
         return wall_entry(left, block, row, column);
     }
     uint32_t a = label_of(left, block->first, row), b = label_of(left, block->second, column);
-    return r->encoding == QS_ONE_HOT_SPARSE ? -qs_band_entry(qs_band(&m->pairwise, m->labels), (int64_t)a - b) : qs_model_pairwise(m, a, b);
+    return r->encoding == QS_ONE_HOT_SPARSE
+               ? -qs_band_entry(qs_band(&m->pairwise, m->labels), (int64_t)a - b)
+               : qs_model_pairwise(m, a, b);
 }
 
 static int64_t entry(const void *context, uint32_t number, uint32_t row, uint32_t column)
@@ -57,10 +64,12 @@ static qs_block_shape shape(const void *context, uint32_t number)
         return s;
     }
     s.rows = qs_left_size(left, block->first) - wall;
-    s.columns = block->kind == QS_TERMINAL_BLOCK ? left->model->labels : qs_left_size(left, block->second) - wall;
+    s.columns = block->kind == QS_TERMINAL_BLOCK ? left->model->labels
+                                                 : qs_left_size(left, block->second) - wall;
     s.toeplitz = block->kind == QS_CHAIN_BLOCK || qs_left_is_range(left, block->first);
     if (block->kind == QS_PAIR_BLOCK) {
-        s.toeplitz &= qs_left_is_range(left, block->second) && left->model->pairwise.smoothness != QS_TABLE;
+        s.toeplitz &=
+            qs_left_is_range(left, block->second) && left->model->pairwise.smoothness != QS_TABLE;
     }
     bool dense = r->encoding == QS_ONE_HOT || r->encoding == QS_MULTIWAY_CUT;
     s.fill = dense && s.columns > 1 ? entry(context, number, 0, s.columns - 1) : 0;
@@ -85,7 +94,8 @@ static int compare_sets(const qs_left *left, uint32_t a, uint32_t b)
     if (size_a != size_b) {
         return size_a < size_b ? -1 : 1;
     }
-    return memcmp(left->label + left->start[a], left->label + left->start[b], size_a * sizeof *left->label);
+    return memcmp(left->label + left->start[a], left->label + left->start[b],
+                  size_a * sizeof *left->label);
 }
 
 static bool set_before(const void *context, uint32_t a, uint32_t b)
@@ -134,8 +144,10 @@ static void couple_set_pair(qs_recoding *r, const uint32_t *edges, size_t count)
     const qs_left *left = &r->left;
     const qs_edge *one = &left->edges[edges[0]];
     uint32_t block = qs_add_block(r, (qs_block_of){QS_PAIR_BLOCK, one->first, one->second});
-    /* Repair moves the walls of linear costs along every edge, also where no two labels left tell the edge's cost from unary ones. */
-    bool wanted = left->counts.whole || (r->encoding == QS_DOMAIN_WALL && qs_is_linear(&left->model->pairwise, left->model->labels));
+    /* Repair moves the walls of linear costs along every edge, also where no two labels left tell
+     * the edge's cost from unary ones. */
+    bool wanted = left->counts.whole || (r->encoding == QS_DOMAIN_WALL &&
+                                         qs_is_linear(&left->model->pairwise, left->model->labels));
     if (!wanted && qs_draft_block_sum(&r->draft, block) == 0) {
         r->draft.block_count--; /* what the edges cost is in the offset and the linear terms */
         return;
@@ -143,7 +155,8 @@ static void couple_set_pair(qs_recoding *r, const uint32_t *edges, size_t count)
     for (size_t i = 0; i < count; i++) {
         const qs_edge *edge = &left->edges[edges[i]];
         bool ends = i > 0 && ends_run(r, &left->edges[edges[i - 1]], edge);
-        qs_draft_couple(&r->draft, edge->first, edge->second, block | (ends ? QS_NEW_RUN : 0), edge->weight);
+        qs_draft_couple(&r->draft, edge->first, edge->second, block | (ends ? QS_NEW_RUN : 0),
+                        edge->weight);
     }
 }
 
@@ -174,7 +187,8 @@ uint64_t qs_winner_energy(const qs_left *left)
             }
             label[side] = left->label[i];
         }
-        qs_grow(&energy, (uint64_t)edge->weight, (uint64_t)qs_model_pairwise(left->model, label[0], label[1]));
+        qs_grow(&energy, (uint64_t)edge->weight,
+                (uint64_t)qs_model_pairwise(left->model, label[0], label[1]));
     }
     return energy;
 }

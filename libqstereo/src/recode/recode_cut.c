@@ -1,16 +1,17 @@
-/* The minimum cuts of Ishikawa's graph (docs/MATHS.md): a variable a vertex, 1 on the side of the source; and, for st-cut-arcs, a variable an arc. */
+/* The minimum cuts of Ishikawa's graph (docs/MATHS.md): a variable a vertex, 1 on the side of the
+ * source; and, for st-cut-arcs, a variable an arc. */
 #include "../base/saturate.h"
 #include "recoding.h"
 
-/* Kinds of edges, in the order of the arcs' variables: along a site's chain; from its last vertex to the sink; from the source to its
- * first; between neighbours. */
+/* Kinds of edges, in the order of the arcs' variables: along a site's chain; from its last vertex
+ * to the sink; from the source to its first; between neighbours. */
 enum { CHAIN = 1, SINK = 2, SOURCE = 4, NEIGHBOURS = 8, ALL = 15 };
 
 /* Two vertices, u < v, with an arc each way. */
 typedef struct cut_edge {
     uint32_t u, v;
     int64_t there, back; /* capacities of u -> v and of v -> u */
-    uint64_t number;     /* among all edges */
+    uint64_t number; /* among all edges */
 } cut_edge;
 
 typedef void visit_edge(qs_recoding *r, const cut_edge *edge);
@@ -31,7 +32,8 @@ static void visit_site(qs_recoding *r, uint32_t p, unsigned kinds, visit_edge *v
     const qs_left *left = &r->left;
     uint32_t vertex = first_vertex(left, p), size = qs_left_size(left, p), s = source(left);
     const int64_t *cost = left->cost + left->start[p];
-    int64_t firm = (int64_t)(left->reach[p].most + r->gap); /* keeps the ends of the chain in place */
+    int64_t firm =
+        (int64_t)(left->reach[p].most + r->gap); /* keeps the ends of the chain in place */
     for (uint32_t i = 0; (kinds & CHAIN) != 0 && i < size; i++) {
         cut_edge edge = {vertex + i, vertex + i + 1, cost[i], (int64_t)r->gap, vertex + i};
         visit(r, &edge);
@@ -46,21 +48,27 @@ static void visit_site(qs_recoding *r, uint32_t p, unsigned kinds, visit_edge *v
     }
 }
 
-/* The last boundary between labels, from 0, that the vertex `index` of a site stands for: below the label itself, or above all. */
+/* The last boundary between labels, from 0, that the vertex `index` of a site stands for: below the
+ * label itself, or above all. */
 static uint32_t boundary(const qs_left *left, uint32_t p, uint32_t index)
 {
-    return index < qs_left_size(left, p) ? left->label[left->start[p] + index] : left->model->labels;
+    return index < qs_left_size(left, p) ? left->label[left->start[p] + index]
+                                         : left->model->labels;
 }
 
-/* Boundaries where the same two vertices stand for both sites make one edge; returns the number of the next. */
-static uint64_t visit_neighbours(qs_recoding *r, const qs_edge *edge, uint64_t number, visit_edge *visit)
+/* Boundaries where the same two vertices stand for both sites make one edge; returns the number of
+ * the next. */
+static uint64_t visit_neighbours(qs_recoding *r, const qs_edge *edge, uint64_t number,
+                                 visit_edge *visit)
 {
     const qs_left *left = &r->left;
     uint32_t i = 0, j = 0;
     for (uint32_t from = 0; from <= left->model->labels;) {
-        uint32_t last = boundary(left, edge->first, i), other = boundary(left, edge->second, j), to = last < other ? last : other;
+        uint32_t last = boundary(left, edge->first, i), other = boundary(left, edge->second, j),
+                 to = last < other ? last : other;
         int64_t capacity = edge->weight * (int64_t)(to - from + 1);
-        cut_edge arcs = {first_vertex(left, edge->first) + i, first_vertex(left, edge->second) + j, capacity, capacity, number++};
+        cut_edge arcs = {first_vertex(left, edge->first) + i, first_vertex(left, edge->second) + j,
+                         capacity, capacity, number++};
         visit(r, &arcs);
         from = to + 1;
         i += last == to;
@@ -94,7 +102,8 @@ static void enter_arcs(qs_recoding *r, const cut_edge *edge)
     qs_draft_couple(&r->draft, edge->u, edge->v, 0, -(edge->there + edge->back));
 }
 
-/* ---- A variable an arc too: capacity * z, and force [y_u (1 - y_v) - 2 y_u z - 2 (1 - y_v) z + 3 z]. ---- */
+/* ---- A variable an arc too: capacity * z, and force [y_u (1 - y_v) - 2 y_u z - 2 (1 - y_v) z + 3
+ * z]. ---- */
 
 /* Variables of an edge's two arcs: first all u -> v with u < v, then all v -> u. */
 static uint32_t arc_variable(const qs_recoding *r, const cut_edge *edge, bool back)
@@ -143,7 +152,8 @@ static void couple_back_head(qs_recoding *r, const cut_edge *edge)
     qs_draft_couple(&r->draft, edge->u, arc_variable(r, edge, true), 0, 2 * r->force);
 }
 
-/* Visits all edges kind by kind, as each is regular in itself; what comes is not a part of the run before. */
+/* Visits all edges kind by kind, as each is regular in itself; what comes is not a part of the run
+ * before. */
 static void by_kind(qs_recoding *r, visit_edge *visit)
 {
     static const unsigned kinds[3] = {CHAIN, SINK | SOURCE, NEIGHBOURS};

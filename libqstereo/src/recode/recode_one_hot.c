@@ -1,4 +1,5 @@
-/* One-hot, one-hot-sparse, and multiway-cut, which is one-hot with a terminal a label (docs/MATHS.md). */
+/* One-hot, one-hot-sparse, and multiway-cut, which is one-hot with a terminal a label
+ * (docs/MATHS.md). */
 #include "../base/saturate.h"
 #include "recoding.h"
 
@@ -47,14 +48,16 @@ void qs_recode_one_hot(qs_recoding *r)
     for (uint32_t p = 0; p < left->counts.open; p++) {
         uint64_t a = r->alpha, b = 2 * r->alpha;
         if (qs_is_proven(r->penalty)) {
-            qs_one_hot_bound(r->encoding, r->penalty, &m->pairwise, m->labels, r->gap, left->reach[p], &a, &b);
+            qs_one_hot_bound(r->encoding, r->penalty, &m->pairwise, m->labels, r->gap,
+                             left->reach[p], &a, &b);
         }
         qs_draft_groups(&r->draft, 1, qs_left_size(left, p), a, b);
     }
     qs_number_sets(r);
     qs_couple_neighbours(r);
     if (left->counts.whole && r->draft.block_count == 0) {
-        qs_add_block(r, (qs_block_of){QS_PAIR_BLOCK, 0, 0}); /* which a whole problem has also where it has no edge */
+        qs_add_block(r, (qs_block_of){QS_PAIR_BLOCK, 0,
+                                      0}); /* which a whole problem has also where it has no edge */
     }
     if (left->counts.whole) {
         r->draft.lattice = m->width > 0 ? 1 : UINT32_MAX; /* a grid's runs, a graph's list */
@@ -68,7 +71,8 @@ void qs_recode_one_hot(qs_recoding *r)
 
 /* ---- Multiway cut. ---- */
 
-/* C(p, t) = K - cost: the capacity of the edge between a site and the terminal of a label that is left to it, K being above the site's costs. */
+/* C(p, t) = K - cost: the capacity of the edge between a site and the terminal of a label that is
+ * left to it, K being above the site's costs. */
 static int64_t ceiling(const qs_left *left, uint32_t p)
 {
     int64_t largest = 0;
@@ -89,7 +93,8 @@ static uint64_t site_capacity(const qs_left *left, uint32_t p)
     return sum;
 }
 
-/* The sites' groups and penalties; the offset such that H is F: the cut of a labelling is F + sum_p (sum_t C(p, t) - K). */
+/* The sites' groups and penalties; the offset such that H is F: the cut of a labelling is F + sum_p
+ * (sum_t C(p, t) - K). */
 static void enter_sites(qs_recoding *r)
 {
     const qs_left *left = &r->left;
@@ -113,7 +118,8 @@ static void enter_sites(qs_recoding *r)
     }
 }
 
-/* The terminals, each bound to its own label; C of each is gathered in the linear terms, which come to hold what binds it. */
+/* The terminals, each bound to its own label; C of each is gathered in the linear terms, which come
+ * to hold what binds it. */
 static void enter_terminals(qs_recoding *r)
 {
     const qs_left *left = &r->left;
@@ -127,7 +133,8 @@ static void enter_terminals(qs_recoding *r)
         }
     }
     for (size_t t = 0; t < labels; t++) {
-        uint64_t a = qs_is_proven(r->penalty) ? (uint64_t)linear[t * labels + t] + r->gap : r->alpha;
+        uint64_t a =
+            qs_is_proven(r->penalty) ? (uint64_t)linear[t * labels + t] + r->gap : r->alpha;
         uint64_t b = qs_is_proven(r->penalty) ? a + r->gap : 2 * a;
         for (size_t d = 0; d < labels; d++) {
             linear[t * labels + d] = d == t ? 0 : (int64_t)a;

@@ -41,12 +41,14 @@ static void add_edge(qs_recoding *r, const qs_edge *edge, bool first)
 {
     const qs_left *left = &r->left;
     const qs_model *m = left->model;
-    uint32_t p = first ? edge->first : edge->second, lowest = left->label[left->start[first ? edge->second : edge->first]];
+    uint32_t p = first ? edge->first : edge->second,
+             lowest = left->label[left->start[first ? edge->second : edge->first]];
     int64_t *u = r->draft.linear + first_wall(left, p);
     for (uint32_t i = left->start[p] + 1; i < left->start[p + 1]; i++) {
         uint32_t below = left->label[i - 1], here = left->label[i];
-        int64_t rise = first ? qs_model_pairwise(m, here, lowest) - qs_model_pairwise(m, below, lowest)
-                             : qs_model_pairwise(m, lowest, here) - qs_model_pairwise(m, lowest, below);
+        int64_t rise =
+            first ? qs_model_pairwise(m, here, lowest) - qs_model_pairwise(m, below, lowest)
+                  : qs_model_pairwise(m, lowest, here) - qs_model_pairwise(m, lowest, below);
         qs_draft_add(&r->draft, &u[i - left->start[p] - 1], edge->weight * rise);
     }
 }
@@ -84,8 +86,10 @@ void qs_recode_wall(qs_recoding *r)
     enter_sites(r);
     for (uint64_t e = 0; e < left->counts.edges; e++) {
         const qs_edge *edge = &left->edges[e];
-        uint32_t first = left->label[left->start[edge->first]], second = left->label[left->start[edge->second]];
-        qs_draft_add(&r->draft, &r->draft.offset, edge->weight * qs_model_pairwise(left->model, first, second));
+        uint32_t first = left->label[left->start[edge->first]],
+                 second = left->label[left->start[edge->second]];
+        qs_draft_add(&r->draft, &r->draft.offset,
+                     edge->weight * qs_model_pairwise(left->model, first, second));
         add_edge(r, edge, true);
         add_edge(r, edge, false);
     }

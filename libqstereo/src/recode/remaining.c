@@ -21,8 +21,8 @@ static uint32_t labels_left(const qs_model *model, const uint8_t *kept, uint32_t
     return count;
 }
 
-/* Walks the edges in the order of the file: right neighbours, then lower ones; of a graph each site's later neighbours.
- * Zero but for the model = before the first. */
+/* Walks the edges in the order of the file: right neighbours, then lower ones; of a graph each
+ * site's later neighbours. Zero but for the model = before the first. */
 typedef struct edge_cursor {
     const qs_model *model;
     uint32_t site, link;
@@ -100,7 +100,8 @@ qs_left_counts qs_left_count(const qs_model *model, const uint8_t *kept, bool on
         }
     }
     for (edge_cursor at = {.model = model}; next_edge(&at);) {
-        uint32_t first = labels_left(model, kept, at.edge.first), second = labels_left(model, kept, at.edge.second);
+        uint32_t first = labels_left(model, kept, at.edge.first),
+                 second = labels_left(model, kept, at.edge.second);
         uint64_t both = (uint64_t)first + second + 1, all = (uint64_t)model->labels + 1;
         if (first >= least && second >= least) {
             c.edges++;
@@ -117,17 +118,21 @@ static bool has_table(const qs_model *model)
     return model->pairwise.smoothness == QS_TABLE;
 }
 
-/* What is needed on the way: the reach of each label, and of a table the maxima of its rows and columns. */
+/* What is needed on the way: the reach of each label, and of a table the maxima of its rows and
+ * columns. */
 static uint64_t scratch_size(const qs_model *model, const qs_left_counts *c)
 {
     bool potts = model->pairwise.smoothness == QS_POTTS;
-    return potts ? 0 : sizeof(uint64_t) * c->labels + (has_table(model) ? 2 * sizeof(int64_t) * model->labels : 0);
+    return potts ? 0
+                 : sizeof(uint64_t) * c->labels +
+                       (has_table(model) ? 2 * sizeof(int64_t) * model->labels : 0);
 }
 
 uint64_t qs_left_workspace(const qs_model *model, const qs_left_counts *c, bool truncate)
 {
     uint64_t wide = sizeof(int64_t) * c->labels + sizeof(qs_site_edges) * c->open;
-    uint64_t middle = sizeof(qs_edge) * c->edges + (truncate ? 4 * c->labels : 0) + 4 * (c->open + 1) + 4 * c->open + 4 * (uint64_t)model->sites;
+    uint64_t middle = sizeof(qs_edge) * c->edges + (truncate ? 4 * c->labels : 0) +
+                      4 * (c->open + 1) + 4 * c->open + 4 * (uint64_t)model->sites;
     uint64_t narrow = 2 * (uint64_t)model->sites + 2 * c->labels;
     return scratch_size(model, c) + (wide + middle + narrow + 7) / 8 * 8;
 }
@@ -159,7 +164,8 @@ static void lay_out(qs_left *left, bool truncate, void *workspace)
 static void enter_sites(qs_left *left, const uint8_t *kept)
 {
     const qs_model *m = left->model;
-    bool one = left->counts.open == left->counts.sites; /* then those of one label are open, if there are any */
+    bool one = left->counts.open ==
+               left->counts.sites; /* then those of one label are open, if there are any */
     uint32_t open = 0, at = 0;
     for (uint32_t p = 0; p < m->sites; p++) {
         const int32_t *unary = m->unary + (size_t)p * m->labels;
@@ -198,7 +204,10 @@ static void fold(qs_left *left, const qs_edge *edge, bool first_is_open)
     uint32_t other = left->fixed[first_is_open ? edge->second : edge->first];
     for (uint32_t i = left->start[open]; i < left->start[open + 1]; i++) {
         uint32_t d = left->label[i];
-        qs_add(&left->cost[i], edge->weight * qs_model_pairwise(m, first_is_open ? d : other, first_is_open ? other : d), &left->overflow);
+        qs_add(&left->cost[i],
+               edge->weight *
+                   qs_model_pairwise(m, first_is_open ? d : other, first_is_open ? other : d),
+               &left->overflow);
     }
 }
 
@@ -217,7 +226,10 @@ static void enter_edges(qs_left *left)
         } else if (first != QS_NO_SITE || second != QS_NO_SITE) {
             fold(left, edge, first != QS_NO_SITE);
         } else {
-            qs_add(&left->constant, edge->weight * qs_model_pairwise(m, left->fixed[edge->first], left->fixed[edge->second]), &left->overflow);
+            qs_add(&left->constant,
+                   edge->weight *
+                       qs_model_pairwise(m, left->fixed[edge->first], left->fixed[edge->second]),
+                   &left->overflow);
         }
     }
     left->counts.edges = count;
@@ -264,14 +276,17 @@ static table_maxima find_maxima(const qs_left *left, void *workspace)
     return maxima;
 }
 
-/* The largest V of a label beside those that are left to another open site; `first` = the label is V's first. */
-static int64_t largest_cost(const qs_left *left, const table_maxima *maxima, uint32_t label, uint32_t other, bool first)
+/* The largest V of a label beside those that are left to another open site; `first` = the label is
+ * V's first. */
+static int64_t largest_cost(const qs_left *left, const table_maxima *maxima, uint32_t label,
+                            uint32_t other, bool first)
 {
     const qs_model *m = left->model;
     const uint16_t *labels = left->label + left->start[other];
     uint32_t count = qs_left_size(left, other);
     if (!has_table(m)) {
-        int64_t low = qs_model_pairwise(m, label, labels[0]), high = qs_model_pairwise(m, label, labels[count - 1]);
+        int64_t low = qs_model_pairwise(m, label, labels[0]),
+                high = qs_model_pairwise(m, label, labels[count - 1]);
         return low > high ? low : high; /* V rises with the distance */
     }
     if (count == m->labels) {
@@ -279,7 +294,8 @@ static int64_t largest_cost(const qs_left *left, const table_maxima *maxima, uin
     }
     int64_t largest = 0;
     for (uint32_t i = 0; i < count; i++) {
-        int64_t cost = first ? qs_model_pairwise(m, label, labels[i]) : qs_model_pairwise(m, labels[i], label);
+        int64_t cost =
+            first ? qs_model_pairwise(m, label, labels[i]) : qs_model_pairwise(m, labels[i], label);
         largest = cost > largest ? cost : largest;
     }
     return largest;
@@ -293,9 +309,11 @@ static void reach_labels(const qs_left *left, void *workspace)
     for (uint64_t e = 0; e < left->counts.edges; e++) {
         const qs_edge *edge = &left->edges[e];
         for (int side = 0; side < 2; side++) {
-            uint32_t p = side == 0 ? edge->first : edge->second, q = side == 0 ? edge->second : edge->first;
+            uint32_t p = side == 0 ? edge->first : edge->second,
+                     q = side == 0 ? edge->second : edge->first;
             for (uint32_t i = left->start[p]; i < left->start[p + 1]; i++) {
-                qs_grow(&reach[i], (uint64_t)edge->weight, (uint64_t)largest_cost(left, &maxima, left->label[i], q, side == 0));
+                qs_grow(&reach[i], (uint64_t)edge->weight,
+                        (uint64_t)largest_cost(left, &maxima, left->label[i], q, side == 0));
             }
         }
     }
@@ -337,10 +355,14 @@ static void truncate_costs(qs_left *left)
     }
 }
 
-qs_left qs_left_make(const qs_model *model, const uint8_t *kept, const qs_left_counts *counts, bool truncate, void *workspace)
+qs_left qs_left_make(const qs_model *model, const uint8_t *kept, const qs_left_counts *counts,
+                     bool truncate, void *workspace)
 {
     /* Entries of blocks have 32 bits. */
-    qs_left left = {.model = model, .counts = *counts, .constant = model->constant, .overflow = model->pairwise_max > INT32_MAX};
+    qs_left left = {.model = model,
+                    .counts = *counts,
+                    .constant = model->constant,
+                    .overflow = model->pairwise_max > INT32_MAX};
     lay_out(&left, truncate, workspace);
     if (left.overflow) {
         return left;

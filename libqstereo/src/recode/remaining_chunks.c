@@ -7,8 +7,22 @@
 void qs_put_labl_fields(qs_writer *writer, const qs_labels *l, bool masked)
 {
     const qs_frame *f = &l->frame;
-    uint32_t fields[16] = {l->encoding, l->pairwise.smoothness, l->pairwise.truncation, l->labels, l->scale, l->penalty, l->gap, (uint32_t)l->weight,
-                           l->width, l->height, f->picture_width, f->picture_height, f->x, f->y, f->first, masked};
+    uint32_t fields[16] = {l->encoding,
+                           l->pairwise.smoothness,
+                           l->pairwise.truncation,
+                           l->labels,
+                           l->scale,
+                           l->penalty,
+                           l->gap,
+                           (uint32_t)l->weight,
+                           l->width,
+                           l->height,
+                           f->picture_width,
+                           f->picture_height,
+                           f->x,
+                           f->y,
+                           f->first,
+                           masked};
     for (int i = 0; i < 16; i++) {
         qs_put_u32(writer, fields[i]);
     }
@@ -46,7 +60,8 @@ static unsigned fixed_bytes(const qs_left *left)
 
 static void put_set(qs_writer *writer, const qs_left *left, uint32_t open)
 {
-    const uint16_t *label = left->label + left->start[open], *end = left->label + left->start[open + 1];
+    const uint16_t *label = left->label + left->start[open],
+                   *end = left->label + left->start[open + 1];
     for (uint32_t at = 0; at < left->model->labels; at += 8) {
         unsigned byte = 0;
         for (; label < end && *label < at + 8; label++) {
@@ -67,7 +82,8 @@ static void put_kept(qs_writer *writer, const void *context)
     }
     for (uint32_t p = 0; p < left->model->sites; p++) {
         if (!qs_is_masked(left->model->mask, p)) {
-            qs_put_unsigned(writer, left->number[p] == QS_NO_SITE ? left->fixed[p] : UINT16_MAX, bytes);
+            qs_put_unsigned(writer, left->number[p] == QS_NO_SITE ? left->fixed[p] : UINT16_MAX,
+                            bytes);
         }
     }
     for (uint32_t open = 0; open < left->counts.open; open++) {
@@ -77,7 +93,8 @@ static void put_kept(qs_writer *writer, const void *context)
 
 void qs_put_kept(qs_writer *writer, const qs_left *left)
 {
-    uint64_t bytes = fixed_bytes(left), sets = bytes > 0 ? left->counts.open * ((left->model->labels + 7) / 8) : 0;
+    uint64_t bytes = fixed_bytes(left),
+             sets = bytes > 0 ? left->counts.open * ((left->model->labels + 7) / 8) : 0;
     qs_put_chunk(writer, "kept", 8 + left->counts.sites * bytes + sets, put_kept, left);
 }
 

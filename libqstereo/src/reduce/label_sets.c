@@ -50,7 +50,8 @@ static void settle(qs_elimination *e, uint32_t site)
     e->due[site] = 1;
 }
 
-/* The other site's link of the same edge: links are sorted by site, and edges between the same two sites by number. */
+/* The other site's link of the same edge: links are sorted by site, and edges between the same two
+ * sites by number. */
 static qs_link *sister_of(const qs_elimination *e, uint32_t site, const qs_link *link)
 {
     uint32_t low = e->model.link_start[link->site], high = e->model.link_start[link->site + 1];
@@ -80,7 +81,8 @@ static void cut(qs_elimination *e, uint32_t site, uint32_t at)
     }
 }
 
-/* Adds an edge to a site of one label to the costs of its other site; false where they would be too large. */
+/* Adds an edge to a site of one label to the costs of its other site; false where they would be too
+ * large. */
 static bool add_edge(qs_elimination *e, const qs_beside *beside, uint32_t label)
 {
     uint32_t labels = e->model.labels;
@@ -93,7 +95,8 @@ static bool add_edge(qs_elimination *e, const qs_beside *beside, uint32_t label)
         }
     }
     for (uint32_t d = 0; d < labels; d++) {
-        int64_t cost = beside->weight * (beside->first ? qs_model_pairwise(&e->model, label, d) : qs_model_pairwise(&e->model, d, label));
+        int64_t cost = beside->weight * (beside->first ? qs_model_pairwise(&e->model, label, d)
+                                                       : qs_model_pairwise(&e->model, d, label));
         unary[d] += kept[d] ? (int32_t)cost : 0;
     }
     return true;
@@ -125,7 +128,8 @@ static bool fold(qs_elimination *e, uint32_t site)
 {
     bool changed = false;
     qs_beside beside;
-    for (uint32_t at = 0; count_labels(e, site) == 1 && qs_local_neighbour(&e->model, site, at, &beside); at++) {
+    for (uint32_t at = 0;
+         count_labels(e, site) == 1 && qs_local_neighbour(&e->model, site, at, &beside); at++) {
         if (beside.weight > 0 && add_edge(e, &beside, e->labelling[site])) {
             cut(e, site, at);
             settle(e, beside.site);
@@ -135,7 +139,8 @@ static bool fold(qs_elimination *e, uint32_t site)
     return changed;
 }
 
-/* What its edges can save a label at most, beside what they cost with the label that costs 0: of Potts costs those to neighbours that can have it, too. */
+/* What its edges can save a label at most, beside what they cost with the label that costs 0: of
+ * Potts costs those to neighbours that can have it, too. */
 static void find_savings(const qs_elimination *e, uint32_t site)
 {
     uint32_t labels = e->model.labels;
@@ -153,8 +158,9 @@ static void find_savings(const qs_elimination *e, uint32_t site)
     }
 }
 
-/* Goldstein's criterion (1994; docs/MATHS.md): a label leaves that the cheapest of its site is better than, whatever labels of their sets the neighbours
- * have. A neighbour that has one label left is no neighbour any more. Whether any leaves. */
+/* Goldstein's criterion (1994; docs/MATHS.md): a label leaves that the cheapest of its site is
+ * better than, whatever labels of their sets the neighbours have. A neighbour that has one label
+ * left is no neighbour any more. Whether any leaves. */
 static bool look(qs_elimination *e, uint32_t site)
 {
     uint32_t labels = e->model.labels;
@@ -169,7 +175,8 @@ static bool look(qs_elimination *e, uint32_t site)
     return changed != 0;
 }
 
-/* Again until nothing changes. Edges wait until then: before that a label's costs may be as large as there are. */
+/* Again until nothing changes. Edges wait until then: before that a label's costs may be as large
+ * as there are. */
 static void goldstein(qs_elimination *e)
 {
     for (bool again = true; again;) {
@@ -240,7 +247,8 @@ static void copy_model(qs_elimination *e, const qs_model *model, char *base)
     }
 }
 
-void qs_eliminate_begin(qs_elimination *e, const qs_model *model, bool walls, void *workspace, uint8_t *kept, uint16_t *labelling)
+void qs_eliminate_begin(qs_elimination *e, const qs_model *model, bool walls, void *workspace,
+                        uint8_t *kept, uint16_t *labelling)
 {
     size_t labels = model->labels;
     *e = (qs_elimination){.kept = kept, .labelling = labelling, .walls = walls};
@@ -300,7 +308,10 @@ static int64_t cost_at(const qs_elimination *e, uint32_t site)
     int64_t cost = e->unary[(size_t)site * e->model.labels + e->labelling[site]];
     qs_beside beside;
     for (uint32_t at = 0; qs_local_neighbour(&e->model, site, at, &beside); at++) {
-        cost += beside.first ? 0 : beside.weight * qs_model_pairwise(&e->model, e->labelling[beside.site], e->labelling[site]);
+        cost += beside.first
+                    ? 0
+                    : beside.weight * qs_model_pairwise(&e->model, e->labelling[beside.site],
+                                                        e->labelling[site]);
     }
     return cost;
 }
@@ -324,7 +335,8 @@ static int64_t find_room(qs_elimination *e, const int64_t *shares, unsigned shif
     return gap;
 }
 
-int64_t qs_eliminate_above(qs_elimination *e, const uint32_t *excess, const int64_t *shares, unsigned shift, int64_t *room)
+int64_t qs_eliminate_above(qs_elimination *e, const uint32_t *excess, const int64_t *shares,
+                           unsigned shift, int64_t *room)
 {
     uint32_t labels = e->model.labels;
     find_parts(e);

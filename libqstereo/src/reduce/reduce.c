@@ -6,10 +6,13 @@
 
 enum {
     ITERATIONS = 2000,
-    FIRST = 8,   /* the first iteration at which to look for the excess */
-    WIDEST = 4,  /* times the largest cost: no excess is above that, for a label costs no more than that on its chains beside the others */
-    BETWEEN = 8, /* after the proof: so many iterations between two looks, and one for each so many done before */
-    FEW = 2      /* of so many parts of the sites one or less is few: then passes go by the list of them, else two rows at once */
+    FIRST = 8, /* the first iteration at which to look for the excess */
+    WIDEST = 4, /* times the largest cost: no excess is above that, for a label costs no more than
+                   that on its chains beside the others */
+    BETWEEN = 8, /* after the proof: so many iterations between two looks, and one for each so many
+                    done before */
+    FEW = 2 /* of so many parts of the sites one or less is few: then passes go by the list of them,
+               else two rows at once */
 };
 
 /* The guest of qs_best_with. */
@@ -19,10 +22,10 @@ typedef struct reducer {
     uint64_t iterations, target; /* of the options */
     uint32_t *excess;
     int64_t *shares;
-    uint64_t next;  /* without target: the iteration at which to look for the excess */
+    uint64_t next; /* without target: the iteration at which to look for the excess */
     int64_t looked; /* the gap when that was done last, */
     uint64_t looked_at; /* and the iteration */
-    bool stopped;       /* by the watch */
+    bool stopped; /* by the watch */
     qs_reduction so_far;
 } reducer;
 
@@ -38,11 +41,13 @@ static bool tell(void *context, const qs_progress *progress)
     r->so_far.upper_bound = progress->energy;
     r->so_far.lower_bound = progress->lower_bound;
     r->so_far.iterations = progress->iteration;
-    r->stopped = r->stopped || (r->options && r->options->watch && !r->options->watch(r->options->context, &r->so_far));
+    r->stopped = r->stopped || (r->options && r->options->watch &&
+                                !r->options->watch(r->options->context, &r->so_far));
     return !r->stopped;
 }
 
-/* Whether it is time for the excess: at the end in any case, and where it can be above the gap. With a target as often as the gap has narrowed. */
+/* Whether it is time for the excess: at the end in any case, and where it can be above the gap.
+ * With a target as often as the gap has narrowed. */
 static bool is_due(reducer *r, const qs_trws_state *state, const qs_solution *so_far, bool stopped)
 {
     int64_t gap = so_far->energy - so_far->lower_bound;
@@ -70,7 +75,8 @@ static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
 {
     int64_t room, energy = so_far->energy;
     qs_trws_excess(state, r->excess, r->shares);
-    int64_t bound = energy - qs_eliminate_above(&r->sets, r->excess, r->shares, state->scale.shift, &room);
+    int64_t bound =
+        energy - qs_eliminate_above(&r->sets, r->excess, r->shares, state->scale.shift, &room);
     so_far->lower_bound = bound > so_far->lower_bound ? bound : so_far->lower_bound;
     so_far->energy = qs_model_energy(&r->sets.model, r->sets.labelling);
     r->looked = so_far->energy - so_far->lower_bound;
@@ -101,12 +107,13 @@ static bool go_on(reducer *r, qs_trws_state *state, qs_solution *so_far)
     return more && so_far->iterations < r->iterations;
 }
 
-/* The best labelling is proven as soon as the bound is above its energy less one. What it lacks still lets labels stay that are in no
- * optimum; at 0 ties alone are left. */
+/* The best labelling is proven as soon as the bound is above its energy less one. What it lacks
+ * still lets labels stay that are in no optimum; at 0 ties alone are left. */
 static void finish(reducer *r, qs_trws_state *state, qs_solution *so_far, int64_t room)
 {
     bool more = so_far->iterations < r->iterations;
-    for (int64_t before = INT64_MAX; more && room > 0 && room <= before / 16 * 15 && r->so_far.open > 0 && !at_target(r);) {
+    for (int64_t before = INT64_MAX;
+         more && room > 0 && room <= before / 16 * 15 && r->so_far.open > 0 && !at_target(r);) {
         before = room;
         more = go_on(r, state, so_far);
         room = tighten(r, state, so_far);
@@ -145,8 +152,9 @@ size_t qs_reduce_workspace(const qs_model *model)
     return qs_size(lay_out(model).end);
 }
 
-qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, void *workspace, size_t workspace_size, uint8_t *kept,
-                    uint16_t *labelling, qs_reduction *reduction)
+qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, void *workspace,
+                    size_t workspace_size, uint8_t *kept, uint16_t *labelling,
+                    qs_reduction *reduction)
 {
     if (!model || !workspace || !kept || !labelling || !reduction) {
         return QS_E_ARGUMENT;
@@ -156,7 +164,11 @@ qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, voi
         return QS_E_WORKSPACE;
     }
     char *base = workspace;
-    reducer r = {.options = options, .iterations = ITERATIONS, .excess = (uint32_t *)(void *)(base + l.excess), .next = FIRST, .looked = INT64_MAX};
+    reducer r = {.options = options,
+                 .iterations = ITERATIONS,
+                 .excess = (uint32_t *)(void *)(base + l.excess),
+                 .next = FIRST,
+                 .looked = INT64_MAX};
     if (options) {
         r.iterations = options->iterations > 0 ? options->iterations : ITERATIONS;
         r.target = options->target;
@@ -167,7 +179,8 @@ qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, voi
     qs_solve_options watched = {.iterations = r.iterations, .watch = tell, .context = &r};
     qs_guest guest = {between, &r};
     qs_solution solution;
-    qs_status status = qs_best_with(&r.sets.model, &watched, &guest, base + l.best, (size_t)(l.end - l.best), labelling, &solution);
+    qs_status status = qs_best_with(&r.sets.model, &watched, &guest, base + l.best,
+                                    (size_t)(l.end - l.best), labelling, &solution);
     if (status == QS_OK) {
         r.so_far.upper_bound = solution.energy;
         r.so_far.lower_bound = solution.lower_bound;

@@ -1,5 +1,5 @@
-/* The candidates of a site in a sample of one-hot-sparse or domain-wall: the labels d with x_pd = 1, where in a wall x of its j-th label is
- * u_j - u_j+1 (u_0 = 1, one behind the last is 0). */
+/* The candidates of a site in a sample of one-hot-sparse or domain-wall: the labels d with x_pd =
+ * 1, where in a wall x of its j-th label is u_j - u_j+1 (u_0 = 1, one behind the last is 0). */
 #ifndef QS_CANDIDATES_H
 #define QS_CANDIDATES_H
 
@@ -9,17 +9,20 @@
 /* Labels left to an open site. */
 static inline uint32_t qs_site_size(const qs_index *index, uint32_t site)
 {
-    return index->start[site + 1] - index->start[site] + (index->qubo->labels.encoding == QS_DOMAIN_WALL);
+    return index->start[site + 1] - index->start[site] +
+           (index->qubo->labels.encoding == QS_DOMAIN_WALL);
 }
 
 /* Whether the label of a rank is a candidate. */
-static inline bool qs_is_candidate(const qs_index *index, const uint8_t *bits, uint32_t site, uint32_t rank)
+static inline bool qs_is_candidate(const qs_index *index, const uint8_t *bits, uint32_t site,
+                                   uint32_t rank)
 {
     uint32_t from = index->start[site], last = index->start[site + 1] - from;
     if (index->qubo->labels.encoding != QS_DOMAIN_WALL) {
         return qs_bit(bits, from + rank);
     }
-    return (rank == 0 || qs_bit(bits, from + rank - 1)) && (rank == last || !qs_bit(bits, from + rank));
+    return (rank == 0 || qs_bit(bits, from + rank - 1)) &&
+           (rank == last || !qs_bit(bits, from + rank));
 }
 
 static inline uint32_t qs_candidates(const qs_index *index, const uint8_t *bits, uint32_t site)
@@ -32,7 +35,8 @@ static inline uint32_t qs_candidates(const qs_index *index, const uint8_t *bits,
 }
 
 /* Leaves one candidate. */
-static inline void qs_choose_candidate(const qs_index *index, uint8_t *bits, uint32_t site, uint32_t rank)
+static inline void qs_choose_candidate(const qs_index *index, uint8_t *bits, uint32_t site,
+                                       uint32_t rank)
 {
     uint32_t from = index->start[site], end = index->start[site + 1];
     bool wall = index->qubo->labels.encoding == QS_DOMAIN_WALL;

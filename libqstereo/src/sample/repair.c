@@ -31,7 +31,8 @@ static void keep_cheapest(const qs_index *index, uint8_t *bits, uint32_t group, 
 static void thin(const qs_index *index, uint8_t *bits)
 {
     for (uint32_t g = 0; g < index->qubo->groups; g++) {
-        if (qs_is_one_hot(index, g) && qs_bit_count(bits, index->start[g], index->start[g + 1]) > 1) {
+        if (qs_is_one_hot(index, g) &&
+            qs_bit_count(bits, index->start[g], index->start[g + 1]) > 1) {
             keep_cheapest(index, bits, g, false);
         }
     }
@@ -40,7 +41,8 @@ static void thin(const qs_index *index, uint8_t *bits)
 static void fill(const qs_index *index, uint8_t *bits)
 {
     for (uint32_t g = 0; g < index->qubo->groups; g++) {
-        if (qs_is_one_hot(index, g) && qs_bit_next(bits, index->start[g], index->start[g + 1]) == index->start[g + 1]) {
+        if (qs_is_one_hot(index, g) &&
+            qs_bit_next(bits, index->start[g], index->start[g + 1]) == index->start[g + 1]) {
             keep_cheapest(index, bits, g, true);
         }
     }
@@ -56,7 +58,8 @@ static way way_of(const qs_qubo *qubo)
         (l->encoding == QS_ONE_HOT_SPARSE && l->penalty != QS_PENALTY_MINIMAL)) {
         return GREEDY;
     }
-    if (qs_is_cut(l->encoding) || (l->encoding == QS_DOMAIN_WALL && qs_is_linear(&l->pairwise, l->labels))) {
+    if (qs_is_cut(l->encoding) ||
+        (l->encoding == QS_DOMAIN_WALL && qs_is_linear(&l->pairwise, l->labels))) {
         return STEPS;
     }
     return potts ? ORDER : ALONE;
@@ -94,7 +97,8 @@ static void repair(const qs_index *index, uint8_t *bits, void *workspace)
     }
 }
 
-qs_status qs_sample_repair(const qs_index *index, uint8_t *bits, void *workspace, size_t workspace_size, uint32_t *repaired)
+qs_status qs_sample_repair(const qs_index *index, uint8_t *bits, void *workspace,
+                           size_t workspace_size, uint32_t *repaired)
 {
     if (!index || !bits || (!workspace && workspace_of(index) > 0)) {
         return QS_E_ARGUMENT;

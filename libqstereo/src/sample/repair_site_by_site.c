@@ -3,20 +3,25 @@
 #include "../base/fraction.h"
 #include "repair.h"
 
-/* Let every site draw one of its candidates, each as likely as the others and by itself. H without its penalties is linear in the variables of each site, so
- * what is expected of it is H of the expected variables; it is not above H of the sample (docs/MATHS.md). Each site in turn takes the candidate that is
- * cheapest beside what is expected of its neighbours: that raises no expectation, and at the end there is nothing left to draw. */
+/* Let every site draw one of its candidates, each as likely as the others and by itself. H without
+ * its penalties is linear in the variables of each site, so what is expected of it is H of the
+ * expected variables; it is not above H of the sample (docs/MATHS.md). Each site in turn takes the
+ * candidate that is cheapest beside what is expected of its neighbours: that raises no expectation,
+ * and at the end there is nothing left to draw. */
 
 uint64_t qs_alone_workspace(const qs_index *index)
 {
     return sizeof(qs_fraction) * (uint64_t)index->qubo->labels.labels;
 }
 
-/* Adds to the cost of each of a group's variables what one neighbour is expected to make it cost. */
-static void add_neighbour(const qs_index *index, const uint8_t *bits, uint32_t site, const qs_neighbour *near, qs_fraction *costs)
+/* Adds to the cost of each of a group's variables what one neighbour is expected to make it cost.
+ */
+static void add_neighbour(const qs_index *index, const uint8_t *bits, uint32_t site,
+                          const qs_neighbour *near, qs_fraction *costs)
 {
     bool wall = index->qubo->labels.encoding == QS_DOMAIN_WALL;
-    uint32_t own = index->start[site + 1] - index->start[site], others = index->start[near->group + 1] - index->start[near->group];
+    uint32_t own = index->start[site + 1] - index->start[site],
+             others = index->start[near->group + 1] - index->start[near->group];
     uint32_t all = qs_candidates(index, bits, near->group), some = 0;
     for (uint32_t j = others; j-- > 0;) {
         /* A wall's variable j is 1 for the candidates of rank j + 1 and higher. */
@@ -29,8 +34,10 @@ static void add_neighbour(const qs_index *index, const uint8_t *bits, uint32_t s
     }
 }
 
-/* In a wall of label j the variables 0 to j - 1 are 1: of the chain's couplings those of neighbours in it count. */
-static void add_chain(const qs_index *index, uint32_t site, const qs_neighbour *near, qs_fraction *costs)
+/* In a wall of label j the variables 0 to j - 1 are 1: of the chain's couplings those of neighbours
+ * in it count. */
+static void add_chain(const qs_index *index, uint32_t site, const qs_neighbour *near,
+                      qs_fraction *costs)
 {
     uint32_t own = index->start[site + 1] - index->start[site];
     for (uint32_t i = 1; i < own; i++) {

@@ -5,11 +5,13 @@
 #include "repair.h"
 #include "site_code.h"
 
-/* Site p's variables say u_i = [w_p >= i] for i = 1 .. k - 1; with u_0 = 1 and u_k = 0 a step up, u_i = 0 and u_i+1 = 1, is what a
- * labelling has not. With U_i the sites at 1 let A_i be the union of U_i and U_i+1, and B_i the intersection of U_i-1 and U_i: A moves each
- * step up one to the left, B one to the right, and no step down moves. The edges' cost is that of the cuts of all U_i, which is submodular:
- * A and B together cost at most twice what U does. So one of them does not cost more, and neither does going on that way until a step up
- * meets a step down and both vanish, with what they cost (docs/MATHS.md). Sites that are labellings stay as they are, so that each
+/* Site p's variables say u_i = [w_p >= i] for i = 1 .. k - 1; with u_0 = 1 and u_k = 0 a step up,
+ * u_i = 0 and u_i+1 = 1, is what a labelling has not. With U_i the sites at 1 let A_i be the union
+ * of U_i and U_i+1, and B_i the intersection of U_i-1 and U_i: A moves each step up one to the
+ * left, B one to the right, and no step down moves. The edges' cost is that of the cuts of all U_i,
+ * which is submodular: A and B together cost at most twice what U does. So one of them does not
+ * cost more, and neither does going on that way until a step up meets a step down and both vanish,
+ * with what they cost (docs/MATHS.md). Sites that are labellings stay as they are, so that each
  * connected component of the others goes its own way. */
 
 enum { FINE, WAITING, MOVING };
@@ -17,12 +19,12 @@ enum { FINE, WAITING, MOVING };
 typedef struct moves {
     const qs_index *index;
     const qs_labels *labels;
-    uint32_t end;       /* the first variable behind the sites' */
-    uint32_t *first;    /* open + 1: first variable of each site */
-    uint32_t *queue;    /* sites of a component */
-    uint32_t moving;    /* their number */
-    uint8_t *state;     /* of each site, as above */
-    uint8_t *rows;      /* of each site: u_0 .. u_k */
+    uint32_t end; /* the first variable behind the sites' */
+    uint32_t *first; /* open + 1: first variable of each site */
+    uint32_t *queue; /* sites of a component */
+    uint32_t moving; /* their number */
+    uint8_t *state; /* of each site, as above */
+    uint8_t *rows; /* of each site: u_0 .. u_k */
     uint32_t row_bytes;
 } moves;
 
@@ -39,7 +41,10 @@ uint64_t qs_steps_workspace(const qs_index *index)
 
 static moves lay_out(const qs_index *index, void *workspace)
 {
-    moves m = {.index = index, .labels = &index->qubo->labels, .first = workspace, .row_bytes = row_bytes(&index->qubo->labels)};
+    moves m = {.index = index,
+               .labels = &index->qubo->labels,
+               .first = workspace,
+               .row_bytes = row_bytes(&index->qubo->labels)};
     uint32_t open = m.labels->open;
     m.queue = m.first + open + 1;
     m.state = (uint8_t *)(m.queue + open + 1);
@@ -69,7 +74,8 @@ static void read_row(const moves *m, const qs_site *site, const uint8_t *bits)
     bool cut = qs_is_cut(m->labels->encoding);
     memset(row, 0, m->row_bytes);
     qs_bit_set(row, 0, true);
-    for (uint32_t d = qs_site_label(site, 0); d < m->labels->labels; d = qs_site_label(site, d + 1), rank++) {
+    for (uint32_t d = qs_site_label(site, 0); d < m->labels->labels;
+         d = qs_site_label(site, d + 1), rank++) {
         for (; i <= d; i++) {
             qs_bit_set(row, i, rank == 0 || qs_bit(bits, cut ? first + rank : first + rank - 1));
         }
@@ -99,22 +105,27 @@ static void write_row(const moves *m, const qs_site *site, uint8_t *bits)
 
 typedef enum direction { BACK = -1, STAY = 0, ON = 1 } direction;
 
-/* A byte of a row after a move, from the bytes of the row beside it as they were: ON = A, BACK = B. */
+/* A byte of a row after a move, from the bytes of the row beside it as they were: ON = A, BACK = B.
+ */
 static uint8_t moved_byte(uint32_t before, uint32_t byte, uint32_t after, direction to)
 {
-    return (uint8_t)(to == ON ? byte | byte >> 1 | after << 7 : to == BACK ? byte & (byte << 1 | before >> 7) : byte);
+    return (uint8_t)(to == ON     ? byte | byte >> 1 | after << 7
+                     : to == BACK ? byte & (byte << 1 | before >> 7)
+                                  : byte);
 }
 
 static uint8_t moved(const moves *m, const uint8_t *row, uint32_t byte, direction to)
 {
-    return moved_byte(byte > 0 ? row[byte - 1] : UINT8_MAX, row[byte], byte + 1 < m->row_bytes ? row[byte + 1] : 0, to);
+    return moved_byte(byte > 0 ? row[byte - 1] : UINT8_MAX, row[byte],
+                      byte + 1 < m->row_bytes ? row[byte + 1] : 0, to);
 }
 
 static uint64_t apart(const moves *m, uint32_t p, uint32_t q, direction to)
 {
     uint64_t count = 0;
     for (uint32_t byte = 0; byte < m->row_bytes; byte++) {
-        count += qs_byte_count((uint8_t)(moved(m, row_of(m, p), byte, to) ^ moved(m, row_of(m, q), byte, to)));
+        count += qs_byte_count(
+            (uint8_t)(moved(m, row_of(m, p), byte, to) ^ moved(m, row_of(m, q), byte, to)));
     }
     return count;
 }
@@ -140,7 +151,8 @@ static int64_t scalar(const qs_index *index, const qs_neighbour *near)
     return (int64_t)qs_near_entry(index, near, 0, 0) * near->weight;
 }
 
-/* An arc's variable z = y_tail (1 - y_head) is coupled with its tail by -2M and with its head by +2M; its linear term is its cost + M. */
+/* An arc's variable z = y_tail (1 - y_head) is coupled with its tail by -2M and with its head by
+ * +2M; its linear term is its cost + M. */
 typedef struct arc {
     uint32_t tail, head;
     int64_t cost;
@@ -161,9 +173,10 @@ static arc arc_of(const qs_index *index, uint32_t z)
     return found;
 }
 
-/* An edge between a site and another, of which `variable` sees one coupling: UINT32_MAX = it is something else. The weight is in a unit
- * that is the same for all edges of the file. */
-static uint32_t other_end(const moves *m, uint32_t site, uint32_t variable, const qs_neighbour *near, int64_t *weight)
+/* An edge between a site and another, of which `variable` sees one coupling: UINT32_MAX = it is
+ * something else. The weight is in a unit that is the same for all edges of the file. */
+static uint32_t other_end(const moves *m, uint32_t site, uint32_t variable,
+                          const qs_neighbour *near, int64_t *weight)
 {
     uint32_t other = near->group;
     bool cut = qs_is_cut(m->labels->encoding);
@@ -185,8 +198,8 @@ static uint32_t first_group(const moves *m, uint32_t site)
     return qs_is_cut(m->labels->encoding) ? m->first[site] : site;
 }
 
-/* What the edges of the moving sites cost after a move, those between two of them once. The sum may wrap where a file is not what it says,
- * and is then merely useless. */
+/* What the edges of the moving sites cost after a move, those between two of them once. The sum may
+ * wrap where a file is not what it says, and is then merely useless. */
 static uint64_t edges_cost(const moves *m, direction to)
 {
     uint64_t cost = 0;
@@ -261,7 +274,8 @@ static void settle(moves *m)
 
 /* ---- The ends of the cuts' chains. ---- */
 
-/* What the arc from a chain's vertex to the next one costs, but for what is the same in all of the file. */
+/* What the arc from a chain's vertex to the next one costs, but for what is the same in all of the
+ * file. */
 static int64_t chain_cost(const moves *m, uint32_t vertex)
 {
     int64_t cost = 0;
@@ -277,7 +291,8 @@ static int64_t chain_cost(const moves *m, uint32_t vertex)
     return cost;
 }
 
-/* With source or sink wrong a state costs more than the labelling in which each site takes its cheapest label. */
+/* With source or sink wrong a state costs more than the labelling in which each site takes its
+ * cheapest label. */
 static void take_winners(const moves *m, uint8_t *bits)
 {
     for (qs_site site = {.labels = m->labels}; qs_site_next(&site);) {

@@ -13,7 +13,8 @@ static uint32_t wrong_terminals(const qs_index *index, const uint8_t *bits)
     uint32_t wrong = 0;
     for (uint32_t t = 0; l->encoding == QS_MULTIWAY_CUT && l->open > 0 && t < l->labels; t++) {
         uint32_t from = index->start[l->open + t], end = index->start[l->open + t + 1];
-        wrong += qs_bit_next(bits, from, end) != from + t || qs_bit_next(bits, from + t + 1, end) != end;
+        wrong +=
+            qs_bit_next(bits, from, end) != from + t || qs_bit_next(bits, from + t + 1, end) != end;
     }
     return wrong;
 }
@@ -22,7 +23,8 @@ static uint32_t unlabelled_groups(const qs_index *index, const uint8_t *bits)
 {
     uint32_t count = 0;
     for (uint32_t g = 0; g < index->qubo->groups; g++) {
-        count += qs_is_one_hot(index, g) && qs_bit_count(bits, index->start[g], index->start[g + 1]) != 1;
+        count += qs_is_one_hot(index, g) &&
+                 qs_bit_count(bits, index->start[g], index->start[g + 1]) != 1;
     }
     return count;
 }
@@ -54,7 +56,8 @@ qs_status qs_sample_decode(const qs_index *index, const uint8_t *bits, uint16_t 
         return QS_E_INFEASIBLE;
     }
     for (qs_site site = {.labels = &index->qubo->labels}; qs_site_next(&site);) {
-        *labelling++ = (uint16_t)(site.is_open ? qs_site_ranked(&site, qs_site_read(&site, bits)) : site.fixed);
+        *labelling++ = (uint16_t)(site.is_open ? qs_site_ranked(&site, qs_site_read(&site, bits))
+                                               : site.fixed);
     }
     return QS_OK;
 }
@@ -90,7 +93,10 @@ int64_t qs_sample_excess(const qs_qubo *qubo, const uint16_t *labelling)
     for (qs_site site = {.labels = &qubo->labels}; at && qs_site_next(&site);) {
         if (site.is_open) {
             uint32_t label = labelling[site.next - 1], bytes = qubo->labels.excess_bytes;
-            excess += qs_site_has(&site, label) ? (int64_t)qs_load_unsigned(at + (size_t)qs_site_rank(&site, label) * bytes, bytes) : 0;
+            excess += qs_site_has(&site, label)
+                          ? (int64_t)qs_load_unsigned(
+                                at + (size_t)qs_site_rank(&site, label) * bytes, bytes)
+                          : 0;
             at += (size_t)site.count * bytes;
         }
     }

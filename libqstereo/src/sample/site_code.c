@@ -19,7 +19,8 @@ static uint32_t leading_ones(const uint8_t *bits, uint32_t from, uint32_t end)
 
 uint32_t qs_site_read(const qs_site *site, const uint8_t *bits)
 {
-    uint32_t from = (uint32_t)site->variable, end = end_of(site), ones = leading_ones(bits, from, end);
+    uint32_t from = (uint32_t)site->variable, end = end_of(site),
+             ones = leading_ones(bits, from, end);
     if (qs_is_cut(site->labels->encoding)) {
         /* All at 1 is the sentinel. */
         return ones > 0 && qs_bit_next(bits, from + ones, end) == end ? ones - 1 : site->count;

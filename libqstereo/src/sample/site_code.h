@@ -4,7 +4,8 @@
 
 #include "../qubo/sites.h"
 
-/* Which of its labels left the site has, counted from 0; site->count where what stands there is no label. */
+/* Which of its labels left the site has, counted from 0; site->count where what stands there is no
+ * label. */
 uint32_t qs_site_read(const qs_site *site, const uint8_t *bits);
 
 /* Gives it the label with `rank` labels left below it. */

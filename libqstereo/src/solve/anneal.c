@@ -5,7 +5,8 @@
 #include "../model/neighbours.h"
 #include "progress.h"
 
-/* Logarithms and temperatures are fixed-point numbers: the answer must be the same on every machine. */
+/* Logarithms and temperatures are fixed-point numbers: the answer must be the same on every
+ * machine. */
 enum { ONE = 1 << 16, SWEEPS = 1000, COOLEST = 8, FINE = 2 * COOLEST };
 
 /* 0.3431 x (1 - x) is what log2(1 + x) has over x, to within 0.009. */
@@ -41,7 +42,8 @@ static uint64_t draw(uint64_t *state)
     return z ^ z >> 31;
 }
 
-/* The largest rise that Metropolis' rule accepts for the random number u: rise <= -T ln((u + 1) / 2^32). */
+/* The largest rise that Metropolis' rule accepts for the random number u: rise <= -T ln((u + 1) /
+ * 2^32). */
 static int64_t accepted_rise(uint64_t temperature, uint32_t u)
 {
     uint64_t minus_log2 = 32u * ONE - log2_of((uint64_t)u + 1);
@@ -49,8 +51,10 @@ static int64_t accepted_rise(uint64_t temperature, uint32_t u)
     return (int64_t)(temperature * minus_ln >> 24);
 }
 
-/* A sweep at one temperature (in 1/256 of a unit): every site in turn is offered another label. Returns the change of the energy. */
-static int64_t sweep(const qs_model *model, uint64_t temperature, uint64_t *random, uint16_t *labelling)
+/* A sweep at one temperature (in 1/256 of a unit): every site in turn is offered another label.
+ * Returns the change of the energy. */
+static int64_t sweep(const qs_model *model, uint64_t temperature, uint64_t *random,
+                     uint16_t *labelling)
 {
     int64_t change = 0;
     for (uint32_t p = 0; p < model->sites; p++) {
@@ -59,7 +63,8 @@ static int64_t sweep(const qs_model *model, uint64_t temperature, uint64_t *rand
         if (label == labelling[p]) {
             continue;
         }
-        int64_t rise = qs_local_cost(model, labelling, p, label) - qs_local_cost(model, labelling, p, labelling[p]);
+        int64_t rise = qs_local_cost(model, labelling, p, label) -
+                       qs_local_cost(model, labelling, p, labelling[p]);
         if (rise <= 0 || rise <= accepted_rise(temperature, (uint32_t)number)) {
             labelling[p] = label;
             change += rise;
@@ -79,7 +84,8 @@ static uint64_t largest_edge(const qs_model *model)
     for (uint32_t n = 0; model->width == 0 && n < model->link_start[model->sites]; n++) {
         weight = model->links[n].weight > weight ? model->links[n].weight : weight;
     }
-    uint64_t cost = (uint64_t)weight * (uint64_t)(model->pairwise_max > 0 ? model->pairwise_max : 1);
+    uint64_t cost =
+        (uint64_t)weight * (uint64_t)(model->pairwise_max > 0 ? model->pairwise_max : 1);
     return cost < INT32_MAX ? cost : INT32_MAX;
 }
 
@@ -88,8 +94,8 @@ size_t qs_anneal_workspace(const qs_model *model)
     return sizeof(uint16_t) * model->sites;
 }
 
-qs_status qs_anneal(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size, uint16_t *labelling,
-                    qs_solution *solution)
+qs_status qs_anneal(const qs_model *model, const qs_solve_options *options, void *workspace,
+                    size_t workspace_size, uint16_t *labelling, qs_solution *solution)
 {
     if (!model || !workspace || !labelling || !solution || !qs_labels_in_range(model, labelling)) {
         return QS_E_ARGUMENT;
@@ -101,18 +107,22 @@ qs_status qs_anneal(const qs_model *model, const qs_solve_options *options, void
     memcpy(start, labelling, sizeof *start * model->sites);
     int64_t start_energy = qs_model_energy(model, labelling);
     qs_solution s = {.energy = start_energy, .lower_bound = QS_NO_BOUND};
-    uint64_t random = options ? options->seed : 0, sweeps = options && options->iterations > 0 ? options->iterations : SWEEPS;
+    uint64_t random = options ? options->seed : 0,
+             sweeps = options && options->iterations > 0 ? options->iterations : SWEEPS;
     uint32_t hottest = log2_of(largest_edge(model) * FINE / 2), span = log2_of(COOLEST);
     bool go = true;
     for (; go && s.iterations < sweeps; s.iterations++) {
-        /* From half the largest edge down to a COOLEST-th of that, in equal ratios: about where labels of a Potts model begin to hold
-         * together, and where nothing moves any more. The logarithms stand for FINE times the temperature, so that none is below 0. */
-        uint32_t below = sweeps > 1 ? (uint32_t)(span * (s.iterations * ONE / (sweeps - 1)) / ONE) : span;
+        /* From half the largest edge down to a COOLEST-th of that, in equal ratios: about where
+         * labels of a Potts model begin to hold together, and where nothing moves any more. The
+         * logarithms stand for FINE times the temperature, so that none is below 0. */
+        uint32_t below =
+            sweeps > 1 ? (uint32_t)(span * (s.iterations * ONE / (sweeps - 1)) / ONE) : span;
         s.energy += sweep(model, exp2_of(hottest - below) / FINE, &random, labelling);
         go = qs_told(options, &s);
     }
     qs_solution descent;
-    qs_solve_options cooling = {.iterations = go ? 0 : 1}; /* told to stop: one sweep, which nobody waits long for */
+    qs_solve_options cooling = {
+        .iterations = go ? 0 : 1}; /* told to stop: one sweep, which nobody waits long for */
     if (go && options) {
         cooling.watch = options->watch;
         cooling.context = options->context;

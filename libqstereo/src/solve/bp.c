@@ -11,7 +11,8 @@ enum { DEFAULT_ITERATIONS = 50, FINEST = 12 };
 
 size_t qs_bp_messages(const qs_model *model)
 {
-    return (model->width > 0 ? QS_FROM_ALL * (size_t)model->sites : 2 * (size_t)model->edges) * model->labels;
+    return (model->width > 0 ? QS_FROM_ALL * (size_t)model->sites : 2 * (size_t)model->edges) *
+           model->labels;
 }
 
 size_t qs_bp_scratch(const qs_model *model)
@@ -22,17 +23,21 @@ size_t qs_bp_scratch(const qs_model *model)
 
 size_t qs_bp_workspace(const qs_model *model)
 {
-    uint64_t all = (uint64_t)QS_FROM_ALL * model->sites * model->labels, edges = (uint64_t)2 * model->edges * model->labels;
-    uint64_t count = (model->width > 0 ? all : edges) + qs_bp_scratch(model) + ((uint64_t)model->sites + 1) / 2;
+    uint64_t all = (uint64_t)QS_FROM_ALL * model->sites * model->labels,
+             edges = (uint64_t)2 * model->edges * model->labels;
+    uint64_t count =
+        (model->width > 0 ? all : edges) + qs_bp_scratch(model) + ((uint64_t)model->sites + 1) / 2;
     return count > SIZE_MAX / sizeof(int32_t) ? SIZE_MAX : (size_t)count * sizeof(int32_t);
 }
 
-void qs_bp_send(const qs_bp_state *state, int32_t weight, bool upward, int32_t *costs, int32_t *message, int32_t *scratch)
+void qs_bp_send(const qs_bp_state *state, int32_t weight, bool upward, int32_t *costs,
+                int32_t *message, int32_t *scratch)
 {
     uint32_t labels = state->model->labels;
     qs_message_send(state->model, weight, upward, costs, scratch, scratch + labels);
     for (uint32_t d = 0; d < labels; d++) {
-        message[d] = scratch[d] + (int32_t)((int64_t)(message[d] - scratch[d]) * QS_KEEP / (1 << QS_KEEP_OF));
+        message[d] = scratch[d] +
+                     (int32_t)((int64_t)(message[d] - scratch[d]) * QS_KEEP / (1 << QS_KEEP_OF));
     }
 }
 
@@ -60,13 +65,19 @@ static void decode(const qs_bp_state *state, bool wide, uint16_t *labelling)
         qs_bp_graph_labels(state, labelling);
         return;
     }
-    qs_decoder decoder = {state->model, state->scale, wide, true, state->messages + QS_FROM_RIGHT * labels, state->messages + QS_FROM_BELOW * labels,
-                          QS_FROM_ALL * labels, state->scratch};
+    qs_decoder decoder = {state->model,
+                          state->scale,
+                          wide,
+                          true,
+                          state->messages + QS_FROM_RIGHT * labels,
+                          state->messages + QS_FROM_BELOW * labels,
+                          QS_FROM_ALL * labels,
+                          state->scratch};
     qs_decode_grid(&decoder, labelling);
 }
 
-qs_status qs_bp(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size, uint16_t *labelling,
-                qs_solution *solution)
+qs_status qs_bp(const qs_model *model, const qs_solve_options *options, void *workspace,
+                size_t workspace_size, uint16_t *labelling, qs_solution *solution)
 {
     qs_bp_state state = {.model = model};
     if (!model || !workspace || !labelling || !solution) {

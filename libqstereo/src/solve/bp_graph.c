@@ -3,7 +3,8 @@
 #include "../base/simd.h"
 
 /* The message along a link to the site whose link it is, or from it. */
-static int32_t *message_of(const qs_bp_state *state, uint32_t site, const qs_link *link, bool to_site)
+static int32_t *message_of(const qs_bp_state *state, uint32_t site, const qs_link *link,
+                           bool to_site)
 {
     bool upward = (link->site < site) == to_site;
     return state->messages + (2 * (size_t)link->edge + !upward) * state->model->labels;
@@ -28,7 +29,8 @@ static void believe(const qs_bp_state *state, uint32_t site, int32_t *belief)
 static void send(const qs_bp_state *state, uint32_t site, bool upward)
 {
     const qs_model *model = state->model;
-    int32_t *belief = state->scratch, *costs = belief + model->labels, *rest = costs + model->labels;
+    int32_t *belief = state->scratch, *costs = belief + model->labels,
+            *rest = costs + model->labels;
     believe(state, site, belief);
     for (uint32_t n = model->link_start[site]; n < model->link_start[site + 1]; n++) {
         const qs_link *link = &model->links[n];
@@ -39,7 +41,8 @@ static void send(const qs_bp_state *state, uint32_t site, bool upward)
         for (uint32_t d = 0; d < model->labels; d++) {
             costs[d] = belief[d] - back[d];
         }
-        qs_bp_send(state, link->weight << state->scale.shift, upward, costs, message_of(state, site, link, false), rest);
+        qs_bp_send(state, link->weight << state->scale.shift, upward, costs,
+                   message_of(state, site, link, false), rest);
     }
 }
 
@@ -60,13 +63,15 @@ void qs_bp_graph_labels(const qs_bp_state *state, uint16_t *labelling)
     int32_t *costs = state->scratch;
     for (uint32_t p = 0; p < model->sites; p++) {
         believe(state, p, costs);
-        for (uint32_t n = model->link_start[p]; n < model->link_start[p + 1] && model->links[n].site < p; n++) {
+        for (uint32_t n = model->link_start[p];
+             n < model->link_start[p + 1] && model->links[n].site < p; n++) {
             const qs_link *link = &model->links[n];
             const int32_t *message = message_of(state, p, link, true);
             for (uint32_t d = 0; d < model->labels; d++) {
                 costs[d] -= message[d];
             }
-            qs_message_pay(model, link->weight << state->scale.shift, true, labelling[link->site], costs);
+            qs_message_pay(model, link->weight << state->scale.shift, true, labelling[link->site],
+                           costs);
         }
         uint16_t best = 0;
         for (uint32_t d = 1; d < model->labels; d++) {

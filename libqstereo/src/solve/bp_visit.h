@@ -6,7 +6,8 @@
 #include "../base/simd.h"
 
 typedef struct qs_letter {
-    const int32_t *unary, *behind, *beside[2]; /* of the sender: its costs, the message from behind, those from the sides */
+    const int32_t *unary, *behind,
+        *beside[2]; /* of the sender: its costs, the message from behind, those from the sides */
     int32_t *message;
     int32_t weight;
 } qs_letter;
@@ -17,9 +18,12 @@ QS_KERNEL qs_letter qs_letter_of(const qs_bp_state *state, uint32_t site, uint32
     const qs_model *model = state->model;
     size_t each = (size_t)QS_FROM_ALL * labels;
     const int32_t *in = state->messages + each * site;
-    bool along = from == QS_FROM_LEFT || from == QS_FROM_RIGHT, onward = from == QS_FROM_LEFT || from == QS_FROM_ABOVE;
-    uint32_t step = along ? 1 : model->width, to = onward ? site + step : site - step, edge = onward ? site : to;
-    qs_letter letter = {.unary = model->unary + (size_t)labels * site, .behind = in + (size_t)from * labels};
+    bool along = from == QS_FROM_LEFT || from == QS_FROM_RIGHT,
+         onward = from == QS_FROM_LEFT || from == QS_FROM_ABOVE;
+    uint32_t step = along ? 1 : model->width, to = onward ? site + step : site - step,
+             edge = onward ? site : to;
+    qs_letter letter = {.unary = model->unary + (size_t)labels * site,
+                        .behind = in + (size_t)from * labels};
     letter.beside[0] = in + (along ? QS_FROM_ABOVE : QS_FROM_LEFT) * labels;
     letter.beside[1] = in + (along ? QS_FROM_BELOW : QS_FROM_RIGHT) * labels;
     letter.message = state->messages + each * to + (size_t)from * labels;

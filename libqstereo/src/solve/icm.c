@@ -17,7 +17,8 @@ static uint32_t sweep(const qs_model *model, uint16_t *labelling, int64_t *gain)
     for (uint32_t p = 0; p < model->sites; p++) {
         uint16_t best = qs_local_best(model, labelling, p);
         if (best != labelling[p]) {
-            *gain += qs_local_cost(model, labelling, p, labelling[p]) - qs_local_cost(model, labelling, p, best);
+            *gain += qs_local_cost(model, labelling, p, labelling[p]) -
+                     qs_local_cost(model, labelling, p, best);
             labelling[p] = best;
             changed++;
         }
@@ -25,8 +26,8 @@ static uint32_t sweep(const qs_model *model, uint16_t *labelling, int64_t *gain)
     return changed;
 }
 
-qs_status qs_icm(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size, uint16_t *labelling,
-                 qs_solution *solution)
+qs_status qs_icm(const qs_model *model, const qs_solve_options *options, void *workspace,
+                 size_t workspace_size, uint16_t *labelling, qs_solution *solution)
 {
     (void)workspace;
     (void)workspace_size;
@@ -36,7 +37,8 @@ qs_status qs_icm(const qs_model *model, const qs_solve_options *options, void *w
     qs_solution s = {.energy = qs_model_energy(model, labelling), .lower_bound = QS_NO_BOUND};
     for (bool go = true; go && !s.converged;) {
         int64_t gain;
-        s.converged = sweep(model, labelling, &gain) == 0; /* equals go to the lower label, so that this ends */
+        s.converged = sweep(model, labelling, &gain) ==
+                      0; /* equals go to the lower label, so that this ends */
         s.energy -= gain;
         s.iterations++;
         go = qs_told(options, &s) && !qs_limit_reached(options, &s, 0);

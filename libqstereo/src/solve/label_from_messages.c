@@ -5,7 +5,8 @@
 /* A label of a site, from the messages of later ones. */
 static int32_t cost_alone(const qs_decoder *decoder, uint32_t site, uint32_t label)
 {
-    int32_t unary = qs_min32(decoder->model->unary[(size_t)site * decoder->model->labels + label], decoder->scale.most);
+    int32_t unary = qs_min32(decoder->model->unary[(size_t)site * decoder->model->labels + label],
+                             decoder->scale.most);
     size_t at = site * decoder->stride + label;
     return (unary << decoder->scale.shift) + decoder->row[at] + decoder->column[at];
 }
@@ -32,7 +33,8 @@ static earlier earlier_of(const qs_decoder *decoder, uint32_t site, const uint16
 {
     const qs_model *model = decoder->model;
     uint32_t width = model->width, back = decoder->forward ? 1 : 0;
-    bool along = decoder->forward ? site > 0 : site + 1 < model->sites, across = decoder->forward ? site >= width : site + width < model->sites;
+    bool along = decoder->forward ? site > 0 : site + 1 < model->sites,
+         across = decoder->forward ? site >= width : site + width < model->sites;
     earlier e = {0};
     if (along) {
         e.row_weight = model->right[site - back] << decoder->scale.shift;
@@ -45,15 +47,19 @@ static earlier earlier_of(const qs_decoder *decoder, uint32_t site, const uint16
     return e;
 }
 
-/* Beside Potts costs only the earlier neighbours' labels can be better than the best label alone. */
-static void consider(const qs_decoder *decoder, uint32_t site, const earlier *e, uint16_t label, uint16_t *best, int32_t *least)
+/* Beside Potts costs only the earlier neighbours' labels can be better than the best label alone.
+ */
+static void consider(const qs_decoder *decoder, uint32_t site, const earlier *e, uint16_t label,
+                     uint16_t *best, int32_t *least)
 {
-    int32_t cost = cost_alone(decoder, site, label) + (label == e->row ? 0 : e->row_weight) + (label == e->column ? 0 : e->column_weight);
+    int32_t cost = cost_alone(decoder, site, label) + (label == e->row ? 0 : e->row_weight) +
+                   (label == e->column ? 0 : e->column_weight);
     *best = cost < *least || (cost == *least && label < *best) ? label : *best;
     *least = qs_min32(cost, *least);
 }
 
-static void decode_alone(const qs_decoder *decoder, uint32_t first, uint32_t count, uint16_t *labelling)
+static void decode_alone(const qs_decoder *decoder, uint32_t first, uint32_t count,
+                         uint16_t *labelling)
 {
 #if QS_HAVE_AVX2
     if (decoder->wide && decoder->model->labels >= QS_LANES) {
@@ -100,7 +106,8 @@ void qs_decode_grid(const qs_decoder *decoder, uint16_t *labelling)
         qs_message_pay(model, e.column_weight, decoder->forward, e.column, decoder->scratch);
         labelling[p] = 0;
         for (uint32_t d = 1; d < model->labels; d++) {
-            labelling[p] = decoder->scratch[d] < decoder->scratch[labelling[p]] ? (uint16_t)d : labelling[p];
+            labelling[p] =
+                decoder->scratch[d] < decoder->scratch[labelling[p]] ? (uint16_t)d : labelling[p];
         }
     }
 }

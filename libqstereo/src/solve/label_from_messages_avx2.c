@@ -6,10 +6,12 @@
 
 enum { AHEAD = 8 };
 
-QS_WIDE uint16_t label_of(const qs_decoder *decoder, uint32_t site, uint32_t labels, qs_loose *costs)
+QS_WIDE uint16_t label_of(const qs_decoder *decoder, uint32_t site, uint32_t labels,
+                          qs_loose *costs)
 {
     const int32_t *unary = decoder->model->unary + (size_t)labels * site;
-    const int32_t *row = decoder->row + site * decoder->stride, *column = decoder->column + site * decoder->stride;
+    const int32_t *row = decoder->row + site * decoder->stride,
+                  *column = decoder->column + site * decoder->stride;
     if (site + AHEAD < decoder->model->sites) {
         qs_lanes_fetch(unary + AHEAD * labels, labels);
         qs_lanes_fetch(row + AHEAD * decoder->stride, labels);
@@ -17,7 +19,8 @@ QS_WIDE uint16_t label_of(const qs_decoder *decoder, uint32_t site, uint32_t lab
     }
     qs_lanes most = qs_lanes_all(decoder->scale.most), least = qs_lanes_all(INT32_MAX);
     for (uint32_t run = 0; run < qs_lanes_runs(labels); run++) {
-        qs_lanes cost = qs_lanes_min(qs_lanes_load(unary, run, labels), most) << (int)decoder->scale.shift;
+        qs_lanes cost = qs_lanes_min(qs_lanes_load(unary, run, labels), most)
+                        << (int)decoder->scale.shift;
         cost = cost + qs_lanes_load(row, run, labels) + qs_lanes_load(column, run, labels);
         least = qs_lanes_min(least, cost);
         costs[run] = cost;
@@ -25,7 +28,8 @@ QS_WIDE uint16_t label_of(const qs_decoder *decoder, uint32_t site, uint32_t lab
     return qs_lanes_first(costs, labels, least);
 }
 
-QS_AVX2 static void some_labels(const qs_decoder *decoder, uint32_t first, uint32_t end, uint16_t *labelling)
+QS_AVX2 static void some_labels(const qs_decoder *decoder, uint32_t first, uint32_t end,
+                                uint16_t *labelling)
 {
     enum { TSUKUBA = 16, VENUS = 20, RUNS = 3 };
     qs_loose costs[RUNS];

@@ -11,7 +11,8 @@ static void weigh(const qs_model *model, int64_t *around, int64_t *largest)
     for (uint32_t p = 0; p < model->sites; p++) {
         int64_t sum = 0, weight = 0;
         if (model->width > 0) {
-            sum = (int64_t)model->right[p] + model->down[p] + (p > 0 ? model->right[p - 1] : 0) + (p >= model->width ? model->down[p - model->width] : 0);
+            sum = (int64_t)model->right[p] + model->down[p] + (p > 0 ? model->right[p - 1] : 0) +
+                  (p >= model->width ? model->down[p - model->width] : 0);
             weight = model->right[p] > model->down[p] ? model->right[p] : model->down[p];
         } else {
             for (uint32_t n = model->link_start[p]; n < model->link_start[p + 1]; n++) {
@@ -46,16 +47,21 @@ static int64_t most_neighbours(const qs_model *model)
 
 bool qs_scale_choose(const qs_model *model, unsigned shift, qs_scale *scale)
 {
-    int64_t around, weight, unary = largest_unary(model), messages = most_neighbours(model) + (model->kept ? 3 : 1), largest = model->pairwise_max;
+    int64_t around, weight, unary = largest_unary(model),
+                            messages = most_neighbours(model) + (model->kept ? 3 : 1),
+                            largest = model->pairwise_max;
     weigh(model, &around, &weight);
     /* So that no product below can overflow. */
-    if (largest > 0 && (around > INT32_MAX || largest > INT32_MAX || weight * largest > INT32_MAX / messages)) {
+    if (largest > 0 &&
+        (around > INT32_MAX || largest > INT32_MAX || weight * largest > INT32_MAX / messages)) {
         return false;
     }
     int64_t edges = largest > 0 ? around * largest : 0;
     int64_t most = unary <= edges && !model->kept ? unary : edges + 1;
     int64_t total = most + messages * weight * largest;
-    total = weight > total ? weight : total; /* weights are scaled too, even those of edges that cost nothing */
+    total = weight > total
+                ? weight
+                : total; /* weights are scaled too, even those of edges that cost nothing */
     if (total > INT32_MAX) {
         return false;
     }
@@ -81,7 +87,8 @@ static int32_t least_of(const int32_t *costs, uint32_t labels)
 }
 
 /* Everything less `least`, and at most `most`. */
-static void normalise(int32_t *message, const int32_t *costs, uint32_t labels, int32_t least, int32_t most)
+static void normalise(int32_t *message, const int32_t *costs, uint32_t labels, int32_t least,
+                      int32_t most)
 {
     for (uint32_t d = 0; d < labels; d++) {
         message[d] = qs_min32(costs[d] - least, most);
@@ -99,8 +106,10 @@ static void linear(int32_t *costs, uint32_t labels, int32_t weight)
     }
 }
 
-/* The first whole label from 0 to `labels` at which the parabola of `b` is no higher than that of a < b. */
-static uint32_t overtakes(const int32_t *costs, uint32_t a, uint32_t b, uint32_t labels, int32_t weight)
+/* The first whole label from 0 to `labels` at which the parabola of `b` is no higher than that of a
+ * < b. */
+static uint32_t overtakes(const int32_t *costs, uint32_t a, uint32_t b, uint32_t labels,
+                          int32_t weight)
 {
     int64_t rise = (int64_t)costs[b] - costs[a] + weight * ((int64_t)b * b - (int64_t)a * a);
     int64_t slope = 2 * (int64_t)weight * (b - a);
@@ -111,13 +120,16 @@ static uint32_t overtakes(const int32_t *costs, uint32_t a, uint32_t b, uint32_t
     return first < labels ? (uint32_t)first : labels;
 }
 
-/* Lower envelope of parabolas (the same), each from the first whole label where it is the lowest: exact on whole labels. */
-static void quadratic(const int32_t *costs, int32_t *message, uint32_t labels, int32_t weight, int32_t most, int32_t *scratch)
+/* Lower envelope of parabolas (the same), each from the first whole label where it is the lowest:
+ * exact on whole labels. */
+static void quadratic(const int32_t *costs, int32_t *message, uint32_t labels, int32_t weight,
+                      int32_t most, int32_t *scratch)
 {
     uint32_t *lowest = (uint32_t *)scratch, *from = lowest + labels, count = 0;
     for (uint32_t d = 0; d < labels; d++) {
         uint32_t begin = 0;
-        while (count > 0 && (begin = overtakes(costs, lowest[count - 1], d, labels, weight)) <= from[count - 1]) {
+        while (count > 0 && (begin = overtakes(costs, lowest[count - 1], d, labels, weight)) <=
+                                from[count - 1]) {
             count--;
         }
         if (count == 0 || begin < labels) {
@@ -134,7 +146,8 @@ static void quadratic(const int32_t *costs, int32_t *message, uint32_t labels, i
     }
 }
 
-static void by_table(const qs_model *model, int32_t weight, bool upward, const int32_t *costs, int32_t *message)
+static void by_table(const qs_model *model, int32_t weight, bool upward, const int32_t *costs,
+                     int32_t *message)
 {
     uint32_t labels = model->labels;
     for (uint32_t a = 0; a < labels; a++) {
@@ -154,7 +167,8 @@ static void by_table(const qs_model *model, int32_t weight, bool upward, const i
     }
 }
 
-int32_t qs_message_send(const qs_model *model, int32_t weight, bool upward, int32_t *costs, int32_t *message, int32_t *scratch)
+int32_t qs_message_send(const qs_model *model, int32_t weight, bool upward, int32_t *costs,
+                        int32_t *message, int32_t *scratch)
 {
     uint32_t labels = model->labels;
     int32_t least = least_of(costs, labels);
@@ -181,9 +195,11 @@ int32_t qs_message_send(const qs_model *model, int32_t weight, bool upward, int3
     return least;
 }
 
-void qs_message_pay(const qs_model *model, int32_t weight, bool lower, uint32_t other, int32_t *costs)
+void qs_message_pay(const qs_model *model, int32_t weight, bool lower, uint32_t other,
+                    int32_t *costs)
 {
     for (uint32_t d = 0; weight != 0 && d < model->labels; d++) {
-        costs[d] += weight * (int32_t)(lower ? qs_model_pairwise(model, other, d) : qs_model_pairwise(model, d, other));
+        costs[d] += weight * (int32_t)(lower ? qs_model_pairwise(model, other, d)
+                                             : qs_model_pairwise(model, d, other));
     }
 }

@@ -6,7 +6,8 @@
 #define INLINE static inline
 #endif
 
-/* Every function below exists twice, for grids and for graphs: `grid` is a constant wherever they are called. */
+/* Every function below exists twice, for grids and for graphs: `grid` is a constant wherever they
+ * are called. */
 
 /* Where the residual of arc `a` of `p` is. */
 INLINE size_t index_of(const qs_cut *cut, bool grid, uint32_t p, uint32_t a)
@@ -19,7 +20,8 @@ INLINE uint32_t arcs(const qs_cut *cut, bool grid, uint32_t p)
     return grid ? 4 : cut->start[p + 1] - cut->start[p];
 }
 
-/* The node at the other end of arc `a` of node `p`. In a grid it may lie outside: there are nodes there that are in no tree. */
+/* The node at the other end of arc `a` of node `p`. In a grid it may lie outside: there are nodes
+ * there that are in no tree. */
 INLINE ptrdiff_t head(const qs_cut *cut, bool grid, ptrdiff_t p, uint32_t a)
 {
     if (!grid) {
@@ -135,7 +137,8 @@ INLINE uint32_t origin(qs_cut *cut, bool grid, uint32_t q)
     return distance;
 }
 
-/* No parent: out of the tree, its children are orphans, and those who could reach it may try again. */
+/* No parent: out of the tree, its children are orphans, and those who could reach it may try again.
+ */
 INLINE void set_free(qs_cut *cut, bool grid, uint32_t p)
 {
     qs_cut_node *node = cut->node;
@@ -161,7 +164,8 @@ INLINE void adopt(qs_cut *cut, bool grid, uint32_t p)
     uint32_t nearest = UINT32_MAX, parent = 0;
     for (uint32_t a = 0; a < arcs(cut, grid, p); a++) {
         ptrdiff_t q = head(cut, grid, p, a);
-        if (!qs_cut_in_tree(&node[q]) || node[q].parent == QS_CUT_ORPHAN || cut->residual[sister(cut, grid, p, a, (uint32_t)q)] == 0) {
+        if (!qs_cut_in_tree(&node[q]) || node[q].parent == QS_CUT_ORPHAN ||
+            cut->residual[sister(cut, grid, p, a, (uint32_t)q)] == 0) {
             continue;
         }
         uint32_t distance = origin(cut, grid, (uint32_t)q);
@@ -196,8 +200,8 @@ static void restart(qs_cut *cut)
     }
 }
 
-/* The path's orphans first, from the root down, then their children as they come: a node is an orphan at most once, for the paths of
- * those that were adopted are sound. */
+/* The path's orphans first, from the root down, then their children as they come: a node is an
+ * orphan at most once, for the paths of those that were adopted are sound. */
 INLINE void adopt_all(qs_cut *cut, bool grid)
 {
     cut->time++;
@@ -215,7 +219,8 @@ INLINE void adopt_all(qs_cut *cut, bool grid)
     }
 }
 
-/* Arc `a` of `p`, in the tree: to a node that wants flow, one to take into the tree, or one that has a shorter way through p. */
+/* Arc `a` of `p`, in the tree: to a node that wants flow, one to take into the tree, or one that
+ * has a shorter way through p. */
 INLINE void grow(qs_cut *cut, bool grid, uint32_t p, uint32_t a)
 {
     qs_cut_node *node = cut->node;
@@ -228,18 +233,21 @@ INLINE void grow(qs_cut *cut, bool grid, uint32_t p, uint32_t a)
         cut->load(cut->context, q);
     }
     if (node[q].parent != QS_CUT_FREE) {
-        if (node[q].parent < QS_CUT_ORPHAN && node[q].stamp <= node[p].stamp && node[q].distance > farther(node[p].distance)) {
+        if (node[q].parent < QS_CUT_ORPHAN && node[q].stamp <= node[p].stamp &&
+            node[q].distance > farther(node[p].distance)) {
             node[q].parent = opposite(cut, grid, p, a, q);
             node[q].stamp = node[p].stamp;
             node[q].distance = farther(node[p].distance);
         }
         return;
     }
-    while (excess[q] < 0 && node[q].parent == QS_CUT_FREE && *residual > 0 && qs_cut_in_tree(&node[p])) {
+    while (excess[q] < 0 && node[q].parent == QS_CUT_FREE && *residual > 0 &&
+           qs_cut_in_tree(&node[p])) {
         augment(cut, grid, p, a, q);
         adopt_all(cut, grid);
     }
-    if (excess[q] == 0 && node[q].parent == QS_CUT_FREE && *residual > 0 && qs_cut_in_tree(&node[p])) {
+    if (excess[q] == 0 && node[q].parent == QS_CUT_FREE && *residual > 0 &&
+        qs_cut_in_tree(&node[p])) {
         node[q].parent = opposite(cut, grid, p, a, q);
         node[q].stamp = node[p].stamp;
         node[q].distance = farther(node[p].distance);
@@ -277,7 +285,8 @@ INLINE void spread_node(qs_cut *cut, bool grid, uint32_t p, bool forward)
             int32_t share = cut->excess[p] / (int32_t)left--;
             if (cut->node[to].parent != QS_CUT_UNLOADED) {
                 uint32_t q = (uint32_t)to;
-                int32_t *out = &cut->residual[index_of(cut, grid, p, a)], *in = &cut->residual[sister(cut, grid, p, a, q)];
+                int32_t *out = &cut->residual[index_of(cut, grid, p, a)],
+                        *in = &cut->residual[sister(cut, grid, p, a, q)];
                 int32_t flow = clamp(share, *in, *out);
                 *out -= flow;
                 *in += flow;
@@ -303,7 +312,8 @@ static void spread_along(int32_t *excess, int32_t *out, int32_t *in, uint32_t co
 }
 
 /* All that is left goes to the next row. */
-static void spread_across(int32_t *restrict excess, int32_t *restrict next, int32_t *restrict out, int32_t *restrict in, uint32_t count)
+static void spread_across(int32_t *restrict excess, int32_t *restrict next, int32_t *restrict out,
+                          int32_t *restrict in, uint32_t count)
 {
     for (uint32_t x = 0; x < count; x++) {
         int32_t flow = clamp(excess[x], in[x], out[x]);
@@ -317,11 +327,13 @@ static void spread_across(int32_t *restrict excess, int32_t *restrict next, int3
 static void spread_grid(qs_cut *cut)
 {
     size_t width = cut->width, nodes = cut->nodes;
-    int32_t *right = cut->residual, *left = right + nodes, *down = left + nodes, *up = down + nodes, *excess = cut->excess;
+    int32_t *right = cut->residual, *left = right + nodes, *down = left + nodes, *up = down + nodes,
+            *excess = cut->excess;
     for (size_t row = 0; row < nodes; row += width) {
         spread_along(excess + row, right + row, left + row, cut->width, 1);
         if (row + width < nodes) {
-            spread_across(excess + row, excess + row + width, down + row, up + row + width, cut->width);
+            spread_across(excess + row, excess + row + width, down + row, up + row + width,
+                          cut->width);
         }
     }
     for (size_t row = nodes; row > 0; row -= width) {

@@ -6,25 +6,29 @@
 #include "min_cut.h"
 #include "progress.h"
 
-/* Expansion keeps a reparametrisation of the energy from move to move (Komodakis and Tziritas 2007, PD3; there for approximation, here
- * only for speed: each move is the exact minimum cut). An edge pq of weight w has a dual y(a) for each label a, and with
+/* Expansion keeps a reparametrisation of the energy from move to move (Komodakis and Tziritas 2007,
+ * PD3; there for approximation, here only for speed: each move is the exact minimum cut). An edge
+ * pq of weight w has a dual y(a) for each label a, and with
  *
  *     height_p(a) = unary_p(a) + sum over edges p is first of: y(a), second of: -y(a)
  *     rest_pq(a, b) = w V(a, b) - y(a) + y(b)
  *
- * F = constant + sum_p height_p(x_p) + sum_pq rest_pq(x_p, x_q) for every y. Two things always hold of the present labelling x:
- * rest_pq(x_p, x_q) = 0, so F is the sum of the heights; and rest_pq(a, a) = 0. A move to `a` first puts every y(a) between
+ * F = constant + sum_p height_p(x_p) + sum_pq rest_pq(x_p, x_q) for every y. Two things always hold
+ * of the present labelling x: rest_pq(x_p, x_q) = 0, so F is the sum of the heights; and rest_pq(a,
+ * a) = 0. A move to `a` first puts every y(a) between
  *
  *     low = y(x_p) - w V(x_p, a)    and    high = y(x_q) + w V(a, x_q)
  *
- * (low <= high is the triangle inequality), for then rest_pq(x_p, a) and rest_pq(a, x_q) are not negative, and they are the capacities of
- * the edge's two arcs; the excess of p is height_p(x_p) - height_p(a). A flow is a change of y(a) between low and high. Across the cut it
- * is at its end, which makes the rest 0 again. After the move no site that did not take `a` has an excess: so where neither a site
- * nor a neighbour has changed since, the next move to `a` has no source, and its numbers are not even looked at. */
+ * (low <= high is the triangle inequality), for then rest_pq(x_p, a) and rest_pq(a, x_q) are not
+ * negative, and they are the capacities of the edge's two arcs; the excess of p is height_p(x_p) -
+ * height_p(a). A flow is a change of y(a) between low and high. Across the cut it is at its end,
+ * which makes the rest 0 again. After the move no site that did not take `a` has an excess: so
+ * where neither a site nor a neighbour has changed since, the next move to `a` has no source, and
+ * its numbers are not even looked at. */
 
 enum {
     CHUNK = 64, /* sites looked at together */
-    MUCH = 4    /* parts of the chunks of which one makes it worth to send flow ahead */
+    MUCH = 4 /* parts of the chunks of which one makes it worth to send flow ahead */
 };
 
 #if defined(__GNUC__)
@@ -64,8 +68,8 @@ typedef struct mover {
     uint16_t *x;
     qs_cut cut;
     qs_cut_node *padded; /* cut.node with the nodes around it */
-    uint32_t *sister;    /* of each link, graphs only */
-    uint64_t now;        /* moves made or passed over, from two cycles up */
+    uint32_t *sister; /* of each link, graphs only */
+    uint64_t now; /* moves made or passed over, from two cycles up */
     int64_t energy;
 } mover;
 
@@ -84,13 +88,15 @@ static void take_mover(mover *m, parts *memory)
     const qs_model *model = m->model;
     m->padded = part(memory, model->sites + 2 * (uint64_t)model->width, sizeof *m->padded);
     m->cut.excess = part(memory, model->sites, sizeof *m->cut.excess);
-    m->cut.residual = part(memory, is_grid(model) ? 4 * (uint64_t)model->sites : link_count(model), sizeof *m->cut.residual);
+    m->cut.residual = part(memory, is_grid(model) ? 4 * (uint64_t)model->sites : link_count(model),
+                           sizeof *m->cut.residual);
     m->cut.queue = part(memory, model->sites, sizeof *m->cut.queue);
     m->cut.orphan = part(memory, model->sites, sizeof *m->cut.orphan);
     m->sister = part(memory, link_count(model), sizeof *m->sister);
 }
 
-/* The second link of an edge is met at its second site, in the order of the first ones: so a cursor a site finds it. */
+/* The second link of an edge is met at its second site, in the order of the first ones: so a cursor
+ * a site finds it. */
 static void find_sisters(const qs_model *model, uint32_t *sister, uint32_t *cursor)
 {
     memcpy(cursor, model->link_start, sizeof *cursor * model->sites);
@@ -117,20 +123,24 @@ static void start_mover(mover *m)
     for (size_t i = 0; i < model->sites + 2 * (size_t)model->width; i++) {
         m->padded[i] = (qs_cut_node){.parent = QS_CUT_UNLOADED};
     }
-    memset(m->cut.residual, 0, sizeof *m->cut.residual * (is_grid(model) ? 4 * (size_t)model->sites : (size_t)link_count(model)));
+    memset(m->cut.residual, 0,
+           sizeof *m->cut.residual *
+               (is_grid(model) ? 4 * (size_t)model->sites : (size_t)link_count(model)));
     if (!is_grid(model)) {
         find_sisters(model, m->sister, m->cut.queue);
     }
     m->energy = qs_model_energy(model, m->x);
 }
 
-/* The sum of the weights of the edges of site p, and the largest unary cost: what its heights can reach. */
+/* The sum of the weights of the edges of site p, and the largest unary cost: what its heights can
+ * reach. */
 static int64_t incident_weight(const qs_model *model, uint32_t p)
 {
     int64_t sum = 0;
     if (is_grid(model)) {
         uint32_t width = model->width;
-        return (int64_t)model->right[p] + model->down[p] + (p > 0 ? model->right[p - 1] : 0) + (p >= width ? model->down[p - width] : 0);
+        return (int64_t)model->right[p] + model->down[p] + (p > 0 ? model->right[p - 1] : 0) +
+               (p >= width ? model->down[p - width] : 0);
     }
     for (uint32_t n = model->link_start[p]; n < model->link_start[p + 1]; n++) {
         sum += model->links[n].weight;
@@ -138,7 +148,8 @@ static int64_t incident_weight(const qs_model *model, uint32_t p)
     return sum;
 }
 
-/* How many times all pairwise costs of a site may come upon its unary cost until they leave the range; the least over all sites. */
+/* How many times all pairwise costs of a site may come upon its unary cost until they leave the
+ * range; the least over all sites. */
 static int64_t times_in_range(const qs_model *model)
 {
     int64_t times = INT64_MAX;
@@ -215,11 +226,12 @@ typedef struct expansion {
     mover m;
     uint32_t chunks;
     int32_t *height; /* labels x sites */
-    int32_t *dual;   /* labels x edges; of a grid the edges to the right, then those down */
-    int32_t *now;    /* height of the present label */
-    int32_t *first, *second; /* of each edge: y of the present label of its first site, and of its second */
-    int32_t *row;            /* V(label, .) */
-    uint64_t *changed;       /* of each chunk: when a label in it or beside it changed last */
+    int32_t *dual; /* labels x edges; of a grid the edges to the right, then those down */
+    int32_t *now; /* height of the present label */
+    int32_t *first,
+        *second; /* of each edge: y of the present label of its first site, and of its second */
+    int32_t *row; /* V(label, .) */
+    uint64_t *changed; /* of each chunk: when a label in it or beside it changed last */
     uint32_t *loaded, loaded_count;
     uint16_t label; /* of the present move, and its: */
     int32_t *label_height, *label_dual;
@@ -321,9 +333,10 @@ static void start_duals(expansion *e)
     }
 }
 
-/* Edges of a grid, one beside the other: what the three passes over a chunk need of each. The bounds of a dual:
+/* Edges of a grid, one beside the other: what the three passes over a chunk need of each. The
+ * bounds of a dual:
  *
- *     first - weight V(x_p, label) <= dual <= second + weight V(label, x_q)                                                          */
+ *     first - weight V(x_p, label) <= dual <= second + weight V(label, x_q) */
 typedef struct edge_run {
     uint32_t count;
     const uint16_t *x_p, *x_q;
@@ -421,13 +434,22 @@ static void pass_grid(expansion *e, pass what, bool down, uint32_t begin, uint32
 static void pass_link(expansion *e, pass what, uint32_t p, uint32_t n)
 {
     const qs_link *link = &e->m.model->links[n];
-    edge_run run = {1, e->m.x + p, e->m.x + link->site, &link->weight, e->first + link->edge, e->second + link->edge,
-                    e->label_dual + link->edge, e->label_height + p, e->label_height + link->site,
-                    e->m.cut.residual + n, e->m.cut.residual + e->m.sister[n]};
+    edge_run run = {1,
+                    e->m.x + p,
+                    e->m.x + link->site,
+                    &link->weight,
+                    e->first + link->edge,
+                    e->second + link->edge,
+                    e->label_dual + link->edge,
+                    e->label_height + p,
+                    e->label_height + link->site,
+                    e->m.cut.residual + n,
+                    e->m.cut.residual + e->m.sister[n]};
     pass_run(e, false, what, &run);
 }
 
-/* One pass over the edges whose first site is in the chunk; loading, over those whose second one is, too. */
+/* One pass over the edges whose first site is in the chunk; loading, over those whose second one
+ * is, too. */
 static void pass_chunk(expansion *e, pass what, uint32_t chunk)
 {
     const qs_model *model = e->m.model;
@@ -437,7 +459,8 @@ static void pass_chunk(expansion *e, pass what, uint32_t chunk)
         pass_grid(e, what, true, begin, end);
         if (what == LOAD) {
             pass_grid(e, LOAD, false, begin > 0 ? begin - 1 : 0, begin);
-            pass_grid(e, LOAD, true, begin > width ? begin - width : 0, end > width ? end - width : 0);
+            pass_grid(e, LOAD, true, begin > width ? begin - width : 0,
+                      end > width ? end - width : 0);
         }
         return;
     }
@@ -488,7 +511,8 @@ static void take_label(expansion *e, uint32_t p)
     if (!is_grid(model)) {
         for (uint32_t n = model->link_start[p]; n < model->link_start[p + 1]; n++) {
             const qs_link *link = &model->links[n];
-            *(link->site > p ? &e->first[link->edge] : &e->second[link->edge]) = e->label_dual[link->edge];
+            *(link->site > p ? &e->first[link->edge] : &e->second[link->edge]) =
+                e->label_dual[link->edge];
             e->changed[link->site / CHUNK] = e->m.now;
         }
         return;
@@ -512,7 +536,8 @@ static void take_label(expansion *e, uint32_t p)
     }
 }
 
-/* Loads what has changed since the last move to the label, all where that is much; tells of the sources. */
+/* Loads what has changed since the last move to the label, all where that is much; tells of the
+ * sources. */
 static void find_sources(expansion *e)
 {
     uint64_t since = e->m.now - e->m.model->labels;
@@ -571,7 +596,8 @@ static bool expand(expansion *e, uint16_t label)
 }
 
 /* Cycles until as many moves as there are labels have failed. */
-static void expand_all(expansion *e, const qs_solve_options *options, int64_t times, qs_solution *solution)
+static void expand_all(expansion *e, const qs_solve_options *options, int64_t times,
+                       qs_solution *solution)
 {
     uint32_t labels = e->m.model->labels, failed = 0;
     uint64_t limit = options && options->iterations ? options->iterations : UINT64_MAX;
@@ -595,8 +621,8 @@ static void expand_all(expansion *e, const qs_solve_options *options, int64_t ti
     solution->energy = e->m.energy;
 }
 
-qs_status qs_expansion(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size,
-                       uint16_t *labelling, qs_solution *solution)
+qs_status qs_expansion(const qs_model *model, const qs_solve_options *options, void *workspace,
+                       size_t workspace_size, uint16_t *labelling, qs_solution *solution)
 {
     if (!model || !workspace || !labelling || !solution || !qs_labels_in_range(model, labelling)) {
         return QS_E_ARGUMENT;
@@ -623,12 +649,14 @@ qs_status qs_expansion(const qs_model *model, const qs_solve_options *options, v
     return QS_OK;
 }
 
-/* Swap. A move of the pair (a, b) is a cut on the sites that have either: b is the source side. The edges between them are pushed full at
- * first, so that the present labelling costs just what its terminals are cut of: nothing, and no flow is needed. */
+/* Swap. A move of the pair (a, b) is a cut on the sites that have either: b is the source side. The
+ * edges between them are pushed full at first, so that the present labelling costs just what its
+ * terminals are cut of: nothing, and no flow is needed. */
 
 typedef struct swapper {
     mover m;
-    uint64_t *changed; /* of each label: when its sites, or their neighbours' labels, changed last */
+    uint64_t
+        *changed; /* of each label: when its sites, or their neighbours' labels, changed last */
     uint32_t *members, member_count;
     uint16_t a, b;
 } swapper;
@@ -669,13 +697,15 @@ static void find_members(swapper *s)
 }
 
 /* The edge from p to q: what it adds to p's excess, and the residual of its arc. */
-static int32_t load_swap_arc(const swapper *s, uint32_t p, uint32_t q, int32_t weight, int32_t *residual)
+static int32_t load_swap_arc(const swapper *s, uint32_t p, uint32_t q, int32_t weight,
+                             int32_t *residual)
 {
     const qs_model *model = s->m.model;
     uint16_t here = s->m.x[p], there = s->m.x[q];
     if (there != s->a && there != s->b) {
         *residual = 0;
-        return weight * (int32_t)(qs_model_pairwise(model, s->a, there) - qs_model_pairwise(model, s->b, there));
+        return weight * (int32_t)(qs_model_pairwise(model, s->a, there) -
+                                  qs_model_pairwise(model, s->b, there));
     }
     int32_t cost = weight * (int32_t)qs_model_pairwise(model, s->a, s->b);
     *residual = here == there ? cost : here == s->b ? 0 : 2 * cost;
@@ -688,16 +718,26 @@ static void load_member(swapper *s, uint32_t p)
     const int32_t *unary = model->unary + (size_t)p * model->labels;
     uint32_t width = model->width;
     int32_t excess = unary[s->a] - unary[s->b], *residual = s->m.cut.residual;
-    for (uint32_t n = is_grid(model) ? 0 : model->link_start[p]; !is_grid(model) && n < model->link_start[p + 1]; n++) {
+    for (uint32_t n = is_grid(model) ? 0 : model->link_start[p];
+         !is_grid(model) && n < model->link_start[p + 1]; n++) {
         excess += load_swap_arc(s, p, model->links[n].site, model->links[n].weight, &residual[n]);
     }
     if (is_grid(model)) {
         size_t sites = model->sites;
         residual += p;
-        excess += model->right[p] ? load_swap_arc(s, p, p + 1, model->right[p], &residual[QS_CUT_RIGHT * sites]) : 0;
-        excess += model->down[p] ? load_swap_arc(s, p, p + width, model->down[p], &residual[QS_CUT_DOWN * sites]) : 0;
-        excess += p > 0 && model->right[p - 1] ? load_swap_arc(s, p, p - 1, model->right[p - 1], &residual[QS_CUT_LEFT * sites]) : 0;
-        excess += p >= width && model->down[p - width] ? load_swap_arc(s, p, p - width, model->down[p - width], &residual[QS_CUT_UP * sites]) : 0;
+        excess += model->right[p]
+                      ? load_swap_arc(s, p, p + 1, model->right[p], &residual[QS_CUT_RIGHT * sites])
+                      : 0;
+        excess += model->down[p] ? load_swap_arc(s, p, p + width, model->down[p],
+                                                 &residual[QS_CUT_DOWN * sites])
+                                 : 0;
+        excess += p > 0 && model->right[p - 1] ? load_swap_arc(s, p, p - 1, model->right[p - 1],
+                                                               &residual[QS_CUT_LEFT * sites])
+                                               : 0;
+        excess += p >= width && model->down[p - width]
+                      ? load_swap_arc(s, p, p - width, model->down[p - width],
+                                      &residual[QS_CUT_UP * sites])
+                      : 0;
     }
     s->m.cut.node[p] = (qs_cut_node){.parent = QS_CUT_FREE};
     s->m.cut.excess[p] = excess;
@@ -816,8 +856,8 @@ static void swap_all(swapper *s, const qs_solve_options *options, qs_solution *s
     solution->energy = s->m.energy;
 }
 
-qs_status qs_swap(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size,
-                  uint16_t *labelling, qs_solution *solution)
+qs_status qs_swap(const qs_model *model, const qs_solve_options *options, void *workspace,
+                  size_t workspace_size, uint16_t *labelling, qs_solution *solution)
 {
     if (!model || !workspace || !labelling || !solution || !qs_labels_in_range(model, labelling)) {
         return QS_E_ARGUMENT;

@@ -12,7 +12,8 @@ static inline bool qs_told(const qs_solve_options *options, const qs_solution *s
 }
 
 /* Whether the iterations asked for, or the solver's own default (0 = none), are done. */
-static inline bool qs_limit_reached(const qs_solve_options *options, const qs_solution *s, uint64_t standard)
+static inline bool qs_limit_reached(const qs_solve_options *options, const qs_solution *s,
+                                    uint64_t standard)
 {
     uint64_t limit = options && options->iterations > 0 ? options->iterations : standard;
     return limit > 0 && s->iterations >= limit;

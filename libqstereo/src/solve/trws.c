@@ -11,7 +11,8 @@ enum { DEFAULT_ITERATIONS = 500, FINEST = 14, DECODE_EVERY = 8 };
 /* Parts of the workspace: messages behind their padding, scratch, and a labelling. */
 static uint64_t numbers(const qs_model *model)
 {
-    return qs_trws_padding(model) + qs_trws_messages(model) + qs_trws_scratch(model) + (model->sites + (uint64_t)1) / 2;
+    return qs_trws_padding(model) + qs_trws_messages(model) + qs_trws_scratch(model) +
+           (model->sites + (uint64_t)1) / 2;
 }
 
 size_t qs_trws_workspace(const qs_model *model)
@@ -22,7 +23,8 @@ size_t qs_trws_workspace(const qs_model *model)
 
 static int64_t pass(const qs_trws_state *state, bool forward)
 {
-    return state->model->width > 0 ? qs_trws_grid_pass(state, forward) : qs_trws_graph_pass(state, forward);
+    return state->model->width > 0 ? qs_trws_grid_pass(state, forward)
+                                   : qs_trws_graph_pass(state, forward);
 }
 
 /* A pass may only raise the bound, which is rounded up: energies are whole. */
@@ -49,7 +51,8 @@ void qs_trws_visit_only(qs_trws_state *state, const uint32_t *sites, uint32_t co
     size_t labels = model->labels;
     state->visits = sites;
     state->visit_count = count;
-    for (uint32_t p = 0; model->width > 0 && p < model->sites; p++) { /* a graph's passes do not look at such edges */
+    for (uint32_t p = 0; model->width > 0 && p < model->sites;
+         p++) { /* a graph's passes do not look at such edges */
         int32_t *right = state->messages + 2 * labels * p, *down = right + labels;
         memset(right, 0, model->right[p] == 0 ? sizeof *right * labels : 0);
         memset(down, 0, model->down[p] == 0 ? sizeof *down * labels : 0);
@@ -71,8 +74,9 @@ static bool is_inside(const qs_model *model, uint32_t site, const uint16_t *labe
 {
     uint32_t width = model->width;
     uint16_t label = labelling[site];
-    return site >= width && site + width < model->sites && labelling[site - 1] == label && labelling[site + 1] == label &&
-           labelling[site - width] == label && labelling[site + width] == label;
+    return site >= width && site + width < model->sites && labelling[site - 1] == label &&
+           labelling[site + 1] == label && labelling[site - width] == label &&
+           labelling[site + width] == label;
 }
 
 /* Lets a site take a neighbour's label where that is cheaper; by how much it lowers the energy. */
@@ -108,14 +112,17 @@ static int64_t improve(const qs_model *model, uint16_t *labelling)
     while (gain > 0) {
         gain = 0;
         for (uint32_t p = 0; p < model->sites; p++) {
-            gain += model->width > 0 && is_inside(model, p, labelling) ? 0 : take_from_neighbours(model, p, labelling);
+            gain += model->width > 0 && is_inside(model, p, labelling)
+                        ? 0
+                        : take_from_neighbours(model, p, labelling);
         }
         all += gain;
     }
     return all;
 }
 
-static void decode(const qs_trws_state *state, bool forward, uint16_t *trial, uint16_t *labelling, qs_solution *s)
+static void decode(const qs_trws_state *state, bool forward, uint16_t *trial, uint16_t *labelling,
+                   qs_solution *s)
 {
     if (state->model->width > 0) {
         qs_trws_grid_labels(state, forward, trial);
@@ -130,15 +137,16 @@ static void decode(const qs_trws_state *state, bool forward, uint16_t *trial, ui
     }
 }
 
-qs_status qs_trws(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size, uint16_t *labelling,
-                  qs_solution *solution)
+qs_status qs_trws(const qs_model *model, const qs_solve_options *options, void *workspace,
+                  size_t workspace_size, uint16_t *labelling, qs_solution *solution)
 {
     qs_trws_state state;
     return qs_trws_watched(model, options, workspace, workspace_size, labelling, solution, &state);
 }
 
-qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size, uint16_t *labelling,
-                          qs_solution *solution, qs_trws_state *state)
+qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options, void *workspace,
+                          size_t workspace_size, uint16_t *labelling, qs_solution *solution,
+                          qs_trws_state *state)
 {
     if (!model || !workspace || !labelling || !solution) {
         return QS_E_ARGUMENT;

@@ -15,17 +15,23 @@ QS_WIDE void fetch(const qs_trws_state *state, uint32_t at, uint32_t labels, boo
     }
 }
 
-/* Of messages that are replaced all labels are read before any is written, so a run of lanes may do some labels again. */
-QS_WIDE int64_t site(const qs_trws_state *state, uint32_t at, uint32_t labels, bool forward, qs_loose *row, qs_loose *column)
+/* Of messages that are replaced all labels are read before any is written, so a run of lanes may do
+ * some labels again. */
+QS_WIDE int64_t site(const qs_trws_state *state, uint32_t at, uint32_t labels, bool forward,
+                     qs_loose *row, qs_loose *column)
 {
     qs_visit v = qs_visit_of(state, at, labels, forward);
     fetch(state, at, labels, forward);
-    qs_lanes most = qs_lanes_all(state->scale.most), share = qs_lanes_all(v.row_share), row_least = most, column_least = most;
+    qs_lanes most = qs_lanes_all(state->scale.most), share = qs_lanes_all(v.row_share),
+             row_least = most, column_least = most;
     uint32_t runs = qs_lanes_runs(labels);
     for (uint32_t run = 0; run < runs; run++) {
-        qs_lanes row_back = qs_lanes_load(v.row_out, run, labels), column_back = qs_lanes_load(v.column_out, run, labels);
-        qs_lanes total = qs_lanes_min(qs_lanes_load(v.unary, run, labels), most) << (int)state->scale.shift;
-        total = total + row_back + column_back + qs_lanes_load(v.column_in, run, labels) + qs_lanes_load(v.row_in, run, labels);
+        qs_lanes row_back = qs_lanes_load(v.row_out, run, labels),
+                 column_back = qs_lanes_load(v.column_out, run, labels);
+        qs_lanes total = qs_lanes_min(qs_lanes_load(v.unary, run, labels), most)
+                         << (int)state->scale.shift;
+        total = total + row_back + column_back + qs_lanes_load(v.column_in, run, labels) +
+                qs_lanes_load(v.row_in, run, labels);
         qs_lanes part = total >> (int)v.halves & share;
         qs_lanes row_cost = part - row_back, column_cost = total - part - column_back;
         row_least = run > 0 ? qs_lanes_min(row_least, row_cost) : row_cost;
@@ -37,13 +43,16 @@ QS_WIDE int64_t site(const qs_trws_state *state, uint32_t at, uint32_t labels, b
     qs_lanes row_weight = qs_lanes_all(v.row_weight), column_weight = qs_lanes_all(v.column_weight);
     for (uint32_t run = 0; run < runs; run++) {
         qs_lanes_store(v.row_out, run, labels, qs_lanes_min(row[run] - row_least, row_weight));
-        qs_lanes_store(v.column_out, run, labels, qs_lanes_min(column[run] - column_least, column_weight));
+        qs_lanes_store(v.column_out, run, labels,
+                       qs_lanes_min(column[run] - column_least, column_weight));
     }
     return (int64_t)row_least[0] + column_least[0];
 }
 
-/* Two rows at once, the later one a site behind: neither waits for the other, so their chains of dependent sites overlap. */
-QS_WIDE int64_t two_rows(const qs_trws_state *state, uint32_t labels, bool forward, uint32_t first, uint32_t second, qs_loose *row, qs_loose *column)
+/* Two rows at once, the later one a site behind: neither waits for the other, so their chains of
+ * dependent sites overlap. */
+QS_WIDE int64_t two_rows(const qs_trws_state *state, uint32_t labels, bool forward, uint32_t first,
+                         uint32_t second, qs_loose *row, qs_loose *column)
 {
     int64_t bound = site(state, first, labels, forward, row, column);
     for (uint32_t x = 1; x < state->model->width; x++) {
@@ -55,7 +64,8 @@ QS_WIDE int64_t two_rows(const qs_trws_state *state, uint32_t labels, bool forwa
     return bound + site(state, second, labels, forward, row, column);
 }
 
-QS_WIDE int64_t pass(const qs_trws_state *state, uint32_t labels, bool forward, qs_loose *row, qs_loose *column)
+QS_WIDE int64_t pass(const qs_trws_state *state, uint32_t labels, bool forward, qs_loose *row,
+                     qs_loose *column)
 {
     const qs_model *model = state->model;
     uint32_t width = model->width, y = 0, last = model->sites - 1;
@@ -68,7 +78,8 @@ QS_WIDE int64_t pass(const qs_trws_state *state, uint32_t labels, bool forward, 
     }
     for (; y + 1 < model->height; y += 2) {
         uint32_t first = y * width, second = first + width;
-        bound += two_rows(state, labels, forward, forward ? first : last - first, forward ? second : last - second, row, column);
+        bound += two_rows(state, labels, forward, forward ? first : last - first,
+                          forward ? second : last - second, row, column);
     }
     for (uint32_t at = y * width; at < model->sites; at++) {
         bound += site(state, forward ? at : last - at, labels, forward, row, column);
@@ -85,7 +96,9 @@ QS_WIDE int64_t any_labels(const qs_trws_state *state, bool forward)
     switch (labels) {
     case TSUKUBA: return pass(state, TSUKUBA, forward, row, column);
     case VENUS: return pass(state, VENUS, forward, row, column);
-    default: return pass(state, labels, forward, (qs_loose *)state->scratch, (qs_loose *)state->scratch + runs);
+    default:
+        return pass(state, labels, forward, (qs_loose *)state->scratch,
+                    (qs_loose *)state->scratch + runs);
     }
 }
 

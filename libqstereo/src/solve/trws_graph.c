@@ -1,5 +1,5 @@
-/* TRW-S on lists of neighbours: the chains go through each site from its i-th earlier edge to its i-th later one; where the numbers differ, some
- * begin or end there. */
+/* TRW-S on lists of neighbours: the chains go through each site from its i-th earlier edge to its
+ * i-th later one; where the numbers differ, some begin or end there. */
 #include "trws.h"
 
 #include <string.h>
@@ -57,12 +57,14 @@ static int32_t least_part(const int32_t *part, uint32_t labels)
     return least;
 }
 
-/* What a pass forward leaves for the sweep back: of each site what was charged there, of each edge the message that was replaced. */
+/* What a pass forward leaves for the sweep back: of each site what was charged there, of each edge
+ * the message that was replaced. */
 typedef struct record {
     int32_t *total, *replaced;
 } pass_record;
 
-static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward, const pass_record *record)
+static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward,
+                     const pass_record *record)
 {
     const qs_model *model = state->model;
     uint32_t labels = model->labels, lower, higher, sent = 0;
@@ -82,13 +84,15 @@ static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward, co
         }
         int32_t *message = message_of(state, link);
         if (record) {
-            memcpy(record->replaced + (size_t)link->edge * labels, message, sizeof *message * labels);
+            memcpy(record->replaced + (size_t)link->edge * labels, message,
+                   sizeof *message * labels);
         }
         take_part(total, labels, sent++, chains, part);
         for (uint32_t d = 0; d < labels; d++) {
             part[d] -= message[d];
         }
-        bound += qs_message_send(model, link->weight << state->scale.shift, forward, part, message, rest);
+        bound += qs_message_send(model, link->weight << state->scale.shift, forward, part, message,
+                                 rest);
     }
     for (; sent < chains; sent++) { /* the chains that end here */
         take_part(total, labels, sent, chains, part);
@@ -115,9 +119,13 @@ static uint32_t next_link(const qs_model *model, uint32_t at, uint32_t end)
     return at;
 }
 
-/* One chain at a site, from part `part` of what was charged there: adds what its labels cost above the least, and sends the costs from the site on back along
- * `before`. Of the edge after it, `after`, the record has the costs of what comes later, less the message that was replaced. NULL = no such edge. */
-static void sweep_chain(const qs_trws_state *state, const pass_record *record, const qs_link *before, const qs_link *after, int32_t *part, uint32_t *excess)
+/* One chain at a site, from part `part` of what was charged there: adds what its labels cost above
+ * the least, and sends the costs from the site on back along `before`. Of the edge after it,
+ * `after`, the record has the costs of what comes later, less the message that was replaced. NULL =
+ * no such edge. */
+static void sweep_chain(const qs_trws_state *state, const pass_record *record,
+                        const qs_link *before, const qs_link *after, int32_t *part,
+                        uint32_t *excess)
 {
     const qs_model *model = state->model;
     uint32_t labels = model->labels;
@@ -132,19 +140,23 @@ static void sweep_chain(const qs_trws_state *state, const pass_record *record, c
     }
     if (before) {
         const int32_t *came = message_of(state, before);
-        int32_t *message = state->scratch, *rest = message + labels, *replaced = record->replaced + (size_t)before->edge * labels;
+        int32_t *message = state->scratch, *rest = message + labels,
+                *replaced = record->replaced + (size_t)before->edge * labels;
         for (uint32_t d = 0; d < labels; d++) {
             part[d] -= came[d];
         }
-        (void)qs_message_send(model, before->weight << state->scale.shift, false, part, message, rest);
+        (void)qs_message_send(model, before->weight << state->scale.shift, false, part, message,
+                              rest);
         for (uint32_t d = 0; d < labels; d++) {
             replaced[d] = message[d] - replaced[d];
         }
     }
 }
 
-/* The chains through a site; `work` are two numbers a label. What was charged there is replaced by the excess. */
-static void sweep_site(const qs_trws_state *state, uint32_t site, const pass_record *record, int32_t *work)
+/* The chains through a site; `work` are two numbers a label. What was charged there is replaced by
+ * the excess. */
+static void sweep_site(const qs_trws_state *state, uint32_t site, const pass_record *record,
+                       int32_t *work)
 {
     const qs_model *model = state->model;
     uint32_t labels = model->labels, lower, higher, end = model->link_start[site + 1];
@@ -160,7 +172,8 @@ static void sweep_site(const qs_trws_state *state, uint32_t site, const pass_rec
     memset(excess, 0, sizeof *excess * labels);
     for (uint32_t i = 0; i < chains; i++) {
         take_part(total, labels, i, chains, part);
-        sweep_chain(state, record, i < lower ? &model->links[before] : NULL, i < higher ? &model->links[after] : NULL, part, excess);
+        sweep_chain(state, record, i < lower ? &model->links[before] : NULL,
+                    i < higher ? &model->links[after] : NULL, part, excess);
         before = next_link(model, before + 1, end);
         after = next_link(model, after + 1, end);
     }
@@ -170,7 +183,8 @@ static void sweep_site(const qs_trws_state *state, uint32_t site, const pass_rec
 void qs_trws_graph_excess(const qs_trws_state *state, uint32_t *excess, int64_t *shares)
 {
     const qs_model *model = state->model;
-    pass_record record = {(int32_t *)excess, (int32_t *)excess + (size_t)model->sites * model->labels};
+    pass_record record = {(int32_t *)excess,
+                          (int32_t *)excess + (size_t)model->sites * model->labels};
     int32_t *work = record.replaced + (size_t)model->edges * model->labels;
     for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
         uint32_t p = qs_trws_site(state, at, true);
@@ -182,7 +196,8 @@ void qs_trws_graph_excess(const qs_trws_state *state, uint32_t *excess, int64_t 
 }
 
 /* A site's costs beside the labels of its earlier neighbours and the messages of the later ones. */
-static void add_around(const qs_trws_state *state, uint32_t site, bool forward, const uint16_t *labelling, int32_t *costs)
+static void add_around(const qs_trws_state *state, uint32_t site, bool forward,
+                       const uint16_t *labelling, int32_t *costs)
 {
     const qs_model *model = state->model;
     const int32_t *unary = model->unary + (size_t)site * model->labels;
@@ -192,7 +207,8 @@ static void add_around(const qs_trws_state *state, uint32_t site, bool forward, 
     for (uint32_t n = model->link_start[site]; n < model->link_start[site + 1]; n++) {
         const qs_link *link = &model->links[n];
         if ((link->site < site) == forward) {
-            qs_message_pay(model, link->weight << state->scale.shift, forward, labelling[link->site], costs);
+            qs_message_pay(model, link->weight << state->scale.shift, forward,
+                           labelling[link->site], costs);
             continue;
         }
         const int32_t *message = message_of(state, link);

@@ -13,7 +13,8 @@ uint64_t qs_trws_padding(const qs_model *model)
     return model->width > 0 ? 2 * (uint64_t)model->labels * model->width : 0;
 }
 
-QS_KERNEL int32_t send_potts(const int32_t *costs, int32_t *message, uint32_t labels, int32_t weight)
+QS_KERNEL int32_t send_potts(const int32_t *costs, int32_t *message, uint32_t labels,
+                             int32_t weight)
 {
     int32_t least = costs[0];
     for (uint32_t d = 1; d < labels; d++) {
@@ -78,7 +79,9 @@ void qs_trws_grid_labels(const qs_trws_state *state, bool forward, uint16_t *lab
 {
     size_t labels = state->model->labels, site = 2 * labels;
     const int32_t *row = forward ? state->messages : state->messages - site;
-    const int32_t *column = (forward ? state->messages : state->messages - site * state->model->width) + labels;
-    qs_decoder decoder = {state->model, state->scale, state->wide, forward, row, column, site, state->scratch};
+    const int32_t *column =
+        (forward ? state->messages : state->messages - site * state->model->width) + labels;
+    qs_decoder decoder = {state->model, state->scale, state->wide, forward,
+                          row,          column,       site,        state->scratch};
     qs_decode_grid(&decoder, labelling);
 }

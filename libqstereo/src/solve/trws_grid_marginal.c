@@ -1,13 +1,14 @@
-/* The excess of labels on grids: of the row and of the column through each site. Plain C on the same costs as trws_grid.c; it leaves the same messages,
- * to the bit. */
+/* The excess of labels on grids: of the row and of the column through each site. Plain C on the
+ * same costs as trws_grid.c; it leaves the same messages, to the bit. */
 #include "trws.h"
 
 #include <string.h>
 
 #include "trws_visit.h"
 
-/* Parts of the workspace: the chains' costs of each label as far as the pass has come, the row's where the excess will be; of the sweep
- * back, the costs of what comes later on the row and on each column; and costs to send. */
+/* Parts of the workspace: the chains' costs of each label as far as the pass has come, the row's
+ * where the excess will be; of the sweep back, the costs of what comes later on the row and on each
+ * column; and costs to send. */
 typedef struct sweep {
     const qs_trws_state *state;
     int32_t *row, *column, *row_later, *column_later, *costs;
@@ -16,7 +17,8 @@ typedef struct sweep {
 
 static uint64_t of_labels(const qs_model *model)
 {
-    return model->width > 0 ? 2 * (uint64_t)model->sites + model->width + 2 : (uint64_t)model->sites + model->edges + 2;
+    return model->width > 0 ? 2 * (uint64_t)model->sites + model->width + 2
+                            : (uint64_t)model->sites + model->edges + 2;
 }
 
 uint64_t qs_trws_excess_numbers(const qs_model *model)
@@ -37,7 +39,8 @@ static sweep lay_out(const qs_trws_state *state, uint32_t *excess)
 }
 
 /* Sends costs that must stay as they are. */
-static int32_t send(const sweep *s, int32_t weight, bool upward, const int32_t *costs, int32_t *message)
+static int32_t send(const sweep *s, int32_t weight, bool upward, const int32_t *costs,
+                    int32_t *message)
 {
     memcpy(s->costs, costs, sizeof *costs * s->labels);
     return qs_message_send(s->state->model, weight, upward, s->costs, message, s->state->scratch);
@@ -56,9 +59,11 @@ static void forward(const sweep *s, int64_t *shares)
     }
 }
 
-/* One chain at a site: min-marginals from the costs up to it and those of what comes later, less their least; and the costs from it on, less the message
- * that came along the chain, sent back to the site before. */
-static void sweep_chain(const sweep *s, int32_t *costs, int32_t *later, const int32_t *came, int32_t weight)
+/* One chain at a site: min-marginals from the costs up to it and those of what comes later, less
+ * their least; and the costs from it on, less the message that came along the chain, sent back to
+ * the site before. */
+static void sweep_chain(const sweep *s, int32_t *costs, int32_t *later, const int32_t *came,
+                        int32_t weight)
 {
     int32_t least = INT32_MAX;
     for (uint32_t d = 0; d < s->labels; d++) {
@@ -83,7 +88,8 @@ static void back(const sweep *s)
         qs_visit v = qs_visit_of(s->state, p, labels, false); /* its `out` = to the sites before */
         int32_t *row = s->row + (size_t)p * labels, *column = s->column + (size_t)p * labels;
         sweep_chain(s, row, s->row_later, v.row_out, v.row_weight);
-        sweep_chain(s, column, s->column_later + (size_t)(p % model->width) * labels, v.column_out, v.column_weight);
+        sweep_chain(s, column, s->column_later + (size_t)(p % model->width) * labels, v.column_out,
+                    v.column_weight);
         uint32_t *excess = (uint32_t *)row;
         for (uint32_t d = 0; d < labels; d++) {
             excess[d] += (uint32_t)column[d];

@@ -5,13 +5,15 @@
 #include "../base/simd.h"
 #include "trws.h"
 
-/* A site in a pass: the messages that it takes and those that it replaces, along the row and along the column. */
+/* A site in a pass: the messages that it takes and those that it replaces, along the row and along
+ * the column. */
 typedef struct qs_visit {
     const int32_t *unary, *row_in, *column_in;
     int32_t *row_out, *column_out;
     int32_t row_weight, column_weight; /* of the edges to later sites, scaled */
-    int32_t row_share;                 /* all bits: the row's chain goes on with a part; 0: the column's takes all */
-    unsigned halves;                   /* 1: two chains go through, each has a half */
+    int32_t
+        row_share; /* all bits: the row's chain goes on with a part; 0: the column's takes all */
+    unsigned halves; /* 1: two chains go through, each has a half */
 } qs_visit;
 
 /* Weight of an edge whose cell may lie before the first. */
@@ -20,14 +22,17 @@ static inline int32_t qs_weight_before(const int32_t *weights, uint32_t site, ui
     return site >= back ? weights[site - back] : 0;
 }
 
-QS_KERNEL qs_visit qs_visit_of(const qs_trws_state *state, uint32_t site, uint32_t labels, bool forward)
+QS_KERNEL qs_visit qs_visit_of(const qs_trws_state *state, uint32_t site, uint32_t labels,
+                               bool forward)
 {
     const qs_model *model = state->model;
     unsigned shift = state->scale.shift;
     uint32_t width = model->width;
     int32_t right = model->right[site], down = model->down[site];
-    int32_t left = qs_weight_before(model->right, site, 1), up = qs_weight_before(model->down, site, width);
-    int32_t *own = state->messages + 2 * (size_t)labels * site, *before = own - 2 * (size_t)labels, *above = own - 2 * (size_t)labels * width + labels;
+    int32_t left = qs_weight_before(model->right, site, 1),
+            up = qs_weight_before(model->down, site, width);
+    int32_t *own = state->messages + 2 * (size_t)labels * site, *before = own - 2 * (size_t)labels,
+            *above = own - 2 * (size_t)labels * width + labels;
     qs_visit v = {.unary = model->unary + (size_t)labels * site};
     v.row_in = forward ? before : own;
     v.row_out = forward ? own : before;
@@ -41,7 +46,8 @@ QS_KERNEL qs_visit qs_visit_of(const qs_trws_state *state, uint32_t site, uint32
 }
 
 /* What each label costs on the two chains onward. */
-QS_KERNEL void qs_visit_charge(const qs_visit *v, qs_scale scale, uint32_t labels, int32_t *row, int32_t *column)
+QS_KERNEL void qs_visit_charge(const qs_visit *v, qs_scale scale, uint32_t labels, int32_t *row,
+                               int32_t *column)
 {
     for (uint32_t d = 0; d < labels; d++) {
         int32_t cost = qs_min32(v->unary[d], scale.most) << scale.shift;

@@ -3,14 +3,15 @@
 #include <stdbool.h>
 #include <string.h>
 
-/* Costs are computed for TILE pixels at a time, label by label, so that the least of each pixel is a plain minimum of rows,
- * then turned round to the file's order. Both stay in the first cache for all usual numbers of labels. */
+/* Costs are computed for TILE pixels at a time, label by label, so that the least of each pixel is
+ * a plain minimum of rows, then turned round to the file's order. Both stay in the first cache for
+ * all usual numbers of labels. */
 enum { TILE = 64, GROUP = 16, HALF = 8 };
 
 typedef struct matcher {
     qs_stereo stereo;
     uint32_t x, y, width, labels; /* of the grid */
-    uint8_t *planes;              /* labels x TILE */
+    uint8_t *planes; /* labels x TILE */
 } matcher;
 
 static uint32_t labels_of(const qs_stereo *stereo)
@@ -23,9 +24,10 @@ size_t qs_stereo_workspace(const qs_stereo *stereo)
     return sizeof(matcher) + (size_t)TILE * labels_of(stereo);
 }
 
-/* |left - right| of a tile for one label, and the least so far. Larger less smaller: byte instructions throughout. */
-static void ad_plane(const uint8_t *restrict left, const uint8_t *restrict right, uint8_t *restrict plane,
-                     uint8_t *restrict least)
+/* |left - right| of a tile for one label, and the least so far. Larger less smaller: byte
+ * instructions throughout. */
+static void ad_plane(const uint8_t *restrict left, const uint8_t *restrict right,
+                     uint8_t *restrict plane, uint8_t *restrict least)
 {
     for (int i = 0; i < TILE; i++) {
         uint8_t a = left[i], b = right[i];
@@ -35,9 +37,10 @@ static void ad_plane(const uint8_t *restrict left, const uint8_t *restrict right
     }
 }
 
-/* GROUP or HALF planes, less the least, side by side for each pixel. Two functions, for the compiler makes a network of
- * interleavings of each only where it knows the number. */
-static void interleave_group(const uint8_t *restrict planes, const uint8_t *restrict least, uint8_t *restrict out)
+/* GROUP or HALF planes, less the least, side by side for each pixel. Two functions, for the
+ * compiler makes a network of interleavings of each only where it knows the number. */
+static void interleave_group(const uint8_t *restrict planes, const uint8_t *restrict least,
+                             uint8_t *restrict out)
 {
     for (int i = 0; i < TILE; i++) {
         for (int d = 0; d < GROUP; d++) {
@@ -46,7 +49,8 @@ static void interleave_group(const uint8_t *restrict planes, const uint8_t *rest
     }
 }
 
-static void interleave_half(const uint8_t *restrict planes, const uint8_t *restrict least, uint8_t *restrict out)
+static void interleave_half(const uint8_t *restrict planes, const uint8_t *restrict least,
+                            uint8_t *restrict out)
 {
     for (int i = 0; i < TILE; i++) {
         for (int d = 0; d < HALF; d++) {
@@ -55,14 +59,16 @@ static void interleave_half(const uint8_t *restrict planes, const uint8_t *restr
     }
 }
 
-static void place(const uint8_t *together, size_t size, uint8_t *costs, size_t labels, uint32_t count)
+static void place(const uint8_t *together, size_t size, uint8_t *costs, size_t labels,
+                  uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {
         memcpy(costs + i * labels, together + i * size, size);
     }
 }
 
-/* Turns planes (label by label) into costs (pixel by pixel), several labels at a time; the last ones may overlap. */
+/* Turns planes (label by label) into costs (pixel by pixel), several labels at a time; the last
+ * ones may overlap. */
 static void turn(const matcher *m, const uint8_t *least, uint32_t count, uint8_t *costs)
 {
     uint8_t together[TILE * GROUP];
@@ -88,12 +94,14 @@ static void turn(const matcher *m, const uint8_t *least, uint32_t count, uint8_t
 }
 
 /* The costs of `count` pixels of a row from grid column x on, in units of grey. */
-static void ad_tile(const matcher *m, uint32_t row, uint32_t x, uint32_t count, uint8_t *costs, uint8_t least[TILE])
+static void ad_tile(const matcher *m, uint32_t row, uint32_t x, uint32_t count, uint8_t *costs,
+                    uint8_t least[TILE])
 {
     const qs_stereo *stereo = &m->stereo;
     size_t y = (size_t)m->y + row, at = (size_t)m->x + x;
     const uint8_t *left = stereo->left.pixels + y * stereo->left.stride + at;
-    const uint8_t *right = stereo->right.pixels + y * stereo->right.stride + at - stereo->disparity_min;
+    const uint8_t *right =
+        stereo->right.pixels + y * stereo->right.stride + at - stereo->disparity_min;
     uint8_t left_tile[TILE] = {0}, right_tile[TILE] = {0};
     memset(least, UINT8_MAX, TILE);
     if (count < TILE) { /* nothing is read beyond the window */
@@ -112,7 +120,9 @@ static void ad_row(void *context, uint32_t row, void *costs, int32_t *least)
     uint32_t count = m->width < TILE ? m->width : TILE;
     for (uint32_t x = 0; x < m->width; x += TILE) {
         uint8_t tile_least[TILE];
-        uint32_t from = x + count <= m->width ? x : m->width - count; /* the last tile may overlap the one before */
+        uint32_t from = x + count <= m->width
+                            ? x
+                            : m->width - count; /* the last tile may overlap the one before */
         ad_tile(m, row, from, count, (uint8_t *)costs + (size_t)from * m->labels, tile_least);
         for (uint32_t i = 0; i < count; i++) {
             least[from + i] = tile_least[i];
@@ -126,7 +136,8 @@ static void scaled_ad_row(void *context, uint32_t row, void *costs, int32_t *lea
     const matcher *m = context;
     uint32_t scale = m->stereo.scale, *wide = costs;
     size_t count = (size_t)m->width * m->labels;
-    uint8_t *narrow = (uint8_t *)costs + 3 * count; /* the last quarter: widening from the front never overtakes it */
+    uint8_t *narrow = (uint8_t *)costs +
+                      3 * count; /* the last quarter: widening from the front never overtakes it */
     ad_row(context, row, narrow, least);
     for (size_t i = 0; i < count; i++) {
         wide[i] = narrow[i] * scale;
@@ -138,15 +149,15 @@ static void scaled_ad_row(void *context, uint32_t row, void *costs, int32_t *lea
 
 static bool is_image(const qs_image *image)
 {
-    return image->pixels && image->width > 0 && image->height > 0 && image->stride >= image->width &&
-           image->width <= INT32_MAX && image->height <= INT32_MAX;
+    return image->pixels && image->width > 0 && image->height > 0 &&
+           image->stride >= image->width && image->width <= INT32_MAX && image->height <= INT32_MAX;
 }
 
 static bool is_stereo(const qs_stereo *stereo)
 {
-    return stereo && is_image(&stereo->left) && is_image(&stereo->right) && stereo->cost == QS_COST_AD &&
-           stereo->disparity_min <= stereo->disparity_max && stereo->scale >= 1 && stereo->scale <= INT32_MAX / UINT8_MAX &&
-           stereo->weight >= 0;
+    return stereo && is_image(&stereo->left) && is_image(&stereo->right) &&
+           stereo->cost == QS_COST_AD && stereo->disparity_min <= stereo->disparity_max &&
+           stereo->scale >= 1 && stereo->scale <= INT32_MAX / UINT8_MAX && stereo->weight >= 0;
 }
 
 /* The window less the pixels whose matches leave the right picture. */
@@ -159,8 +170,8 @@ static qs_status place_grid(const qs_stereo *stereo, qs_problem *problem)
         w = width;
         h = height;
     }
-    if (stereo->right.width != width || stereo->right.height != height || x >= width || w > width - x || y >= height ||
-        h > height - y || h == 0) {
+    if (stereo->right.width != width || stereo->right.height != height || x >= width ||
+        w > width - x || y >= height || h > height - y || h == 0) {
         return QS_E_GEOMETRY;
     }
     uint32_t lost = stereo->disparity_max > x ? stereo->disparity_max - x : 0;
@@ -172,7 +183,8 @@ static qs_status place_grid(const qs_stereo *stereo, qs_problem *problem)
     return QS_OK;
 }
 
-qs_status qs_stereo_problem(const qs_stereo *stereo, void *workspace, size_t workspace_size, qs_problem *problem)
+qs_status qs_stereo_problem(const qs_stereo *stereo, void *workspace, size_t workspace_size,
+                            qs_problem *problem)
 {
     if (!is_stereo(stereo) || !workspace || !problem) {
         return QS_E_ARGUMENT;
@@ -183,13 +195,15 @@ qs_status qs_stereo_problem(const qs_stereo *stereo, void *workspace, size_t wor
     if (workspace_size < qs_stereo_workspace(stereo)) {
         return QS_E_WORKSPACE;
     }
-    qs_problem made = {.labels = labels_of(stereo), .scale = stereo->scale, .weight = stereo->weight};
+    qs_problem made = {
+        .labels = labels_of(stereo), .scale = stereo->scale, .weight = stereo->weight};
     qs_status status = place_grid(stereo, &made);
     if (status != QS_OK) {
         return status;
     }
     matcher *m = workspace;
-    *m = (matcher){*stereo, made.frame.x, made.frame.y, made.grid.width, made.labels, (uint8_t *)(m + 1)};
+    *m = (matcher){*stereo,         made.frame.x, made.frame.y,
+                   made.grid.width, made.labels,  (uint8_t *)(m + 1)};
     bool bytes = stereo->scale == 1;
     made.source = (qs_cost_source){bytes ? ad_row : scaled_ad_row, m, bytes ? 1 : 4};
     status = qs_problem_check(&made);

@@ -10,11 +10,11 @@ static void grey_row(const uint8_t *colour, size_t width, unsigned channels, uin
     }
 }
 
-qs_status qs_image_grey(const uint8_t *colour, size_t width, size_t height, size_t stride, unsigned channels,
-                        uint8_t *grey)
+qs_status qs_image_grey(const uint8_t *colour, size_t width, size_t height, size_t stride,
+                        unsigned channels, uint8_t *grey)
 {
-    if (!colour || !grey || (channels != 1 && channels != 3 && channels != 4) || width > SIZE_MAX / channels ||
-        stride < width * channels) {
+    if (!colour || !grey || (channels != 1 && channels != 3 && channels != 4) ||
+        width > SIZE_MAX / channels || stride < width * channels) {
         return QS_E_ARGUMENT;
     }
     for (size_t y = 0; y < height; y++) {
