@@ -40,7 +40,7 @@ LIB_SRC := $(wildcard libqstereo/src/*/*.c)
 LIB_OBJ := $(LIB_SRC:libqstereo/src/%.c=$(BUILD)/lib/%.o)
 PIC_OBJ := $(LIB_SRC:libqstereo/src/%.c=$(BUILD)/pic/%.o)
 
-CLI := $(BUILD)/cli-opencv$(OPENCV)
+CLI := $(BUILD)/opencv$(OPENCV)
 CLI_SRC := $(filter-out cli/picture_none.c,$(wildcard cli/*.c))
 ifeq ($(OPENCV),1)
 CLI_OBJ := $(CLI_SRC:cli/%.c=$(CLI)/%.o) $(CLI)/picture_opencv.o
@@ -87,11 +87,9 @@ check-c: $(UNIT) $(BUILD)/libqstereo.a
 	@scripts/check-symbols $(BUILD)/libqstereo.a
 	@scripts/check-freestanding "$(CC)"
 
-# Tests want a command of each kind. The one that is not in $(BUILD) has a folder of its own.
-WITH_OPENCV := $(if $(filter 0,$(OPENCV)),$(BUILD)/with-opencv,$(BUILD))/qstereo
-
-check-python: all $(ENV) $(WITH_OPENCV) $(BUILD)/no-opencv/qstereo
-	@QSTEREO=$(abspath $(WITH_OPENCV)) QSTEREO_PNM=$(abspath $(BUILD))/no-opencv/qstereo \
+# Tests want a command of each kind, whatever kind build/qstereo is.
+check-python: all $(ENV) $(BUILD)/opencv1/qstereo $(BUILD)/opencv0/qstereo
+	@QSTEREO=$(abspath $(BUILD))/opencv1/qstereo QSTEREO_PNM=$(abspath $(BUILD))/opencv0/qstereo \
 	    QSTEREO_BRIDGE=$(abspath $(BIN))/qstereo-bridge $(BIN)/python -m pytest -q -n 2 tests
 
 BENCHES ?= encode bridge upload solvers anneal reduce
@@ -181,7 +179,7 @@ $(BUILD)/libqstereo.so: $(BUILD)/libqstereo.so.$(VERSION)
 	$(Q)ln -sf $(<F) $(BUILD)/$(SONAME)
 	$(Q)ln -sf $(SONAME) $@
 
-# The command. Objects of the two kinds live apart; the link remembers which kind it was.
+# The command. The two kinds live apart; .kind remembers which one build/qstereo is.
 
 $(CLI)/%.o: cli/%.c
 	@mkdir -p $(@D)
@@ -198,15 +196,17 @@ $(BUILD)/.kind: FORCE
 	@mkdir -p $(@D)
 	@echo $(OPENCV) | cmp -s - $@ || echo $(OPENCV) > $@
 
-$(BUILD)/qstereo: $(CLI_OBJ) $(BUILD)/libqstereo.a $(BUILD)/.kind
+$(CLI)/qstereo: $(CLI_OBJ) $(BUILD)/libqstereo.a
 	$(call say,LINK,$@)
 	$(Q)$(CLI_LINK) $(CFLAGS) $(LDFLAGS) $(CLI_OBJ) $(BUILD)/libqstereo.a $(CLI_LIBS) -lm -o $@
 
-$(BUILD)/no-opencv/qstereo: FORCE
-	@$(MAKE) --no-print-directory OPENCV=0 BUILD=$(BUILD)/no-opencv $@
+$(BUILD)/qstereo: $(CLI)/qstereo $(BUILD)/.kind
+	$(Q)cp -f $< $@
 
-$(BUILD)/with-opencv/qstereo: FORCE
-	@$(MAKE) --no-print-directory OPENCV=1 BUILD=$(BUILD)/with-opencv NEED="$(NEED)" $@
+# The command of the other kind.
+OTHER := $(if $(filter 0,$(OPENCV)),1,0)
+$(BUILD)/opencv$(OTHER)/qstereo: $(BUILD)/libqstereo.a FORCE
+	@$(MAKE) --no-print-directory OPENCV=$(OTHER) NEED="$(NEED)" $@
 
 # $(call need,TEST,PACKAGES): the packages, unless the shell command TEST works.
 need = $(if $(NEED),@{ $(1); } >/dev/null 2>&1 || $(NEED) $(2))

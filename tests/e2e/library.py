@@ -10,7 +10,7 @@ import numpy as np
 
 ROOT = Path(__file__).parents[2]
 QSTEREO = os.environ.get("QSTEREO", ROOT / "build" / "qstereo")
-QSTEREO_PNM = os.environ.get("QSTEREO_PNM", ROOT / "build" / "no-opencv" / "qstereo")
+QSTEREO_PNM = os.environ.get("QSTEREO_PNM", ROOT / "build" / "opencv0" / "qstereo")
 BRIDGE = os.environ.get("QSTEREO_BRIDGE", ROOT / ".venv" / "bin" / "qstereo-bridge")
 HEADERS = sorted((ROOT / "libqstereo" / "include").rglob("*.h"))
 
