@@ -17,7 +17,6 @@ from test_paper import DISPARITIES, PAPER  # noqa: E402
 @pytest.fixture
 def service(monkeypatch):
     with Service() as service:
-        service.immediate, service.delay = False, 0.05
         for name, value in service.environment.items():
             monkeypatch.setenv(name, value)
         yield service
@@ -31,10 +30,13 @@ def mock_annealer():
                             substitute_sampler=SimulatedAnnealingSampler())
 
 
-@pytest.mark.parametrize("encoding", [[], ["--encoding", "one-hot"]],
-                         ids=["one-hot-sparse", "one-hot"])
-@pytest.mark.parametrize("solver",
-                         ["qpu", "qpu, Ocean's mock", "hybrid-bqm", "hybrid-cqm", "hybrid-nl"])
+# The paper's solver is given the paper's encoding, too.
+ONE_HOT = ["--encoding", "one-hot"]
+CASES = [("qpu", []), ("qpu, Ocean's mock", []), ("hybrid-bqm", []), ("hybrid-cqm", []),
+         ("hybrid-cqm", ONE_HOT), ("hybrid-nl", [])]
+
+
+@pytest.mark.parametrize("solver, encoding", CASES)
 def test_paper(solver, encoding, service, run, tmp_path):
     if "mock" in solver:
         service.sampler = mock_annealer()
