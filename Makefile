@@ -31,15 +31,15 @@ LIB_OBJ := $(LIB_SRC:libqstereo/src/%.c=$(BUILD)/lib/%.o)
 PIC_OBJ := $(LIB_SRC:libqstereo/src/%.c=$(BUILD)/pic/%.o)
 
 CLI := $(BUILD)/cli-opencv$(OPENCV)
-CLI_SRC := $(filter-out cli/picture_none.c,$(wildcard cli/*.c))
+CLI_SRC := $(filter-out cli/pictures/picture_none.c,$(wildcard cli/*.c cli/*/*.c))
 ifeq ($(OPENCV),1)
-CLI_OBJ := $(CLI_SRC:cli/%.c=$(CLI)/%.o) $(CLI)/picture_opencv.o
+CLI_OBJ := $(CLI_SRC:cli/%.c=$(CLI)/%.o) $(CLI)/pictures/picture_opencv.o
 OPENCV_CPPFLAGS ?= $(shell pkg-config --cflags opencv4 2>/dev/null || echo -I/usr/include/opencv4)
 CLI_LINK := $(CXX)
 CLI_LIBS := -lopencv_imgcodecs -lopencv_core
 OPENCV_STAMP := $(BUILD)/.opencv
 else
-CLI_OBJ := $(CLI_SRC:cli/%.c=$(CLI)/%.o) $(CLI)/picture_none.o
+CLI_OBJ := $(CLI_SRC:cli/%.c=$(CLI)/%.o) $(CLI)/pictures/picture_none.o
 CLI_LINK := $(CC)
 CLI_LIBS :=
 endif
@@ -145,12 +145,12 @@ $(BUILD)/qstereo.pc: libqstereo/qstereo.pc.in libqstereo/include/qstereo/version
 $(CLI)/%.o: cli/%.c
 	@mkdir -p $(@D)
 	$(call say,CC,$@)
-	$(Q)$(CC) $(C_FLAGS) $(INCLUDE) -c $< -o $@
+	$(Q)$(CC) $(C_FLAGS) $(INCLUDE) -Icli -c $< -o $@
 
 $(CLI)/%.o: cli/%.cpp | $(OPENCV_STAMP)
 	@mkdir -p $(@D)
 	$(call say,CXX,$@)
-	$(Q)$(CXX) -std=c++17 -Wall -Wextra -MMD -MP $(CPPFLAGS) $(OPENCV_CPPFLAGS) $(INCLUDE) $(CXXFLAGS) -c $< -o $@
+	$(Q)$(CXX) -std=c++17 -Wall -Wextra -MMD -MP $(CPPFLAGS) $(OPENCV_CPPFLAGS) $(INCLUDE) -Icli $(CXXFLAGS) -c $< -o $@
 
 $(BUILD)/.kind: FORCE
 	@mkdir -p $(@D)

@@ -5,11 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "decimal.h"
-#include "gap.h"
-#include "json.h"
-#include "messages.h"
-#include "table.h"
+#include "text/numbers.h"
+#include "text/json.h"
+#include "text/fail.h"
+#include "text/table.h"
 
 int comparison_add(comparison *to, const char *solver, size_t solver_size, result **added)
 {
@@ -45,15 +44,6 @@ static int64_t best_bound(const comparison *of)
 static bool is_proven(const result *shown, int64_t bound)
 {
     return shown->feasible > 0 && bound != QS_NO_BOUND && shown->energy == bound;
-}
-
-static void json_units_or_null(const char *key, bool there, int64_t units, uint32_t scale)
-{
-    if (there) {
-        json_units(key, units, scale);
-    } else {
-        json_null(key);
-    }
 }
 
 static void json_result(const comparison *of, const result *shown, int64_t bound)

@@ -2,7 +2,7 @@
 #ifndef COMPARISON_H
 #define COMPARISON_H
 
-#include "map_errors.h"
+#include "pictures/map_errors.h"
 #include "output.h"
 #include "qstereo.h"
 

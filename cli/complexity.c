@@ -5,12 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "coding.h"
-#include "decimal.h"
-#include "json.h"
-#include "names.h"
-#include "recoding.h"
-#include "table.h"
+#include "encoding_choice.h"
+#include "text/numbers.h"
+#include "text/json.h"
+#include "text/names.h"
+#include "text/table.h"
 
 /* What is measured, in the order of the table. */
 static const struct {

@@ -4,11 +4,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "decimal.h"
-#include "json.h"
-#include "json_check.h"
-#include "names.h"
-#include "numbers.h"
+#include "text/numbers.h"
+#include "text/json.h"
+#include "text/names.h"
 
 enum { HEX_SIZE = 2 * QS_DIGEST_SIZE + 1 };
 

@@ -9,9 +9,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "messages.h"
-#include "numbers.h"
-#include "options.h"
+#include "text/fail.h"
+#include "text/numbers.h"
+#include "text/options.h"
 
 /* The regular files that were read: no command reads more than its command line has words for. */
 static struct {

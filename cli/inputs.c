@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "json_check.h"
-#include "messages.h"
+#include "text/json.h"
+#include "text/fail.h"
 
 static bool begins_with(const file_bytes *file, const char *magic)
 {

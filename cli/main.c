@@ -3,10 +3,10 @@
 #include <string.h>
 
 #include "command.h"
-#include "messages.h"
+#include "text/fail.h"
 #include "output.h"
-#include "picture.h"
-#include "suggest.h"
+#include "pictures/picture_library.h"
+#include "text/names.h"
 
 static const command commands[] = {
     {"encode", cmd_encode, "turn a stereo pair into a QUBO file (.qcf)"},

@@ -12,7 +12,7 @@
 #include <unistd.h>
 
 #include "files.h"
-#include "messages.h"
+#include "text/fail.h"
 #include "progress.h"
 
 /* What exists for the time being, for the signal handler: changed only while the signals are

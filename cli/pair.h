@@ -1,9 +1,11 @@
-/* A stereo pair: from the names of two pictures to a labelling problem and the bytes of its .qcf.
- * Each function returns DONE, BAD_INPUT or NO_RESOURCE, having said why. */
+/* A stereo pair: from its options and the names of two pictures to a labelling problem. */
 #ifndef PAIR_H
 #define PAIR_H
 
 #include "inputs.h"
+
+/* A stereo pair: from the names of two pictures to a labelling problem and the bytes of its .qcf.
+ * Each function returns DONE, BAD_INPUT or NO_RESOURCE, having said why. */
 
 typedef struct pair {
     const char *left, *right; /* names of the pictures */
@@ -29,5 +31,35 @@ int pair_encode(const pair *encoded, const qs_problem *problem, const qs_encode_
  * allocated in any case. */
 int pair_hold(const pair *held, const qs_problem *problem, const qs_encode_options *options,
               budget *limit, problem_file *made);
+
+/* The options that say which problem a stereo pair is turned into. */
+
+/* Rows for a table of options, one behind the other. */
+enum {
+    PAIR_DISPARITY,
+    PAIR_LAMBDA,
+    PAIR_ROI,
+    PAIR_COST,
+    PAIR_SMOOTHNESS,
+    PAIR_TRUNCATION,
+    PAIR_OPTIONS
+};
+#define PAIR_OPTION_ROWS                                                                           \
+    {"disparity", 0,      false,                                                                   \
+     "MIN:MAX",   "0:15", "disparities to choose from, in pixels, both included"},                 \
+        {"lambda", 0, false, "L", "20", "weight of the smoothness, an exact decimal number"},      \
+        {"roi",     0,    false,                                                                   \
+         "X,Y,W,H", NULL, "window of the left picture to match (default all of it)"},              \
+        {"cost", 0,    false,                                                                      \
+         "NAME", "ad", "cost of a disparity: ad, the absolute difference of the greys"},           \
+        {"smoothness", 0,       false,                                                             \
+         "NAME",       "potts", "cost of neighbours that differ: potts, linear or quadratic"},     \
+        {"truncation", 0,    false,                                                                \
+         "T",          NULL, "most that linear or quadratic smoothness reaches (default no bound)"}
+
+/* Reads the arguments of the rows. `weights` names the options that coefficients grow with, for
+ * messages; strings are borrowed. Returns DONE or BAD_USAGE. */
+int pair_read(const char *left, const char *right, const char *const *values, const char *weights,
+              pair *asked);
 
 #endif

@@ -10,9 +10,8 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "decimal.h"
-#include "gap.h"
-#include "messages.h"
+#include "text/numbers.h"
+#include "text/fail.h"
 
 /* No line is longer than the shortest of terminals. */
 enum { PERIOD = 200000, LINE_WIDTH = 79, LINE_SIZE = LINE_WIDTH + 1 };

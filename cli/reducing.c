@@ -5,12 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "decimal.h"
-#include "gap.h"
-#include "json.h"
-#include "messages.h"
-#include "names.h"
-#include "numbers.h"
+#include "text/numbers.h"
+#include "text/json.h"
+#include "text/fail.h"
+#include "text/names.h"
 #include "progress.h"
 
 int reducing_read(const char *const *values, qs_encoding into, reducing *asked)

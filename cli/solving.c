@@ -5,12 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "decimal.h"
-#include "gap.h"
-#include "json.h"
-#include "messages.h"
-#include "numbers.h"
 #include "progress.h"
+#include "text/fail.h"
+#include "text/json.h"
+#include "text/numbers.h"
 
 static int fail_model(const char *name, qs_status status)
 {
@@ -231,4 +229,52 @@ void solved_print(const solved *found, uint32_t scale)
            plural(found->solution.iterations), (double)found->microseconds / 1e6);
     print_stop(found);
     putchar('\n');
+}
+
+int search_read(const char *const *values, search *asked)
+{
+    int status = number64_read("--seed", values[SEARCH_SEED], 0, UINT64_MAX, &asked->seed);
+    asked->time_limit = 0;
+    asked->iterations = 0;
+    if (status == DONE && values[SEARCH_TIME_LIMIT] != NULL) {
+        status = seconds_read("--time-limit", values[SEARCH_TIME_LIMIT], &asked->time_limit);
+    }
+    if (status == DONE && values[SEARCH_ITERATIONS] != NULL) {
+        status = number64_read("--iterations", values[SEARCH_ITERATIONS], 1, UINT64_MAX,
+                               &asked->iterations);
+    }
+    return status;
+}
+
+const solver solvers[SOLVERS] = {
+    {"icm", qs_icm, qs_icm_workspace},    {"anneal", qs_anneal, qs_anneal_workspace},
+    {"swap", qs_swap, qs_swap_workspace}, {"expansion", qs_expansion, qs_expansion_workspace},
+    {"bp", qs_bp, qs_bp_workspace},       {"trws", qs_trws, qs_trws_workspace},
+    {"best", qs_best, qs_best_workspace},
+};
+
+static int read_name(const char *what, const char *text, const solver **chosen)
+{
+    named names[SOLVERS];
+    int index = 0;
+    for (int i = 0; i < SOLVERS; i++) {
+        names[i] = (named){solvers[i].name, i};
+    }
+    const name_table table = {what, names, SOLVERS, SOLVERS};
+    int status = name_read(&table, text, "", &index);
+    *chosen = &solvers[index];
+    return status;
+}
+
+int solver_read(const char *text, const solver **chosen)
+{
+    return read_name("solver", text, chosen);
+}
+
+int solvers_read(const char *text, size_t length, const solver **chosen)
+{
+    char name[64];
+    (void)snprintf(name, sizeof name, "%.*s", length < sizeof name ? (int)length : (int)sizeof name,
+                   text);
+    return read_name("solvers", name, chosen);
 }

@@ -1,10 +1,60 @@
-/* Solving the problem of a .qcf with the library's solvers. */
+/* The solvers by their names, how long they may search, and what they find. */
 #ifndef SOLVING_H
 #define SOLVING_H
 
+#include <stddef.h>
+#include <stdint.h>
+
 #include "inputs.h"
-#include "search.h"
-#include "solvers.h"
+#include "qstereo.h"
+#include "text/names.h"
+
+/* How long a solver may search: the options of every command that solves. */
+
+/* Rows for a table of options, one behind the other. */
+enum { SEARCH_TIME_LIMIT, SEARCH_ITERATIONS, SEARCH_SEED, SEARCH_OPTIONS };
+#define SEARCH_OPTION_ROWS                                                                         \
+    {"time-limit", 0,                                                                              \
+     false,        "S",                                                                            \
+     NULL,         "stop a solver after S seconds and take its best so far (default no limit)"},   \
+        {"iterations", 0,    false,                                                                \
+         "N",          NULL, "stop a solver after N iterations (default its own limit)"},          \
+        {"seed", 0,   false,                                                                       \
+         "N",    "0", "of the random numbers of anneal; the same seed gives the same answer"}
+
+typedef struct search {
+    int64_t time_limit; /* microseconds; 0 = none */
+    uint64_t iterations; /* 0 = the solver's own limit */
+    uint64_t seed;
+} search;
+
+/* Reads the arguments of the rows. Returns DONE or BAD_USAGE. */
+int search_read(const char *const *values, search *asked);
+
+/* The library's solvers by their names. */
+
+typedef struct solver {
+    const char *name;
+    qs_solver *run;
+    size_t (*workspace)(const qs_model *model);
+} solver;
+
+enum { SOLVERS = 7 };
+
+/* In the order in which they are compared. */
+extern const solver solvers[SOLVERS];
+
+/* A row for a table of options. */
+#define SOLVER_OPTION                                                                              \
+    {"solver", 0, false, "NAME", "best", "icm, anneal, swap, expansion, bp, trws or best"}
+
+/* The argument of --solver. Returns DONE, or BAD_USAGE having listed the known ones. */
+int solver_read(const char *text, const solver **chosen);
+
+/* One name, `length` letters of `text`, of the argument of --solvers. */
+int solvers_read(const char *text, size_t length, const solver **chosen);
+
+/* Solving the problem of a .qcf with the library's solvers. */
 
 /* A problem laid out for the solvers. */
 typedef struct laid_out {

@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "decimal.h"
-#include "messages.h"
+#include "text/numbers.h"
+#include "text/fail.h"
 
 qs_status sample_labels(const qs_index *index, const uint8_t *bits, uint16_t *labelling,
                         int64_t *energy)
