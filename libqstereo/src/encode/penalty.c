@@ -2,20 +2,6 @@
 
 #include "../base/saturate.h"
 
-uint32_t qs_band(const qs_pairwise *pairwise, uint32_t labels)
-{
-    if (pairwise->smoothness == QS_POTTS) {
-        return 1;
-    }
-    return pairwise->truncation == 0 || pairwise->truncation > labels - 1 ? labels - 1
-                                                                          : pairwise->truncation;
-}
-
-bool qs_is_linear(const qs_pairwise *pairwise, uint32_t labels)
-{
-    return pairwise->smoothness == QS_TRUNCATED_LINEAR && qs_band(pairwise, labels) == labels - 1;
-}
-
 bool qs_one_hot_holds(qs_encoding encoding, qs_penalty penalty, const qs_pairwise *pairwise)
 {
     bool linear = pairwise->smoothness == QS_TRUNCATED_LINEAR;

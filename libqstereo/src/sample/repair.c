@@ -2,7 +2,7 @@
 
 #include "../../include/qstereo/sample.h"
 #include "../base/bits.h"
-#include "../encode/penalty.h"
+#include "../problem/pairwise.h"
 #include "../base/bytes.h"
 #include "../qubo/qubo_energy.h"
 #include "../qubo/sites.h"
