@@ -28,8 +28,7 @@ static void same_graph(void)
         return;
     }
     assert_int_equal(of_problem.edges, of_file.edges);
-    same_bytes(of_problem.link_start, of_file.link_start,
-               (sites + 1) * sizeof *of_file.link_start);
+    same_bytes(of_problem.link_start, of_file.link_start, (sites + 1) * sizeof *of_file.link_start);
     for (uint32_t n = 0; n < of_file.link_start[sites]; n++) {
         assert_int_equal(of_problem.links[n].site, of_file.links[n].site);
         assert_int_equal(of_problem.links[n].edge, of_file.links[n].edge);
@@ -78,6 +77,26 @@ static void same_labels(const qs_labels *a, const qs_labels *b)
     assert_int_equal(a->excess_bytes, b->excess_bytes);
 }
 
+static size_t recode(const qs_model *model, const qs_labels *said, uint8_t file[TINY_FILE])
+{
+    static uint64_t memory[MEMORY / 8];
+    const qs_recode_options options = {.encode.encoding = QS_ONE_HOT};
+    qs_buffer buffer = {file, TINY_FILE, 0};
+    qs_sink sink = qs_buffer_sink(&buffer);
+    assert_true(qs_recode_workspace(model, &options) <= sizeof memory);
+    assert_int_equal(qs_recode(model, said, &options, &sink, memory, sizeof memory, NULL), QS_OK);
+    return buffer.size;
+}
+
+/* Written again, the model of the problem gives the same bytes as that of the file. */
+static void same_files(void)
+{
+    static uint8_t a[TINY_FILE], b[TINY_FILE];
+    size_t size = recode(&of_file, &q.qubo.labels, a);
+    assert_int_equal(recode(&of_problem, &labels, b), size);
+    assert_memory_equal(a, b, size);
+}
+
 static void both_ways(const qs_problem *problem)
 {
     tiny_encode(problem, (qs_encode_options){.encoding = QS_ONE_HOT}, &q);
@@ -87,10 +106,11 @@ static void both_ways(const qs_problem *problem)
     size = qs_model_of_problem_workspace(problem);
     assert_true(size <= sizeof problem_memory);
     memset(problem_memory, 0xa5, sizeof problem_memory);
-    assert_int_equal(
-        qs_model_of_problem(problem, problem_memory, size, &of_problem, &labels), QS_OK);
+    assert_int_equal(qs_model_of_problem(problem, problem_memory, size, &of_problem, &labels),
+                     QS_OK);
     same_models();
     same_labels(&labels, &q.qubo.labels);
+    same_files();
 }
 
 /* The costs of `t` made row by row, in bytes or in words. */

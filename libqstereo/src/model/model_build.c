@@ -27,8 +27,7 @@ static size_t take_parts(qs_building *b, const qs_qubo *qubo, void *workspace)
     const qs_labels *l = &qubo->labels;
     qs_arena arena = {.base = workspace};
     uint64_t sites = sites_of(qubo), labels = qubo->has_labels ? l->labels : 0;
-    bool grid = is_grid(qubo),
-         table = qubo->has_labels && l->pairwise.smoothness == QS_TABLE;
+    bool grid = is_grid(qubo), table = qubo->has_labels && l->pairwise.smoothness == QS_TABLE;
     b->unary = qs_arena_take(&arena, sites * labels, sizeof *b->unary);
     b->right = qs_arena_take(&arena, grid ? sites : 0, sizeof *b->right);
     b->down = qs_arena_take(&arena, grid ? sites : 0, sizeof *b->down);
