@@ -44,7 +44,7 @@ CLI_LINK := $(CC)
 CLI_LIBS :=
 endif
 
-UNIT := $(patsubst tests/unit/%.c,$(BUILD)/unit/%,$(wildcard tests/unit/test_*.c))
+UNIT := $(patsubst tests/unit/%.c,$(BUILD)/unit/%,$(wildcard tests/unit/test_*.c tests/unit/*/test_*.c))
 SANITIZE := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all
 UNIT_LIB := $(LIB_SRC:libqstereo/src/%.c=$(BUILD)/unit/lib/%.o)
 
@@ -183,9 +183,9 @@ $(BUILD)/unit/lib/%.o: libqstereo/src/%.c
 $(BUILD)/unit/%.o: tests/unit/%.c | $(BUILD)/.cmocka
 	@mkdir -p $(@D)
 	$(call say,CC,$@)
-	$(Q)$(CC) $(C_FLAGS) -UNDEBUG $(INCLUDE) $(SANITIZE) -c $< -o $@
+	$(Q)$(CC) $(C_FLAGS) -UNDEBUG $(INCLUDE) -Itests/unit -Ilibqstereo/src $(SANITIZE) -c $< -o $@
 
-$(BUILD)/unit/test_%: $(BUILD)/unit/test_%.o $(BUILD)/unit/tiny.o $(BUILD)/unit/slow.o $(UNIT_LIB)
+$(UNIT): $(BUILD)/unit/%: $(BUILD)/unit/%.o $(BUILD)/unit/tiny.o $(BUILD)/unit/slow.o $(UNIT_LIB)
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(SANITIZE) $^ -lcmocka -o $@
 

@@ -4,6 +4,7 @@
 #define QSTEREO_RECODE_H
 
 #include "model.h"
+#include "stream.h"
 
 #ifdef __cplusplus
 extern "C" {

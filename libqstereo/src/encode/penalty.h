@@ -5,13 +5,7 @@
 
 #include <stdbool.h>
 
-#include "../../include/qstereo/encode.h"
-#include "../problem/pairwise.h"
-
-/* Whether one-hot or one-hot-sparse holds a pairwise cost with that penalty. The paper's alpha does
- * not hold the band of a linear cost: two neighbours with the same two adjacent labels each gain
- * more than it asks. */
-bool qs_one_hot_holds(qs_encoding encoding, qs_penalty penalty, const qs_pairwise *pairwise);
+#include "../../include/qstereo/coding.h"
 
 /* What a site's edges can cost. */
 typedef struct qs_site_edges {

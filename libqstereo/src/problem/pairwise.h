@@ -24,15 +24,24 @@ static inline int64_t qs_pairwise_value(const qs_pairwise *pairwise, uint32_t la
     return pairwise->table[(size_t)a * labels + b];
 }
 
-/* The pairwise cost as V = min(|a - b|, tau). Potts is tau = 1; of a linear cost tau is at most
- * labels - 1, which truncates nothing. Of Potts and linear costs only. */
-uint32_t qs_band(const qs_pairwise *pairwise, uint32_t labels);
+/* tau of V = min(|a - b|, tau), Potts or truncated linear; at most labels - 1 for the latter. */
+static inline uint32_t qs_band(const qs_pairwise *pairwise, uint32_t labels)
+{
+    if (pairwise->smoothness == QS_POTTS) {
+        return 1;
+    }
+    bool truncates = pairwise->truncation != 0 && pairwise->truncation < labels;
+    return truncates ? pairwise->truncation : labels - 1;
+}
 
-/* Returns true if V is |a - b| of any two labels: linear, and truncated nowhere. */
-bool qs_is_linear(const qs_pairwise *pairwise, uint32_t labels);
+/* Returns true if V is |a - b| for every two labels. */
+static inline bool qs_is_linear(const qs_pairwise *pairwise, uint32_t labels)
+{
+    return pairwise->smoothness == QS_TRUNCATED_LINEAR && qs_band(pairwise, labels) == labels - 1;
+}
 
-/* V = tau - qs_band_entry, where `apart` is a - b: the entry is 0 of labels that are tau or more
- * apart. one-hot-sparse couples only the labels whose entry is not 0. */
+/* One-hot-sparse writes V as tau - (tau - |a - b|)^+ and couples the part in brackets, here of two
+ * labels `apart` from each other. */
 static inline int64_t qs_band_entry(int64_t tau, int64_t apart)
 {
     int64_t distance = apart < 0 ? -apart : apart;
