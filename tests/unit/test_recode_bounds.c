@@ -389,7 +389,7 @@ static void nothing_left_to_decide(void **unused)
         assert_int_equal(recode(&f, (qs_encode_options){.encoding = encoding}, true), QS_OK);
         assert_int_equal(f.qubo.variables, 0);
         assert_int_equal(f.qubo.groups, 0);
-        assert_int_equal(f.qubo.labels.open, 0);
+        assert_int_equal(f.qubo.labels.undecided, 0);
         assert_int_equal(qs_qubo_energy(&f.index, &none), problem_energy(&f, labelling));
     }
 }

@@ -77,8 +77,8 @@ static void place_sites(const qs_building *b)
         for (uint32_t d = 0; b->model.kept && d < labels; d++) {
             b->kept[(size_t)at * labels + d] = qs_site_has(&site, d);
         }
-        if (site.is_open) {
-            b->site_of[site.open] = at;
+        if (site.is_undecided) {
+            b->site_of[site.number] = at;
         }
     }
 }
@@ -176,9 +176,9 @@ static int64_t edges_share(const qs_building *b, uint32_t group)
     return share;
 }
 
-/* Two passes over an open site's labels, the first for their least cost, which moves into the
+/* Two passes over an undecided site's labels, the first for their least cost, which moves into the
  * constant; false where one does not fit. */
-static bool copy_site(qs_building *b, uint32_t group, const uint8_t *excess)
+static bool copy_site(qs_building *b, uint32_t group, const uint8_t *trimmed)
 {
     const qs_index *index = b->index;
     uint32_t labels = b->labels->labels, from = index->start[group];
@@ -194,10 +194,11 @@ static bool copy_site(qs_building *b, uint32_t group, const uint8_t *excess)
                         wall_share(b, group, rank, before, d);
             }
             int64_t cost = qs_has_walls(b) ? wall : qs_qubo_linear(index->qubo, from + rank);
-            cost += excess
-                        ? (int64_t)qs_load_unsigned(excess + (size_t)rank * b->labels->excess_bytes,
-                                                    b->labels->excess_bytes)
-                        : 0;
+            cost +=
+                trimmed
+                    ? (int64_t)qs_load_unsigned(trimmed + (size_t)rank * b->labels->trimmed_bytes,
+                                                b->labels->trimmed_bytes)
+                    : 0;
             if (pass == 0) {
                 least = rank == 0 || cost < least ? cost : least;
             } else if (cost - least > INT32_MAX) {
@@ -218,18 +219,18 @@ static int32_t cost_out(const qs_model *model, uint32_t site)
     return edges < INT32_MAX ? (int32_t)edges + 1 : INT32_MAX;
 }
 
-/* Costs of all sites: of those that are not open 0 for their one label. */
+/* Costs of all sites: of those that are fixed 0 for their one label. */
 static bool copy_costs(qs_building *b)
 {
     const qs_labels *l = b->labels;
-    const uint8_t *excess = l->excess;
+    const uint8_t *trimmed = l->trimmed;
     size_t labels = l->labels;
     memset(b->unary, 0, sizeof *b->unary * b->model.sites * labels);
     for (uint32_t group = 0; group < b->index->qubo->groups; group++) {
-        if (!copy_site(b, group, excess)) {
+        if (!copy_site(b, group, trimmed)) {
             return false;
         }
-        excess += excess ? (size_t)qs_labels_left(b, group) * l->excess_bytes : 0;
+        trimmed += trimmed ? (size_t)qs_labels_left(b, group) * l->trimmed_bytes : 0;
     }
     for (uint32_t p = 0; b->model.kept && p < b->model.sites; p++) {
         int32_t out = cost_out(&b->model, p);
