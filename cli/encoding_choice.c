@@ -171,7 +171,7 @@ coded_problem coded_in_file(const problem_file *problem)
         .encoding = labels->encoding,
         .penalty = labels->penalty,
         .gap = labels->gap,
-        .truncate = labels->excess_bytes > 0,
+        .truncate = labels->trimmed_bytes > 0,
     };
 }
 
@@ -203,7 +203,7 @@ static qs_status recode(const laid_out *problem, const qs_recode_options *option
         return QS_E_IO;
     }
     qs_status status =
-        qs_recode(&problem->model, &problem->problem->qubo, options, &sink, workspace, size, NULL);
+        qs_recode(&problem->model, &problem->problem->qubo.labels, options, &sink, workspace, size, NULL);
     free(workspace);
     return status;
 }

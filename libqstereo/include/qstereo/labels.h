@@ -24,7 +24,7 @@ typedef struct qs_labels {
                             cell is a site */
     /* From kept: */
     uint32_t sites; /* of the whole problem */
-    uint32_t open; /* how many of them have variables */
+    uint32_t undecided; /* how many of them have variables */
     unsigned fixed_bytes; /* 0 = all sites are undecided and have all labels;
                              else 1 or 2 */
     const uint8_t *fixed; /* of each site, in fixed_bytes: the label that it is
@@ -32,8 +32,8 @@ typedef struct qs_labels {
     const uint8_t *sets; /* of each undecided site ceil(labels / 8) bytes: label
                             d is left where bit d % 8 of byte d / 8 is 1 */
     /* From trnc: */
-    unsigned excess_bytes; /* 0 = no cost was truncated; else 1, 2 or 4 */
-    const uint8_t *excess; /* of each label left to each undecided site: what
+    unsigned trimmed_bytes; /* 0 = no cost was truncated; else 1, 2 or 4 */
+    const uint8_t *trimmed; /* of each label left to each undecided site: what
                                truncation took from its cost */
 } qs_labels;
 

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "../model/metric.h"
 #include "../model/neighbours.h"
 #include "min_cut.h"
 #include "progress.h"
@@ -168,56 +169,6 @@ static int64_t times_in_range(const qs_model *model)
         }
     }
     return times;
-}
-
-/* V(a, a) = 0 and V(a, b) = V(b, a). */
-static bool is_semi_metric(const qs_model *model)
-{
-    uint32_t labels = model->labels;
-    const int32_t *table = model->pairwise.table;
-    if (model->pairwise.smoothness != QS_TABLE) {
-        return true;
-    }
-    for (size_t a = 0; a < labels; a++) {
-        for (size_t b = 0; b < a; b++) {
-            if (table[a * labels + b] != table[b * labels + a] || table[a * labels + b] < 0) {
-                return false;
-            }
-        }
-        if (table[a * labels + a] != 0) {
-            return false;
-        }
-    }
-    return true;
-}
-
-/* V(a, c) <= V(a, b) + V(b, c) in a table that is a semi-metric. */
-static bool table_is_metric(const int32_t *table, size_t labels)
-{
-    for (size_t a = 0; a < labels; a++) {
-        for (size_t b = 0; b < labels; b++) {
-            int64_t ab = table[a * labels + b];
-            for (size_t c = 0; c < labels; c++) {
-                if (table[a * labels + c] > ab + table[b * labels + c]) {
-                    return false;
-                }
-            }
-        }
-    }
-    return true;
-}
-
-static bool is_metric(const qs_model *model)
-{
-    uint32_t truncation = model->pairwise.truncation;
-    switch (model->pairwise.smoothness) {
-    case QS_POTTS:
-    case QS_TRUNCATED_LINEAR: return true;
-    /* V(2) <= 2 V(1) where there is a distance of 2; truncated at 1 or 2 it is linear. */
-    case QS_TRUNCATED_QUADRATIC: return model->labels <= 2 || truncation == 1 || truncation == 2;
-    case QS_TABLE: break;
-    }
-    return is_semi_metric(model) && table_is_metric(model->pairwise.table, model->labels);
 }
 
 /* Expansion. */
@@ -614,7 +565,7 @@ static void expand_all(expansion *e, const qs_solve_options *options, int64_t ti
             failed = expand(e, (uint16_t)a) ? 0 : failed + 1;
             e->m.now++;
             solution->energy = e->m.energy;
-            going = qs_told(options, solution);
+            going = qs_report_progress(options, solution);
         }
     }
     solution->converged = failed >= labels;
@@ -630,7 +581,7 @@ qs_status qs_expansion(const qs_model *model, const qs_solve_options *options, v
     if (workspace_size < qs_expansion_workspace(model)) {
         return QS_E_WORKSPACE;
     }
-    if (!is_metric(model)) {
+    if (!qs_is_metric(model)) {
         return QS_E_ENCODING;
     }
     int64_t times = times_in_range(model);
@@ -645,7 +596,7 @@ qs_status qs_expansion(const qs_model *model, const qs_solve_options *options, v
     start_duals(&e);
     *solution = (qs_solution){.lower_bound = QS_NO_BOUND};
     expand_all(&e, options, times, solution);
-    solution->energy -= qs_local_keep(model, labelling);
+    solution->energy -= qs_take_kept_everywhere(model, labelling);
     return QS_OK;
 }
 
@@ -848,7 +799,7 @@ static void swap_all(swapper *s, const qs_solve_options *options, qs_solution *s
                 failed = again && swap(s, (uint16_t)a, (uint16_t)b) ? 0 : failed + 1;
                 s->m.now++;
                 solution->energy = s->m.energy;
-                going = qs_told(options, solution);
+                going = qs_report_progress(options, solution);
             }
         }
     }
@@ -865,7 +816,7 @@ qs_status qs_swap(const qs_model *model, const qs_solve_options *options, void *
     if (workspace_size < qs_swap_workspace(model)) {
         return QS_E_WORKSPACE;
     }
-    if (!is_semi_metric(model)) {
+    if (!qs_is_semi_metric(model)) {
         return QS_E_ENCODING;
     }
     if (times_in_range(model) < 4) {
@@ -879,6 +830,6 @@ qs_status qs_swap(const qs_model *model, const qs_solve_options *options, void *
     }
     *solution = (qs_solution){.lower_bound = QS_NO_BOUND};
     swap_all(&s, options, solution);
-    solution->energy -= qs_local_keep(model, labelling);
+    solution->energy -= qs_take_kept_everywhere(model, labelling);
     return QS_OK;
 }
