@@ -215,7 +215,7 @@ static bool copy_site(qs_building *b, uint32_t group, const uint8_t *trimmed)
 /* What a label that is not left costs: one more than all edges of its site can. */
 static int32_t cost_out(const qs_model *model, uint32_t site)
 {
-    int64_t edges = qs_local_edges(model, site);
+    int64_t edges = qs_most_of_edges(model, site);
     return edges < INT32_MAX ? (int32_t)edges + 1 : INT32_MAX;
 }
 

@@ -54,15 +54,15 @@ static void decode(const qs_bp_state *state, bool wide, uint16_t *labelling)
         qs_bp_graph_labels(state, labelling);
         return;
     }
-    qs_decoder decoder = {state->model,
-                          state->scale,
-                          wide,
-                          true,
-                          state->messages + QS_FROM_RIGHT * labels,
-                          state->messages + QS_FROM_BELOW * labels,
-                          QS_FROM_ALL * labels,
-                          state->scratch};
-    qs_decode_grid(&decoder, labelling);
+    qs_message_reader decoder = {state->model,
+                                 state->scale,
+                                 wide,
+                                 true,
+                                 state->messages + QS_FROM_RIGHT * labels,
+                                 state->messages + QS_FROM_BELOW * labels,
+                                 QS_FROM_ALL * labels,
+                                 state->scratch};
+    qs_label_grid(&decoder, labelling);
 }
 
 qs_status qs_bp(const qs_model *model, const qs_solve_options *options, void *workspace,
@@ -93,9 +93,9 @@ qs_status qs_bp(const qs_model *model, const qs_solve_options *options, void *wo
             memcpy(labelling, trial, sizeof *labelling * model->sites);
         }
         s.iterations++;
-        go = qs_told(options, &s) && !qs_limit_reached(options, &s, DEFAULT_ITERATIONS);
+        go = qs_report_progress(options, &s) && !qs_limit_reached(options, &s, DEFAULT_ITERATIONS);
     }
-    s.energy -= qs_local_keep(model, labelling);
+    s.energy -= qs_take_kept_everywhere(model, labelling);
     *solution = s;
     return QS_OK;
 }

@@ -565,7 +565,7 @@ static void expand_all(expansion *e, const qs_solve_options *options, int64_t ti
             failed = expand(e, (uint16_t)a) ? 0 : failed + 1;
             e->m.now++;
             solution->energy = e->m.energy;
-            going = qs_told(options, solution);
+            going = qs_report_progress(options, solution);
         }
     }
     solution->converged = failed >= labels;
@@ -596,7 +596,7 @@ qs_status qs_expansion(const qs_model *model, const qs_solve_options *options, v
     start_duals(&e);
     *solution = (qs_solution){.lower_bound = QS_NO_BOUND};
     expand_all(&e, options, times, solution);
-    solution->energy -= qs_local_keep(model, labelling);
+    solution->energy -= qs_take_kept_everywhere(model, labelling);
     return QS_OK;
 }
 
@@ -799,7 +799,7 @@ static void swap_all(swapper *s, const qs_solve_options *options, qs_solution *s
                 failed = again && swap(s, (uint16_t)a, (uint16_t)b) ? 0 : failed + 1;
                 s->m.now++;
                 solution->energy = s->m.energy;
-                going = qs_told(options, solution);
+                going = qs_report_progress(options, solution);
             }
         }
     }
@@ -830,6 +830,6 @@ qs_status qs_swap(const qs_model *model, const qs_solve_options *options, void *
     }
     *solution = (qs_solution){.lower_bound = QS_NO_BOUND};
     swap_all(&s, options, solution);
-    solution->energy -= qs_local_keep(model, labelling);
+    solution->energy -= qs_take_kept_everywhere(model, labelling);
     return QS_OK;
 }
