@@ -72,9 +72,9 @@ static void same_labels(const qs_labels *a, const qs_labels *b)
     same_bytes(&a->frame, &b->frame, sizeof a->frame);
     same_bytes(a->mask, b->mask, ((size_t)a->width * a->height + 7) / 8);
     assert_int_equal(a->sites, b->sites);
-    assert_int_equal(a->open, b->open);
+    assert_int_equal(a->undecided, b->undecided);
     assert_int_equal(a->fixed_bytes, b->fixed_bytes);
-    assert_int_equal(a->excess_bytes, b->excess_bytes);
+    assert_int_equal(a->trimmed_bytes, b->trimmed_bytes);
 }
 
 static size_t recode(const qs_model *model, const qs_labels *said, uint8_t file[TINY_FILE])

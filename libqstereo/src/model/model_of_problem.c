@@ -317,7 +317,7 @@ static qs_labels labels_of(const layout *l)
                         .mask = model->mask,
                         .sites = qs_problem_sites(problem)};
     labels.pairwise.table = NULL;
-    labels.open = labels.sites;
+    labels.undecided = labels.sites;
     if (labels.frame.picture_width == 0) {
         labels.frame.picture_width = model->width;
         labels.frame.picture_height = model->height;
