@@ -9,40 +9,6 @@
 #include "text/names.h"
 #include "text/numbers.h"
 
-bool encoding_holds(qs_encoding encoding, const qs_pairwise *pairwise, uint32_t labels)
-{
-    bool potts = pairwise->smoothness == QS_POTTS,
-         linear = pairwise->smoothness == QS_TRUNCATED_LINEAR;
-    switch (encoding) {
-    case QS_ONE_HOT: return true;
-    case QS_ONE_HOT_SPARSE:
-    case QS_DOMAIN_WALL: return potts || linear;
-    case QS_MULTIWAY_CUT: return potts;
-    case QS_ST_CUT:
-    case QS_ST_CUT_ARCS: /* a truncation that no two labels go beyond is none, and of two labels
-                            potts is linear */
-        return (linear && (pairwise->truncation == 0 || pairwise->truncation >= labels - 1)) ||
-               (potts && labels <= 2);
-    case QS_ENCODING_DEFAULT: break;
-    }
-    return false;
-}
-
-/* Whether an encoding has the penalty, for one pairwise cost or another. */
-static bool encoding_has_penalty(qs_encoding encoding, qs_penalty penalty)
-{
-    bool one_alpha = penalty == QS_PENALTY_PAPER || penalty == QS_PENALTY_GIVEN;
-    return !one_alpha || encoding == QS_ONE_HOT || encoding == QS_ONE_HOT_SPARSE ||
-           encoding == QS_MULTIWAY_CUT;
-}
-
-/* In one-hot-sparse of linear smoothness the paper's alpha is too small (docs/MATHS.md). */
-static bool penalty_holds(qs_encoding encoding, qs_penalty penalty, const qs_pairwise *pairwise)
-{
-    return encoding != QS_ONE_HOT_SPARSE || penalty != QS_PENALTY_PAPER ||
-           pairwise->smoothness == QS_POTTS;
-}
-
 void smoothness_write(const qs_pairwise *pairwise, char text[SMOOTHNESS_SIZE])
 {
     int used = snprintf(text, SMOOTHNESS_SIZE, "%s",
@@ -53,8 +19,8 @@ void smoothness_write(const qs_pairwise *pairwise, char text[SMOOTHNESS_SIZE])
     }
 }
 
-/* What the smoothness does not allow can be mended where it is said: on the command line, else in
- * the file. */
+/* What the smoothness does not allow is mended where the smoothness is stated: on the command line,
+ * or in the file. */
 static int fail_smoothness(const coded_problem *of, const char *reason)
 {
     return of->file == NULL ? fail_usage("%s", reason) : fail(BAD_INPUT, of->file, "%s", reason);
@@ -62,36 +28,34 @@ static int fail_smoothness(const coded_problem *of, const char *reason)
 
 static bool can_be_default(qs_penalty penalty, qs_encoding encoding, const coded_problem *of)
 {
-    return penalty != QS_PENALTY_GIVEN && encoding_has_penalty(encoding, penalty) &&
-           penalty_holds(encoding, penalty, &of->pairwise);
+    return penalty != QS_PENALTY_GIVEN &&
+           qs_encoding_allows_penalty(encoding, penalty, &of->pairwise);
 }
 
 static int fail_encoding(qs_encoding encoding, const coded_problem *of)
 {
     char smoothness[SMOOTHNESS_SIZE], list[256] = "", reason[512];
     smoothness_write(&of->pairwise, smoothness);
-    for (size_t i = 0; i < encoding_names.count; i++) {
-        const named *other = &encoding_names.names[i];
-        if (encoding_holds((qs_encoding)other->value, &of->pairwise, of->labels)) {
+    for (int i = 1; i <= QS_ENCODINGS; i++) {
+        if (qs_encoding_holds((qs_encoding)i, &of->pairwise, of->labels)) {
             size_t used = strlen(list);
             (void)snprintf(list + used, sizeof list - used, "%s%s", used > 0 ? ", " : "",
-                           other->name);
+                           encoding_name((qs_encoding)i));
         }
     }
-    (void)snprintf(reason, sizeof reason, "--encoding %s cannot hold %s smoothness: %s can",
-                   name_of(&encoding_names, (int)encoding), smoothness, list);
+    (void)snprintf(reason, sizeof reason, "--encoding %s cannot hold %s smoothness: choose %s",
+                   encoding_name(encoding), smoothness, list);
     return fail_smoothness(of, reason);
 }
 
 static int read_encoding(const char *name, const coded_problem *of, qs_encoding *encoding)
 {
-    int value = (int)of->encoding;
-    int status = name != NULL ? name_read(&encoding_names, name, "", &value) : DONE;
-    *encoding = (qs_encoding)value;
-    if (status == DONE && !encoding_holds(*encoding, &of->pairwise, of->labels)) {
-        return fail_encoding(*encoding, of);
+    *encoding = of->encoding;
+    if (name != NULL) {
+        TRY(encoding_read(name, encoding));
     }
-    return status;
+    return qs_encoding_holds(*encoding, &of->pairwise, of->labels) ? DONE
+                                                                   : fail_encoding(*encoding, of);
 }
 
 /* An alpha has to be a whole number of integer units. */
@@ -115,47 +79,53 @@ static int read_alpha(const char *text, uint32_t scale, int64_t *alpha)
         return decimal_fail("--penalty", text, status, held);
     }
     *alpha = (int64_t)(given.numerator * (scale / given.denominator));
-    return *alpha > 0 ? DONE : fail_usage("--penalty %s: not above 0", text);
+    return *alpha > 0 ? DONE : fail_usage("--penalty %s is not above 0", text);
+}
+
+static int read_penalty_value(const char *text, uint32_t scale, qs_encode_options *asked)
+{
+    int value = QS_PENALTY_GIVEN;
+    if (strchr("0123456789.+-", text[0]) != NULL) {
+        TRY(read_alpha(text, scale, &asked->alpha));
+    } else {
+        TRY(name_read(&penalty_names, text, ", or a number", &value));
+    }
+    asked->penalty = (qs_penalty)value;
+    return DONE;
 }
 
 static int read_penalty(const char *text, const coded_problem *of, qs_encode_options *asked)
 {
-    int value = QS_PENALTY_GIVEN;
-    int status = DONE;
+    qs_encoding encoding = asked->encoding;
     if (text == NULL) {
         asked->penalty =
-            can_be_default(of->penalty, asked->encoding, of) ? of->penalty : QS_PENALTY_LOCAL;
+            can_be_default(of->penalty, encoding, of) ? of->penalty : QS_PENALTY_LOCAL;
         return DONE;
     }
-    if (strchr("0123456789.+-", text[0]) != NULL) {
-        status = read_alpha(text, of->scale, &asked->alpha);
-    } else {
-        status = name_read(&penalty_names, text, ", or a number", &value);
+    TRY(read_penalty_value(text, of->scale, asked));
+    if (!qs_encoding_has_penalty(encoding, asked->penalty)) {
+        return fail_usage("--penalty %s does not go with --encoding %s: choose local or minimal",
+                          text, encoding_name(encoding));
     }
-    asked->penalty = (qs_penalty)value;
-    if (status == DONE && !encoding_has_penalty(asked->encoding, asked->penalty)) {
-        return fail_usage("--penalty %s: --encoding %s has local and minimal only", text,
-                          name_of(&encoding_names, (int)asked->encoding));
+    if (!qs_encoding_allows_penalty(encoding, asked->penalty, &of->pairwise)) {
+        return fail_smoothness(of, "--penalty paper goes with --encoding one-hot-sparse only for "
+                                   "potts smoothness: choose local or minimal, or --encoding "
+                                   "one-hot");
     }
-    if (status == DONE && !penalty_holds(asked->encoding, asked->penalty, &of->pairwise)) {
-        return fail_smoothness(of, "--penalty paper: --encoding one-hot-sparse has it for potts "
-                                   "smoothness only: choose local or "
-                                   "minimal, or --encoding one-hot");
-    }
-    return status;
+    return DONE;
 }
 
 static int read_gap(const char *text, const coded_problem *of, qs_encode_options *asked)
 {
-    bool keeps_gap = asked->penalty == QS_PENALTY_LOCAL || asked->penalty == QS_PENALTY_MINIMAL;
+    bool keeps_gap = qs_penalty_keeps_gap(asked->penalty);
     asked->gap = keeps_gap ? of->gap : 1;
     if (text == NULL) {
         return DONE;
     }
     if (!keeps_gap) {
-        return fail_usage(
-            "--gap goes with --penalty local or minimal, not with %s: no other keeps a gap",
-            name_of(&penalty_names, (int)asked->penalty));
+        return fail_usage("--gap goes with --penalty local or minimal, not with %s, which keeps "
+                          "no gap",
+                          name_of(&penalty_names, (int)asked->penalty));
     }
     return number_read("--gap", text, 1, INT32_MAX, &asked->gap);
 }
@@ -179,15 +149,11 @@ int coding_read(const char *encoding, const char *const *values, const coded_pro
                 qs_recode_options *asked)
 {
     memset(asked, 0, sizeof *asked);
-    int status = read_encoding(encoding, of, &asked->encode.encoding);
-    if (status == DONE) {
-        status = read_penalty(values[CODING_PENALTY], of, &asked->encode);
-    }
-    if (status == DONE) {
-        status = read_gap(values[CODING_GAP], of, &asked->encode);
-    }
+    TRY(read_encoding(encoding, of, &asked->encode.encoding));
+    TRY(read_penalty(values[CODING_PENALTY], of, &asked->encode));
+    TRY(read_gap(values[CODING_GAP], of, &asked->encode));
     asked->truncate = of->truncate || values[CODING_TRUNCATE] != NULL;
-    return status;
+    return DONE;
 }
 
 static qs_status recode(const laid_out *problem, const qs_recode_options *options, uint64_t left,
@@ -203,13 +169,13 @@ static qs_status recode(const laid_out *problem, const qs_recode_options *option
         return QS_E_IO;
     }
     qs_status status =
-        qs_recode(&problem->model, &problem->problem->qubo.labels, options, &sink, workspace, size, NULL);
+        qs_recode(&problem->model, &problem->labels, options, &sink, workspace, size, NULL);
     free(workspace);
     return status;
 }
 
-qs_status recode_quietly(const laid_out *problem, const qs_recode_options *options, budget *limit,
-                         file_bytes *made)
+qs_status recode_quietly(const laid_out *problem, const qs_recode_options *options,
+                         const budget *limit, file_bytes *made)
 {
     growing_file grown;
     qs_status status = recode(problem, options, limit->left, &grown);
@@ -217,7 +183,6 @@ qs_status recode_quietly(const laid_out *problem, const qs_recode_options *optio
         file_free(&grown.file);
         return status == QS_E_IO ? QS_E_LIMIT : status;
     }
-    limit->left -= grown.file.size;
     *made = grown.file;
     return QS_OK;
 }
@@ -226,7 +191,7 @@ static int fail_recode(const char *name, const char *mend, qs_status status)
 {
     if (status == QS_E_LIMIT) {
         return fail(BAD_INPUT, name,
-                    "has over %u variables in this encoding: choose another, or a smaller window",
+                    "has more than %u variables in this encoding: choose another one, or a smaller window",
                     QS_VARIABLES_MAX);
     }
     if (status == QS_E_OVERFLOW) {
@@ -240,7 +205,7 @@ static int fail_recode(const char *name, const char *mend, qs_status status)
 int recode_problem(const laid_out *problem, const qs_recode_options *options, const char *mend,
                    budget *limit, problem_file *made)
 {
-    const char *name = problem->problem->name;
+    const char *name = problem->name;
     growing_file grown;
     memset(made, 0, sizeof *made);
     qs_status written = recode(problem, options, limit->left, &grown);
@@ -248,6 +213,6 @@ int recode_problem(const laid_out *problem, const qs_recode_options *options, co
         file_free(&grown.file);
         return fail_recode(name, mend, written);
     }
-    int status = growing_end(&grown, name, limit);
-    return status == DONE ? problem_take(name, grown.file, limit, made) : status;
+    TRY(growing_end(&grown, name, limit));
+    return problem_check(name, grown.file, limit, made);
 }

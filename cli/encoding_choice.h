@@ -2,34 +2,31 @@
 #ifndef ENCODING_CHOICE_H
 #define ENCODING_CHOICE_H
 
-#include "inputs.h"
-#include "qstereo/recode.h"
 #include "solving.h"
 
-/* How a problem is to be written as a QUBO: the options, and what goes with what. */
-
-/* Rows for a table of options, one behind the other; of each the words for its default. */
+/* Rows for a table of options, one behind the other. Each takes the words for its default. */
 enum { CODING_PENALTY, CODING_GAP, CODING_TRUNCATE, CODING_OPTIONS };
-#define CODING_OPTION_ROWS(penalty, gap, truncate)                                                   \
-    {"penalty", 0,    false,                                                                         \
-     "NAME",    NULL, "local or minimal (proven), paper (one alpha) or your own alpha" penalty},     \
-        {"gap", 0,                                                                                   \
-         false, "G",                                                                                 \
-         NULL,  "integer units from the optimum to any infeasible state, of local and minimal" gap}, \
-    {                                                                                                \
-        "truncate", 0, false, NULL, NULL,                                                            \
-            "cut costs no optimum pays: smaller coefficients, same optima and energies" truncate     \
+#define CODING_OPTION_ROWS(penalty, gap, truncate)                                                 \
+    {"penalty", 0,    false,                                                                       \
+     "NAME",    NULL, "local or minimal (proven), paper (one alpha), or your own alpha" penalty},  \
+        {"gap", 0, false, "G", NULL,                                                               \
+         "integer units between the optimum and any infeasible state, for the penalties local "    \
+         "and minimal" gap},                                                                       \
+    {                                                                                              \
+        "truncate", 0, false, NULL, NULL,                                                          \
+            "lower the costs that no optimum pays: smaller coefficients, same optima and "         \
+            "energies" truncate                                                                    \
     }
 
-/* What the coefficients are to hold. */
+/* The problem that the coefficients are to hold, and what is chosen for it if the command line says
+ * nothing else. */
 typedef struct coded_problem {
-    const char *file; /* what the problem was read from; NULL = it is of the command line */
+    const char *file; /* the file that it was read from; NULL = it comes from the command line */
     qs_pairwise pairwise;
     uint32_t labels, scale;
-    /* Where nothing else is asked for: */
     qs_encoding encoding;
-    qs_penalty penalty; /* local if the encoding has it not, or if it is an alpha that was given:
-                           that is not known again */
+    qs_penalty penalty; /* local is taken instead if the encoding does not have it, or if it is
+                           an alpha that was given, which a file does not hold */
     uint32_t gap;
     bool truncate;
 } coded_problem;
@@ -38,30 +35,25 @@ typedef struct coded_problem {
 coded_problem coded_in_file(const problem_file *problem);
 
 /* Reads the arguments of --encoding (NULL = none) and of the rows. Returns DONE, BAD_USAGE, or
- * BAD_INPUT where the smoothness of a file does not allow them, having said why. */
+ * BAD_INPUT if the smoothness of a file does not allow them. */
 int coding_read(const char *encoding, const char *const *values, const coded_problem *of,
                 qs_recode_options *asked);
 
-/* Whether an encoding can hold a pairwise cost (docs/MATHS.md). */
-bool encoding_holds(qs_encoding encoding, const qs_pairwise *pairwise, uint32_t labels);
-
-/* "linear truncated at 3". */
+/* Writes "linear truncated at 3". */
 #define SMOOTHNESS_SIZE 48
 void smoothness_write(const qs_pairwise *pairwise, char text[SMOOTHNESS_SIZE]);
 
-/* A problem that has been laid out, written again as a QUBO in memory. */
-
-/* Writes the problem as `options` say and opens what was written, under the name of the problem.
+/* Writes the problem again as `options` say, in memory of the budget, and opens what was written
+ * under the name of the problem.
  *
- * mend  what the user can make smaller where coefficients overflow, for the message
- * Returns DONE, BAD_INPUT or NO_RESOURCE, having said why. problem_close frees what was allocated
- * in any case. */
+ * mend  what the user can make smaller if coefficients overflow, for the message
+ * Returns DONE, BAD_INPUT or NO_RESOURCE, and has printed why. */
 int recode_problem(const laid_out *problem, const qs_recode_options *options, const char *mend,
                    budget *limit, problem_file *made);
 
-/* The same without a word where it does not fit: the library's status; QS_E_LIMIT also where the
- * budget or memory ends. */
-qs_status recode_quietly(const laid_out *problem, const qs_recode_options *options, budget *limit,
-                         file_bytes *made);
+/* The same without messages, and without opening it. Returns the library's status, and QS_E_LIMIT
+ * also if the budget or the memory is too small. file_free frees what was made. */
+qs_status recode_quietly(const laid_out *problem, const qs_recode_options *options,
+                         const budget *limit, file_bytes *made);
 
 #endif

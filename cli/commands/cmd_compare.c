@@ -1,16 +1,15 @@
 #include <ctype.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
+#include "command.h"
 #include "comparison.h"
-#include "text/json.h"
 #include "pictures/map.h"
 #include "pictures/picture_library.h"
-#include "text/fail.h"
-#include "text/options.h"
 #include "solving.h"
 #include "survey.h"
+#include "text/fail.h"
+#include "text/json.h"
 
 enum {
     SOLVER_LIST,
@@ -26,9 +25,9 @@ enum {
 
 static const option options[] = {
     [SOLVER_LIST] = {"solvers", 0, false, "NAMES", "icm,anneal,swap,expansion,bp,trws,best",
-                     "the solvers to run, with commas between"},
+                     "solvers to run, separated by commas"},
     [SAMPLES] = {"samples", 0, false, "S.qsf", NULL,
-                 "add the best feasible sample of this file; may be given again"},
+                 "add the best feasible sample of this file; may be given several times"},
     [SEARCH] = SEARCH_OPTION_ROWS,
     [TRUTH] = TRUTH_OPTION,
     [TRUTH_SCALE] = TRUTH_SCALE_OPTION,
@@ -39,40 +38,20 @@ static const option options[] = {
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
 
-static const command_line line = {
-    .name = "compare",
-    .operands = {"P.qcf"},
-    .about = "Runs solvers on one problem, adds the samples of others (a QPU, hybrids), and prints "
-             "for each its energy, the\n"
-             "gap to the best lower bound of all, its feasible samples, the errors against the "
-             "truth, and the seconds. A\n"
-             "solver that cannot be used with the pairwise cost is shown as such.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
-    .examples = "  qstereo compare p.qcf --truth truth.png --truth-scale 8\n"
-                "  qstereo compare p.qcf --samples qpu.qsf --samples hybrid.qsf --solvers "
-                "expansion,trws,best --json\n"
-                "  qstereo compare p.qcf --time-limit 5 --maps maps\n",
-};
-
 typedef struct request {
     const solver *by[RESULTS_MAX];
     size_t solver_count;
     search how;
     const char *truth, *maps; /* NULL = none */
     uint32_t truth_scale, scale;
-    bool json;
 } request;
 
-/* The work under way. */
+/* A comparison under way. */
 typedef struct comparing {
-    const request *asked;
-    answer both; /* the samples are those of the moment */
+    job *at; /* its samples are those of the moment */
+    request asked;
     laid_out laid;
-    budget limit; /* what the problem has left */
     true_map truth;
-    output outs[RESULTS_MAX];
-    size_t out_count;
     comparison table;
 } comparing;
 
@@ -81,34 +60,27 @@ static int read_solvers(const char *text, request *asked)
     for (;;) {
         size_t length = strcspn(text, ",");
         if (asked->solver_count == RESULTS_MAX) {
-            return fail_usage("--solvers: more than %d", RESULTS_MAX);
+            return fail_usage("--solvers: %d solvers are the most", RESULTS_MAX);
         }
-        int status = solvers_read(text, length, &asked->by[asked->solver_count++]);
-        if (status != DONE || text[length] == '\0') {
-            return status;
+        TRY(solvers_read(text, length, &asked->by[asked->solver_count++]));
+        if (text[length] == '\0') {
+            return DONE;
         }
         text += length + 1;
     }
 }
 
-static int read_request(const arguments *given, request *asked)
+static int read_request(const char *const *values, request *asked)
 {
-    const char *const *values = given->values;
-    memset(asked, 0, sizeof *asked);
     asked->truth = values[TRUTH];
     asked->maps = values[MAPS];
-    asked->json = values[JSON] != NULL;
-    int status = read_solvers(values[SOLVER_LIST], asked);
-    if (status == DONE) {
-        status = search_read(&values[SEARCH], &asked->how);
-    }
-    if (status == DONE) {
-        status = truth_scale_read(values[TRUTH_SCALE], &asked->truth_scale);
-    }
-    return status == DONE ? map_scale_read(values[SCALE], &asked->scale) : status;
+    TRY(read_solvers(values[SOLVER_LIST], asked));
+    TRY(search_read(&values[SEARCH], &asked->how));
+    TRY(truth_scale_read(values[TRUTH_SCALE], &asked->truth_scale));
+    return map_scale_read(values[SCALE], &asked->scale);
 }
 
-/* Whether an earlier result has a map of this name. */
+/* Returns true if an earlier result has a map of this name. */
 static bool is_taken(const comparison *table, const char *name)
 {
     for (size_t i = 0; i < table->count; i++) {
@@ -124,109 +96,96 @@ static map_format map_format_here(void)
     return picture_library_writes_png() ? MAP_PNG : MAP_PGM;
 }
 
-/* DIR/SOLVER.png, where a letter of the solver's name that would be awkward in a file's becomes _,
- * and a name that is there already gets a number. */
-static int name_map(comparing *at, result *of)
+/* Names the map DIR/SOLVER.png. A letter that would be awkward in the name of a file becomes _, and
+ * a name that is taken gets a number. */
+static int name_map(comparing *with, result *of)
 {
     char stem[sizeof of->solver];
-    size_t size = strlen(at->asked->maps) + sizeof stem + 32;
-    char *name = malloc(size);
+    size_t size = strlen(with->asked.maps) + sizeof stem + 32;
+    char *name = budget_take(&with->at->limit, with->asked.maps, size);
     if (name == NULL) {
-        return fail_memory(at->asked->maps);
+        return NO_RESOURCE;
     }
     for (size_t i = 0; i < sizeof stem; i++) {
-        unsigned char c = (unsigned char)of->solver[i];
-        stem[i] =
-            (char)(c == '\0' || isalnum(c) || strchr("-_", c) != NULL || (c == '.' && i > 0) ? c
-                                                                                             : '_');
+        char c = of->solver[i];
+        bool fits = c == '\0' || isalnum((unsigned char)c) || strchr("-_", c) != NULL ||
+                    (c == '.' && i > 0);
+        stem[i] = (char)(fits ? c : '_');
     }
     const char *ending = map_format_here() == MAP_PNG ? "png" : "pgm";
-    (void)snprintf(name, size, "%s/%s.%s", at->asked->maps, stem, ending);
-    for (unsigned number = 2; is_taken(&at->table, name); number++) {
-        (void)snprintf(name, size, "%s/%s-%u.%s", at->asked->maps, stem, number, ending);
+    (void)snprintf(name, size, "%s/%s.%s", with->asked.maps, stem, ending);
+    for (unsigned number = 2; is_taken(&with->table, name); number++) {
+        (void)snprintf(name, size, "%s/%s-%u.%s", with->asked.maps, stem, number, ending);
     }
     of->map = name;
     return DONE;
 }
 
-static int add_result(comparing *at, const char *name, size_t size, result **added)
+static int add_result(comparing *with, const char *name, size_t size, result **added)
 {
-    int status = comparison_add(&at->table, name, size, added);
-    return status == DONE && at->asked->maps != NULL ? name_map(at, *added) : status;
+    TRY(comparison_add(&with->table, name, size, added));
+    return with->asked.maps != NULL ? name_map(with, *added) : DONE;
 }
 
-static int write_map(comparing *at, result *of, const pixel_map *map)
+static int write_map(comparing *with, result *of, const pixel_map *map)
 {
     file_bytes file = {NULL, 0};
-    int status = map_encode(map, map_format_here(), at->asked->scale, of->map, &file);
+    output *out;
+    TRY(map_encode(map, map_format_here(), with->asked.scale, of->map, &file));
+    int status = job_open_output(with->at, of->map, &out);
     if (status == DONE) {
-        status = output_open(&at->outs[at->out_count], of->map);
-    }
-    if (status == DONE) {
-        (void)output_write(&at->outs[at->out_count++], file.bytes,
-                           file.size); /* a refusal is reported by the commit */
+        output_write_file(out, &file);
         of->has_map = true;
     }
     file_free(&file);
     return status;
 }
 
-/* What the labelling of a result looks like as a map, where that is asked for. */
-static int look_at_map(comparing *at, result *of, const uint16_t *labelling, budget limit)
+/* Makes the map of a labelling, if the truth or the maps ask for it: its errors, and its file. */
+static int look_at_map(comparing *with, result *of, const uint16_t *labelling, budget *work)
 {
-    uint32_t *disparities = NULL;
+    const problem_file *problem = &with->at->both.problem;
     pixel_map map;
-    if (at->asked->truth == NULL && at->asked->maps == NULL) {
+    if (with->asked.truth == NULL && with->asked.maps == NULL) {
         return DONE;
     }
-    int status = map_of_labelling(&at->both.problem, labelling, &limit, &disparities, &map);
-    if (status == DONE && at->asked->truth != NULL) {
-        status = truth_compare(&at->truth, &map, &of->errors);
+    TRY(map_of_labelling(problem->name, &problem->qubo.labels, labelling, work, &map));
+    if (with->asked.truth != NULL) {
+        TRY(truth_compare(&with->truth, &map, &of->errors));
     }
-    if (status == DONE && at->asked->maps != NULL) {
-        status = write_map(at, of, &map);
-    }
-    free(disparities);
-    return status;
+    return with->asked.maps != NULL ? write_map(with, of, &map) : DONE;
 }
 
-static int run_solver(comparing *at, const solver *by, result *of)
+static int run_solver(comparing *with, const solver *by, result *of, budget *work)
 {
     solved found;
-    int status = solve_problem(&at->laid, by, &at->asked->how, at->limit, &found);
-    if (status != DONE) {
-        return status;
-    }
+    TRY(solve_problem(&with->laid, by, &with->asked.how, work, &found));
     of->refusal = found.refusal;
-    if (found.refusal == QS_OK) {
-        of->feasible = of->samples = 1;
-        of->energy = found.solution.energy;
-        of->lower_bound = found.solution.lower_bound;
-        of->microseconds = found.microseconds;
-        status = look_at_map(at, of, found.labelling, at->limit);
+    if (found.refusal != QS_OK) {
+        return DONE;
     }
-    solved_free(&found);
-    return status;
+    of->feasible = of->samples = 1;
+    of->energy = found.solution.energy;
+    of->lower_bound = found.solution.lower_bound;
+    of->microseconds = found.microseconds;
+    return look_at_map(with, of, found.labelling, work);
 }
 
-static int look_at_sample(comparing *at, result *of, uint32_t sample, budget limit)
+static int look_at_sample(comparing *with, result *of, uint32_t sample, budget *work)
 {
-    const answer *both = &at->both;
-    void *labelling = NULL;
-    int status = budget_allocate(&limit, both->problem.name,
-                                 sizeof(uint16_t) * both->problem.qubo.labels.sites, &labelling);
-    if (status != DONE) {
-        return status;
-    }
+    const answer *both = &with->at->both;
     const uint8_t *bits = qs_samples_bits(&both->samples.view, sample);
+    uint16_t *labelling = budget_take(work, both->problem.name,
+                                      sizeof *labelling * both->problem.qubo.labels.sites);
+    if (labelling == NULL) {
+        return NO_RESOURCE;
+    }
     qs_status decoded = qs_sample_decode(&both->problem.index, bits, labelling);
-    status = decoded == QS_OK ? look_at_map(at, of, labelling, limit)
-                              : fail_status(both->samples.name, decoded);
-    free(labelling);
-    return status;
+    return decoded == QS_OK ? look_at_map(with, of, labelling, work)
+                            : fail_status(both->samples.name, decoded);
 }
 
-/* The seconds that the file itself states, as those of qstereo solve do. */
+/* The seconds that the file states, as the files of qstereo solve do; -1 = it does not. */
 static int64_t stated_microseconds(const qs_samples_view *samples)
 {
     double seconds;
@@ -234,132 +193,117 @@ static int64_t stated_microseconds(const qs_samples_view *samples)
     return known && seconds >= 0 && seconds < 1e12 ? (int64_t)(seconds * 1e6 + 0.5) : -1;
 }
 
-static int add_answer(comparing *at, budget limit)
+static int add_samples(comparing *with, const char *path, budget *work)
 {
-    const qs_samples_view *samples = &at->both.samples.view;
+    answer *both = &with->at->both;
+    const qs_samples_view *samples = &both->samples.view;
     result *of;
     survey seen;
-    int status = survey_samples(&at->both, limit, &seen);
-    if (status == DONE) {
-        status = survey_fail_wrong(&at->both, &seen);
-    }
-    if (status == DONE) {
-        status = add_result(at, samples->solver, samples->solver_size, &of);
-    }
-    if (status != DONE) {
-        return status;
-    }
+    TRY(answer_open_samples(both, path, work));
+    TRY(survey_samples(both, work, &seen));
+    TRY(survey_fail_wrong(both, &seen));
+    TRY(add_result(with, samples->solver, samples->solver_size, &of));
     of->samples = samples->count;
     of->feasible = seen.feasible;
     of->energy = seen.best_energy;
     of->microseconds = stated_microseconds(samples);
-    return seen.feasible > 0 ? look_at_sample(at, of, seen.best, limit) : DONE;
+    return seen.feasible > 0 ? look_at_sample(with, of, seen.best, work) : DONE;
 }
 
-static int add_samples(comparing *at, const char *path)
+static int add_files(comparing *with)
 {
-    budget limit = at->limit;
-    int status = answer_open_samples(&at->both, path, &limit);
-    if (status == DONE) {
-        status = add_answer(at, limit);
-        answer_close_samples(&at->both);
-    }
-    return status;
-}
-
-/* The solvers stand first, but what is wrong with a samples file is to be known before they run. */
-static int fill_table(comparing *at, const arguments *given)
-{
-    const request *asked = at->asked;
     size_t next = 0;
+    const char *path = options_next(with->at->given, SAMPLES, &next);
+    while (path != NULL) {
+        budget work = budget_inside(&with->at->limit);
+        int status = add_samples(with, path, &work);
+        budget_free(&work);
+        TRY(status);
+        path = options_next(with->at->given, SAMPLES, &next);
+    }
+    return DONE;
+}
+
+static int run_solvers(comparing *with)
+{
+    for (size_t i = 0; i < with->asked.solver_count; i++) {
+        budget work = budget_inside(&with->at->limit);
+        int status = run_solver(with, with->asked.by[i], &with->table.results[i], &work);
+        budget_free(&work);
+        TRY(status);
+    }
+    return DONE;
+}
+
+/* The rows of the solvers come first, but the samples files are read before the solvers run, so
+ * that a bad file is found at once. */
+static int fill_table(comparing *with)
+{
+    const request *asked = &with->asked;
     result *added;
-    int status = DONE;
-    for (size_t i = 0; i < asked->solver_count && status == DONE; i++) {
-        status = add_result(at, asked->by[i]->name, strlen(asked->by[i]->name), &added);
+    for (size_t i = 0; i < asked->solver_count; i++) {
+        TRY(add_result(with, asked->by[i]->name, strlen(asked->by[i]->name), &added));
     }
-    for (const char *path;
-         status == DONE && (path = options_next(given, SAMPLES, &next)) != NULL;) {
-        status = add_samples(at, path);
-    }
-    for (size_t i = 0; i < asked->solver_count && status == DONE; i++) {
-        status = run_solver(at, asked->by[i], &at->table.results[i]);
-    }
-    return status;
+    TRY(add_files(with));
+    return run_solvers(with);
 }
 
 /* Opens what the options name. */
-static int open_options(comparing *at)
+static int open_options(comparing *with)
 {
-    const request *asked = at->asked;
-    const problem_file *problem = &at->both.problem;
+    const request *asked = &with->asked;
+    const problem_file *problem = &with->at->both.problem;
     const qs_frame *frame = &problem->qubo.labels.frame;
-    int status = DONE;
     if (asked->truth != NULL || asked->maps != NULL) {
-        status = map_check_grid(problem);
+        TRY(map_check(problem->name, &problem->qubo.labels));
     }
-    if (status == DONE && asked->truth != NULL) {
-        status = truth_open(asked->truth, asked->truth_scale, frame->picture_width,
-                            frame->picture_height, &at->truth);
+    if (asked->truth != NULL) {
+        TRY(truth_open(asked->truth, asked->truth_scale, frame->picture_width,
+                       frame->picture_height, &with->truth));
     }
-    return status == DONE && asked->maps != NULL ? output_make_folder(asked->maps) : status;
+    return asked->maps != NULL ? output_make_folder(asked->maps) : DONE;
 }
 
-static void abandon_maps(comparing *at)
+static int compare(comparing *with)
 {
-    while (at->out_count > 0) {
-        output_abandon(&at->outs[--at->out_count]);
-    }
-    output_drop_folder();
+    job *at = with->at;
+    TRY(read_request(at->values, &with->asked));
+    TRY(job_open_problem(at));
+    TRY(lay_out(&at->both.problem, &at->limit, &with->laid));
+    with->table.scale = at->both.problem.scale;
+    with->table.scored = with->asked.truth != NULL;
+    TRY(open_options(with));
+    TRY(fill_table(with));
+    (at->json ? comparison_json : comparison_print)(&with->table);
+    return DONE;
 }
 
-static int compare(comparing *at, const arguments *given)
+static int run_compare(job *at)
 {
-    int status = laid_out_open(&at->both.problem, &at->limit, &at->laid);
-    at->table.scale = at->both.problem.scale;
-    at->table.scored = at->asked->truth != NULL;
-    if (status == DONE) {
-        status = open_options(at);
-    }
-    if (status == DONE) {
-        status = fill_table(at, given);
-    }
-    if (status == DONE) {
-        (at->asked->json ? comparison_json : comparison_print)(&at->table);
-        status = output_commit(at->outs, at->out_count);
-        at->out_count = 0;
-    }
-    if (status == DONE) {
-        output_keep_folder();
-    } else {
-        abandon_maps(at);
-    }
-    comparison_free(&at->table);
-    truth_close(&at->truth);
-    laid_out_close(&at->laid);
+    comparing with;
+    memset(&with, 0, sizeof with);
+    with.at = at;
+    int status = compare(&with);
+    truth_close(&with.truth);
     return status;
 }
 
-int cmd_compare(int argc, char **argv)
-{
-    arguments given;
-    request asked;
-    comparing at;
-    int status;
-    if (!options_read(&line, argc, argv, &given, &status)) {
-        return status;
-    }
-    memset(&at, 0, sizeof at);
-    at.asked = &asked;
-    status = budget_read(given.values[MEMORY_LIMIT], &at.limit);
-    if (status == DONE) {
-        status = read_request(&given, &asked);
-    }
-    if (status == DONE) {
-        status = problem_open(given.operands[0], &at.limit, &at.both.problem);
-    }
-    if (status == DONE) {
-        status = compare(&at, &given);
-        problem_close(&at.both.problem);
-    }
-    return status;
-}
+const command cmd_compare = {
+    .line =
+        {
+            .name = "compare",
+            .operands = {"P.qcf"},
+            .about =
+                "Runs solvers on one problem and adds the samples of others, such as a QPU. "
+                "Prints for each its energy, the gap to the best lower bound of all, its feasible "
+                "samples, the errors against the truth, and the seconds. A solver that cannot be "
+                "used with the pairwise cost is marked.\n",
+            OPTIONS(options),
+            .examples = "  qstereo compare p.qcf --truth truth.png --truth-scale 8\n"
+                        "  qstereo compare p.qcf --samples qpu.qsf --samples hybrid.qsf \\\n"
+                        "      --solvers expansion,trws,best --json\n"
+                        "  qstereo compare p.qcf --time-limit 5 --maps maps\n",
+        },
+    .summary = "run solvers on one problem and print how good each one is",
+    .run = run_compare,
+};

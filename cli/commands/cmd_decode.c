@@ -1,115 +1,88 @@
 #include <inttypes.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "text/numbers.h"
-#include "text/json.h"
+#include "command.h"
 #include "pictures/map.h"
-#include "text/fail.h"
-#include "text/options.h"
 #include "survey.h"
+#include "text/fail.h"
+#include "text/json.h"
+#include "text/numbers.h"
 
 enum { OUTPUT, REPAIR, SAMPLE, SCALE, COLOR, JSON, MEMORY_LIMIT };
 
 static const option options[] = {
     [OUTPUT] = MAP_OUTPUT_OPTION,
     [REPAIR] = {"repair", 0, false, NULL, NULL,
-                "make samples feasible first, each with the labels that cost least"},
+                "make samples feasible first, with the labels that cost least"},
     [SAMPLE] = {"sample", 0, false, "N", NULL,
-                "take this sample, counted from 0 (default the best feasible one)"},
+                "sample to take, counted from 0 (default the best feasible one)"},
     [SCALE] = SCALE_OPTION,
     [COLOR] = COLOR_OPTION,
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
 
-static const command_line line = {
-    .name = "decode",
-    .operands = {"P.qcf", "S.qsf"},
-    .optional = 1,
-    .about = "Turns a sample into a disparity map of the size of the left picture. 0 means no "
-             "value (infinity in a .pfm);\n"
-             "a disparity of 0 is held as 1. 8 bits where all values fit, else 16. Exits with 1 if "
-             "no sample is feasible.\n"
-             "A problem that was reduced gives the whole map too; where nothing was left to solve, "
-             "S.qsf need not be given.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
-    .examples = "  qstereo decode p.qcf s.qsf -o disparity.png --scale 8 --color\n"
-                "  qstereo decode p.qcf s.qsf -o disparity.pfm --repair\n"
-                "  qstereo decode proven.qcf -o disparity.png\n",
-};
-
-/* What the command line asks for. */
 typedef struct request {
     map_request map;
-    uint32_t sample;
-    bool one_sample, repair, json;
+    bool one_sample, repair;
+    uint32_t sample; /* if only one sample is asked for */
 } request;
 
-/* The sample that becomes the map. */
+/* A sample that may become the map. */
 typedef struct chosen {
-    bool none; /* there are no samples, as there are no variables */
+    bool none; /* there are no samples, because there are no variables */
     uint32_t sample;
     int64_t energy; /* F */
     uint32_t repaired; /* sites */
     uint8_t *bits;
     uint16_t *labelling; /* of all sites */
-    void *workspace; /* of the repair */
-    size_t workspace_size;
 } chosen;
 
-static int read_request(const arguments *given, request *asked)
+/* What repairs samples. */
+typedef struct workspace {
+    void *memory;
+    size_t size;
+} workspace;
+
+static int read_request(job *at, request *asked)
 {
-    const char *const *values = given->values;
+    const char *const *values = at->values;
+    memset(asked, 0, sizeof *asked);
     asked->repair = values[REPAIR] != NULL;
-    asked->json = values[JSON] != NULL;
     asked->one_sample = values[SAMPLE] != NULL;
-    int status = map_request_read(values[OUTPUT], values[SCALE], values[COLOR] != NULL, asked->json,
-                                  &asked->map);
-    if (status == DONE && asked->one_sample) {
-        status = number_read("--sample", values[SAMPLE], 0, UINT32_MAX, &asked->sample);
-    }
-    return status;
+    TRY(map_request_read(values[OUTPUT], values[SCALE], values[COLOR] != NULL, &at->limit,
+                         &asked->map));
+    return asked->one_sample
+               ? number_read("--sample", values[SAMPLE], 0, UINT32_MAX, &asked->sample)
+               : DONE;
 }
 
-/* Room for a sample, its labelling and its repair; free_chosen frees it in any case. */
-static int allocate_chosen(const problem_file *problem, bool repair, budget *limit, chosen *made)
+/* Room for a sample and its labelling. */
+static int take_room(job *at, chosen *made)
 {
-    const qs_qubo *qubo = &problem->qubo;
-    void *bits = NULL, *labelling = NULL;
+    const problem_file *problem = &at->both.problem;
     memset(made, 0, sizeof *made);
-    int status = budget_allocate(limit, problem->name, ((size_t)qubo->variables + 7) / 8, &bits);
-    made->bits = bits;
-    if (status == DONE) {
-        status = budget_allocate(limit, problem->name, sizeof *made->labelling * qubo->labels.sites,
-                                 &labelling);
+    made->bits = budget_take(&at->limit, problem->name, ((size_t)problem->qubo.variables + 7) / 8);
+    if (made->bits == NULL) {
+        return NO_RESOURCE;
     }
-    made->labelling = labelling;
-    if (status == DONE && repair) {
-        made->workspace_size = qs_repair_workspace(&problem->index);
-        status = budget_allocate(limit, problem->name, made->workspace_size, &made->workspace);
-    }
-    return status;
+    made->labelling = budget_take(&at->limit, problem->name,
+                                  sizeof *made->labelling * problem->qubo.labels.sites);
+    return made->labelling != NULL ? DONE : NO_RESOURCE;
 }
 
-static void free_chosen(chosen *freed)
-{
-    free(freed->bits);
-    free(freed->labelling);
-    free(freed->workspace);
-}
-
-static qs_status take_sample(const answer *both, uint32_t sample, bool repair, chosen *to)
+/* Copies a sample, repairs it if there is a workspace for that, and reads its labelling. */
+static qs_status take_sample(const answer *both, uint32_t sample, const workspace *repair,
+                             chosen *to)
 {
     const qs_index *index = &both->problem.index;
     memcpy(to->bits, qs_samples_bits(&both->samples.view, sample),
            ((size_t)both->samples.view.variables + 7) / 8);
     to->sample = sample;
-    if (repair) {
+    if (repair != NULL) {
         qs_status status =
-            qs_sample_repair(index, to->bits, to->workspace, to->workspace_size, &to->repaired);
+            qs_sample_repair(index, to->bits, repair->memory, repair->size, &to->repaired);
         if (status != QS_OK) {
             return status;
         }
@@ -117,25 +90,31 @@ static qs_status take_sample(const answer *both, uint32_t sample, bool repair, c
     return sample_labels(index, to->bits, to->labelling, &to->energy);
 }
 
-static int choose_repaired(const answer *both, const request *asked, chosen *taken)
+/* Repairs the samples that are asked for and takes the best one, the first of equals. */
+static int choose_repaired(job *at, const request *asked, chosen *taken)
 {
+    const answer *both = &at->both;
     uint32_t first = asked->one_sample ? asked->sample : 0;
     uint32_t end = asked->one_sample ? asked->sample + 1 : both->samples.view.count;
-    uint32_t best = first;
-    int64_t best_energy = INT64_MAX;
-    qs_status status = QS_OK;
-    for (uint32_t sample = first; sample < end && status == QS_OK; sample++) {
-        status = take_sample(both, sample, true, taken);
-        if (status == QS_OK && taken->energy < best_energy) {
-            best = sample;
-            best_energy = taken->energy;
+    chosen next;
+    workspace repair = {NULL, qs_repair_workspace(&both->problem.index)};
+    repair.memory = budget_take(&at->limit, both->problem.name, repair.size);
+    if (repair.memory == NULL) {
+        return NO_RESOURCE;
+    }
+    TRY(take_room(at, &next));
+    for (uint32_t sample = first; sample < end; sample++) {
+        qs_status status = take_sample(both, sample, &repair, &next);
+        if (status != QS_OK) {
+            return fail_status(both->samples.name, status);
+        }
+        if (sample == first || next.energy < taken->energy) {
+            chosen better = next;
+            next = *taken;
+            *taken = better;
         }
     }
-    /* Again, for its bits: there is room for one sample. */
-    if (status == QS_OK) {
-        status = take_sample(both, best, true, taken);
-    }
-    return status == QS_OK ? DONE : fail_status(both->samples.name, status);
+    return DONE;
 }
 
 static int choose_feasible(const answer *both, const request *asked, const survey *seen,
@@ -144,33 +123,29 @@ static int choose_feasible(const answer *both, const request *asked, const surve
     const char *name = both->samples.name;
     if (!asked->one_sample && seen->feasible == 0) {
         return fail(ANSWER_NO, name,
-                    "none of the %" PRIu32 " samples is feasible: --repair makes them so",
+                    "none of the %" PRIu32 " samples is feasible: add --repair to make them so",
                     both->samples.view.count);
     }
     qs_status status =
-        take_sample(both, asked->one_sample ? asked->sample : seen->best, false, taken);
+        take_sample(both, asked->one_sample ? asked->sample : seen->best, NULL, taken);
     if (status == QS_E_INFEASIBLE) {
         return fail(ANSWER_NO, name,
-                    "sample %" PRIu32 " is not feasible (at %" PRIu32
-                    " places; %s where it is): --repair makes it so",
+                    "sample %" PRIu32 " is not feasible (%" PRIu32
+                    " places are wrong; a sample is feasible if %s): add --repair to make it so",
                     taken->sample, qs_sample_infeasible(&both->problem.index, taken->bits),
                     feasible_means(&both->problem.qubo));
     }
     return status == QS_OK ? DONE : fail_status(name, status);
 }
 
-static int choose(const answer *both, const request *asked, budget limit, chosen *taken)
+static int choose(job *at, const request *asked, chosen *taken)
 {
+    const answer *both = &at->both;
     const char *name = both->samples.name;
     uint32_t count = both->samples.view.count;
     survey seen;
-    int status = survey_samples(both, limit, &seen);
-    if (status == DONE) {
-        status = survey_fail_wrong(both, &seen);
-    }
-    if (status != DONE) {
-        return status;
-    }
+    TRY(survey_samples(both, &at->limit, &seen));
+    TRY(survey_fail_wrong(both, &seen));
     if (count == 0) {
         return fail(ANSWER_NO, name, "holds no sample");
     }
@@ -178,11 +153,11 @@ static int choose(const answer *both, const request *asked, budget limit, chosen
         return fail_usage("--sample %" PRIu32 ": %s holds samples 0 to %" PRIu32, asked->sample,
                           name, count - 1);
     }
-    return asked->repair ? choose_repaired(both, asked, taken)
+    return asked->repair ? choose_repaired(at, asked, taken)
                          : choose_feasible(both, asked, &seen, taken);
 }
 
-/* All sites are fixed, so the sample of no bits is the only one. */
+/* All sites are fixed, so the sample without bits is the only one. */
 static int choose_decided(const problem_file *problem, chosen *taken)
 {
     taken->none = true;
@@ -191,10 +166,11 @@ static int choose_decided(const problem_file *problem, chosen *taken)
     return status == QS_OK ? DONE : fail_status(problem->name, status);
 }
 
-static void print_result(const answer *both, const request *asked, const chosen *taken)
+static void print_result(const job *at, const request *asked, const chosen *taken)
 {
+    const answer *both = &at->both;
     char energy[DECIMAL_SIZE];
-    if (asked->json) {
+    if (at->json) {
         json_begin();
         if (taken->none) {
             json_null("sample");
@@ -210,7 +186,7 @@ static void print_result(const answer *both, const request *asked, const chosen 
     decimal_write(taken->energy, both->problem.scale, energy);
     map_request_print(&asked->map);
     if (taken->none) {
-        printf("nothing was left to solve, energy %s\n", energy);
+        printf("every site was decided, energy %s\n", energy);
         return;
     }
     printf("sample %" PRIu32 " of %" PRIu32 ", energy %s, %" PRIu32 " site%s repaired\n",
@@ -218,96 +194,69 @@ static void print_result(const answer *both, const request *asked, const chosen 
            plural(taken->repaired));
 }
 
-/* Writes the files, prints the result and then makes the files appear. */
-static int write_files(const answer *both, const request *asked, const chosen *taken,
-                       const pixel_map *map)
+/* Checks that samples are not needed: all sites are decided. */
+static int check_decided(const problem_file *problem, const request *asked)
 {
-    map_outputs outs;
-    int status = map_outputs_open(&asked->map, &outs);
-    if (status != DONE) {
-        return status;
+    if (problem->qubo.variables > 0) {
+        return fail_usage("the operand S.qsf is missing: samples of the %" PRIu32
+                          " variables of %s",
+                          problem->qubo.variables, problem->name);
     }
-    status = map_outputs_write(&asked->map, map, &outs);
-    if (status != DONE) {
-        map_outputs_abandon(&outs);
-        return status;
-    }
-    if (!output_is_standard(asked->map.output)) {
-        print_result(both, asked, taken);
-    }
-    return map_outputs_commit(&outs);
+    return asked->one_sample ? fail_usage("--sample goes with S.qsf: leave it out") : DONE;
 }
 
-static int decode(const answer *both, const request *asked, budget *limit)
+static int open_files(job *at, const request *asked, bool sampled)
 {
-    const problem_file *problem = &both->problem;
-    bool sampled = both->samples.name != NULL;
-    chosen taken = {.none = false};
-    uint32_t *disparities = NULL;
-    pixel_map map;
-    int status = map_check_grid(problem);
-    if (status == DONE) {
-        status = allocate_chosen(problem, asked->repair, limit, &taken);
+    problem_file *problem = &at->both.problem;
+    TRY(job_open_problem(at));
+    TRY(sampled ? job_open_samples(at) : check_decided(problem, asked));
+    TRY(problem_index(problem, &at->limit));
+    if (!problem->qubo.has_labels) {
+        return fail(BAD_INPUT, problem->name,
+                    "does not say which labels its variables stand for (chunk labl), so no map "
+                    "can be made from it");
     }
-    if (status == DONE) {
-        status = sampled ? choose(both, asked, *limit, &taken) : choose_decided(problem, &taken);
-    }
-    if (status == DONE) {
-        status = map_of_labelling(problem, taken.labelling, limit, &disparities, &map);
-    }
-    if (status == DONE) {
-        status = write_files(both, asked, &taken, &map);
-    }
-    free(disparities);
-    free_chosen(&taken);
-    return status;
+    return map_check(problem->name, &problem->qubo.labels);
 }
 
-/* Without samples, where nothing is left for them to say. */
-static int open_decided(const char *path, const request *asked, budget *limit, answer *opened)
+static int run_decode(job *at)
 {
-    memset(opened, 0, sizeof *opened);
-    int status = problem_open(path, limit, &opened->problem);
-    if (status == DONE && opened->problem.qubo.variables > 0) {
-        status = fail_usage("the operand S.qsf is missing: samples that say the %" PRIu32
-                            " variables of %s",
-                            opened->problem.qubo.variables, opened->problem.name);
-    } else if (status == DONE && asked->one_sample) {
-        status = fail_usage("--sample goes with S.qsf");
-    }
-    if (status == DONE) {
-        status = problem_index(&opened->problem, limit);
-    }
-    if (status != DONE) {
-        answer_close(opened);
-    }
-    return status;
-}
-
-int cmd_decode(int argc, char **argv)
-{
-    arguments given;
+    const problem_file *problem = &at->both.problem;
+    bool sampled = at->given->operands[1] != NULL;
     request asked;
-    budget limit;
-    answer both;
-    int status;
-    if (!options_read(&line, argc, argv, &given, &status)) {
-        return status;
+    chosen taken;
+    pixel_map map;
+    TRY(read_request(at, &asked));
+    TRY(open_files(at, &asked, sampled));
+    TRY(take_room(at, &taken));
+    TRY(sampled ? choose(at, &asked, &taken) : choose_decided(problem, &taken));
+    TRY(map_of_labelling(problem->name, &problem->qubo.labels, taken.labelling, &at->limit, &map));
+    TRY(map_request_open(&asked.map, at));
+    TRY(map_request_write(&asked.map, &map));
+    if (!output_is_standard(asked.map.output)) {
+        print_result(at, &asked, &taken);
     }
-    status = budget_read(given.values[MEMORY_LIMIT], &limit);
-    if (status != DONE) {
-        return status;
-    }
-    status = read_request(&given, &asked);
-    if (status == DONE) {
-        status = given.operands[1] != NULL
-                     ? answer_open(given.operands[0], given.operands[1], &limit, &both)
-                     : open_decided(given.operands[0], &asked, &limit, &both);
-    }
-    if (status == DONE) {
-        status = decode(&both, &asked, &limit);
-        answer_close(&both);
-    }
-    map_request_free(&asked.map);
-    return status;
+    return DONE;
 }
+
+const command cmd_decode = {
+    .line =
+        {
+            .name = "decode",
+            .operands = {"P.qcf", "S.qsf"},
+            .optional = 1,
+            .about =
+                "Turns a sample into a disparity map of the size of the left picture. In a .png "
+                "or .pgm, 0 means no value, and a disparity of 0 is held as 1; in a .pfm, "
+                "infinity means no value. A map has 8 bits if all its values fit, else 16. Exits "
+                "with 1 if no sample is feasible.\n\n"
+                "A problem that was reduced gives the whole map too. If the reduction decided "
+                "every site, S.qsf is not needed.\n",
+            OPTIONS(options),
+            .examples = "  qstereo decode p.qcf s.qsf -o disparity.png --scale 8 --color\n"
+                        "  qstereo decode p.qcf s.qsf -o disparity.pfm --repair\n"
+                        "  qstereo decode proven.qcf -o disparity.png\n",
+        },
+    .summary = "turn a sample into a disparity map",
+    .run = run_decode,
+};

@@ -3,16 +3,15 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "command.h"
 #include "describe.h"
 #include "encoding_choice.h"
-#include "output.h"
 #include "pair.h"
 #include "reducing.h"
 #include "text/fail.h"
 #include "text/json.h"
 #include "text/names.h"
 #include "text/numbers.h"
-#include "text/options.h"
 
 enum {
     OUTPUT,
@@ -27,62 +26,28 @@ enum {
 
 static const option options[] = {
     [OUTPUT] = {"output", 'o', true, "FILE", NULL,
-                "the QUBO file (.qcf) to write, - is standard output"},
+                "QUBO file (.qcf) to write, - is standard output"},
     [PAIR] = PAIR_OPTION_ROWS,
     [ENCODING] = {"encoding", 0, false, "NAME", NULL,
                   "see above (default one-hot-sparse for potts, else one-hot)"},
     [CODING] = CODING_OPTION_ROWS(" (default local)", " (default 1)", ""),
     [REDUCE] =
         {"reduce", 0, false, NULL, NULL,
-         "leave out labels that are proven to be in no optimum, as reduce does; with these two:"},
+         "leave out labels that are proven to be in no optimum, as reduce does"},
     [REDUCING] = REDUCING_OPTION_ROWS,
     [JSON] = {"json", 0, false, NULL, NULL, "print what info --json prints of the file"},
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
 
-static const command_line line = {
-    .name = "encode",
-    .operands = {"LEFT", "RIGHT"},
-    .about = "Turns a rectified stereo pair into a QUBO: a site for each pixel of the left "
-             "picture, a label for each\n"
-             "disparity d, which matches pixel (x, y) with (x - d, y) of the right picture. Pixels "
-             "of which a match\n"
-             "would lie outside the right picture are left out.\n"
-             "\n"
-             "one-hot is the paper's and holds every smoothness; one-hot-sparse and domain-wall "
-             "(fewest variables) hold\n"
-             "potts and linear, multiway-cut potts, st-cut and st-cut-arcs linear without "
-             "truncation. one-hot-sparse has\n"
-             "fewer terms than one-hot for potts; for linear without a small truncation it has "
-             "more terms and larger\n"
-             "penalties, so that domain-wall is the choice there.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
-    .examples =
-        "  qstereo encode left.png right.png -o p.qcf --disparity 0:15 --lambda 20\n"
-        "  qstereo encode left.png right.png -o p.qcf --roi 160,120,40,40 --penalty paper\n"
-        "  qstereo encode left.png right.png -o p.qcf --encoding domain-wall --truncate --gap 20\n"
-        "  qstereo encode left.png right.png -o p.qcf --reduce --target 500 --encoding "
-        "domain-wall\n",
-};
-
 typedef struct encode_request {
-    const char *output;
-    bool json;
     pair pair;
-    budget limit;
     qs_recode_options options; /* the encoding is never the default one */
     bool reduce;
     reducing how;
 } encode_request;
 
-/* What coefficients grow with. */
+/* The options that coefficients grow with. */
 #define ENCODE_WEIGHTS "--lambda, --penalty, --gap or --truncation"
-
-static qs_encoding default_encoding(const pair *of)
-{
-    return of->pairwise.smoothness == QS_POTTS ? QS_ONE_HOT_SPARSE : QS_ONE_HOT;
-}
 
 static int read_coding(const char *const *values, encode_request *asked)
 {
@@ -91,7 +56,7 @@ static int read_coding(const char *const *values, encode_request *asked)
         .pairwise = asked->pair.pairwise,
         .labels = stereo->disparity_max - stereo->disparity_min + 1,
         .scale = stereo->scale,
-        .encoding = default_encoding(&asked->pair),
+        .encoding = qs_encoding_default(&asked->pair.pairwise),
         .penalty = QS_PENALTY_LOCAL,
         .gap = 1,
     };
@@ -103,59 +68,34 @@ static int read_reducing(const char *const *values, encode_request *asked)
     asked->reduce = values[REDUCE] != NULL;
     if (!asked->reduce && (values[REDUCING + REDUCING_TARGET] != NULL ||
                            values[REDUCING + REDUCING_TIME_LIMIT] != NULL)) {
-        return fail_usage("--%s goes with --reduce",
+        return fail_usage("--%s goes with --reduce: add --reduce",
                           values[REDUCING + REDUCING_TARGET] != NULL ? "target" : "time-limit");
     }
     return reducing_read(&values[REDUCING], asked->options.encode.encoding, &asked->how);
 }
 
-static int read_values(const arguments *given, encode_request *asked)
+static int read_request(const job *at, encode_request *asked)
 {
-    const char *const *values = given->values;
+    const char *const *operands = at->given->operands;
     memset(asked, 0, sizeof *asked);
-    asked->output = values[OUTPUT];
-    asked->json = values[JSON] != NULL;
-    int status = pair_read(given->operands[0], given->operands[1], &values[PAIR], ENCODE_WEIGHTS,
-                           &asked->pair);
-    if (status == DONE) {
-        status = read_coding(values, asked);
-    }
-    if (status == DONE) {
-        status = read_reducing(values, asked);
-    }
-    if (status == DONE) {
-        status = budget_read(values[MEMORY_LIMIT], &asked->limit);
-    }
-    if (status == DONE && asked->json && output_is_standard(asked->output)) {
-        return fail_usage("--json and the file cannot both go to standard output");
-    }
-    return status;
-}
-
-static bool encode_request_read(int argc, char **argv, encode_request *asked, int *status)
-{
-    arguments given;
-    if (!options_read(&line, argc, argv, &given, status)) {
-        return false;
-    }
-    *status = read_values(&given, asked);
-    return *status == DONE;
+    TRY(pair_read(operands[0], operands[1], &at->values[PAIR], ENCODE_WEIGHTS, &asked->pair));
+    TRY(read_coding(at->values, asked));
+    return read_reducing(at->values, asked);
 }
 
 static void print_outside(const encode_request *asked, uint32_t first)
 {
     uint32_t left = asked->pair.whole ? 0 : asked->pair.stereo.x;
     if (first > left) {
-        printf("%" PRIu32 " column%s on the left %s: a match would fall outside %s\n", first - left,
-               plural(first - left), first - left == 1 ? "is no site" : "are no sites",
+        printf("%" PRIu32 " column%s on the left %s left out: a match would fall outside %s\n",
+               first - left, plural(first - left), first - left == 1 ? "is" : "are",
                asked->pair.right);
     }
 }
 
-/* Where the bytes of a stream go: to the output, and to memory too where they are to be described.
- */
+/* Where the bytes of a stream go: to the output, and also to memory if they are to be described. */
 typedef struct destination {
-    output out;
+    output *out;
     bool keep;
     growing_file kept;
 } destination;
@@ -164,186 +104,172 @@ static bool write_bytes(void *context, const void *bytes, size_t size)
 {
     destination *to = context;
     if (to->keep && !growing_append(&to->kept, bytes, size)) {
-        to->out.error = ENOMEM;
+        to->out->error = ENOMEM;
         return false;
     }
-    return output_write(&to->out, bytes, size);
+    return output_write(to->out, bytes, size);
 }
 
-static void print_stream(const encode_request *asked, const qs_problem *problem, uint64_t size)
+static void print_stream(const job *at, const encode_request *asked, const qs_problem *problem,
+                         uint64_t size)
 {
     uint32_t sites = qs_problem_sites(problem);
     uint64_t variables = (uint64_t)sites * problem->labels;
     printf("%s: %" PRIu32 " site%s x %" PRIu32 " label%s = %" PRIu64 " variable%s, %" PRIu64
            " bytes\n",
-           asked->output, sites, plural(sites), problem->labels, plural(problem->labels), variables,
+           at->values[OUTPUT], sites, plural(sites), problem->labels, plural(problem->labels), variables,
            plural(variables), size);
     print_outside(asked, problem->frame.x);
 }
 
-/* Prints what was asked for, from the bytes as they were written. */
-static int describe_kept(const encode_request *asked, destination *to)
+/* Prints the JSON that was asked for, from the bytes as they were written. */
+static int describe_kept(const char *path, file_bytes file)
 {
-    budget no_limit = {UINT64_MAX, 0};
+    budget no_limit = {UINT64_MAX, 0, NULL};
     problem_file written;
-    int status = problem_take(asked->output, to->kept.file, &no_limit, &written);
-    to->kept.file = (file_bytes){NULL, 0};
-    if (status == DONE) {
-        status = problem_index(&written, &no_limit);
-    }
+    TRY(problem_check(path, file, &no_limit, &written));
+    int status = problem_index(&written, &no_limit);
     if (status == DONE) {
         describe_problem_json(&written);
     }
-    problem_close(&written);
+    budget_free(&no_limit);
     return status;
 }
 
-/* In one pass, without the problem ever being in memory. */
-static int write_stream(const encode_request *asked, const qs_problem *problem)
+static int stream_to(const job *at, const encode_request *asked, const qs_problem *problem,
+                     destination *to)
 {
-    destination to = {.keep = asked->json, .kept = growing_begin(UINT64_MAX)};
-    qs_sink sink = {write_bytes, &to};
+    const char *path = at->values[OUTPUT];
+    const qs_sink sink = {write_bytes, to};
     uint64_t size = 0;
-    int status = output_open(&to.out, asked->output);
-    if (status != DONE) {
-        return status;
+    TRY(pair_encode(&asked->pair, problem, &asked->options.encode, &sink, &size));
+    if (to->out->error != 0) {
+        return DONE; /* the end of the command reports refused bytes */
     }
-    status = pair_encode(&asked->pair, problem, &asked->options.encode, &sink, &size);
-    bool whole = status == DONE && to.out.error == 0;
-    if (whole && asked->json) {
-        status = describe_kept(asked, &to);
-    } else if (whole && !output_is_standard(asked->output)) {
-        print_stream(asked, problem, size);
+    if (at->json) {
+        return describe_kept(path, to->kept.file);
     }
+    if (!output_is_standard(path)) {
+        print_stream(at, asked, problem, size);
+    }
+    return DONE;
+}
+
+/* Writes the problem in one pass. The whole of it is never in memory. */
+static int write_stream(job *at, const encode_request *asked, const qs_problem *problem)
+{
+    destination to = {.keep = at->json, .kept = growing_begin(UINT64_MAX)};
+    TRY(job_open_output(at, at->values[OUTPUT], &to.out));
+    int status = stream_to(at, asked, problem, &to);
     file_free(&to.kept.file);
-    if (status != DONE) {
-        output_abandon(&to.out);
-        return status;
-    }
-    return output_commit(&to.out, 1); /* which reports refused bytes */
+    return status;
 }
 
 /* A problem that is laid out before it is written. */
 typedef struct building {
-    problem_file whole; /* all labels, one-hot */
-    laid_out laid;
-    reduced smaller; /* where it was asked for */
+    laid_out whole; /* all labels */
+    reduced smaller; /* if it was asked for */
     problem_file written;
 } building;
 
-static void print_built(const encode_request *asked, const building *built)
+static void print_built(const job *at, const encode_request *asked, const building *built)
 {
     const qs_labels *labels = &built->written.qubo.labels;
     uint32_t variables = built->written.qubo.variables;
     printf("%s: %" PRIu32 " site%s x %" PRIu32 " label%s, %" PRIu32
            " variable%s in %s, %zu bytes\n",
-           asked->output, labels->sites, plural(labels->sites), labels->labels,
-           plural(labels->labels), variables, plural(variables),
-           name_of(&encoding_names, (int)labels->encoding), built->written.file.size);
+           at->values[OUTPUT], labels->sites, plural(labels->sites), labels->labels,
+           plural(labels->labels), variables, plural(variables), encoding_name(labels->encoding),
+           built->written.file.size);
     print_outside(asked, labels->frame.x);
     if (asked->reduce) {
         reduced_print(&built->smaller, &built->whole, "sites x labels", &built->written);
     }
 }
 
-static int describe_built(const encode_request *asked, building *built, budget *limit)
+static int describe_built(job *at, const encode_request *asked, building *built)
 {
-    int status = problem_index(&built->written, limit);
-    if (status == DONE) {
-        json_begin();
-        describe_problem_keys(&built->written);
-        if (asked->reduce) {
-            reduced_json(&built->smaller, &built->whole, &built->written);
-        }
-        json_end();
+    TRY(problem_index(&built->written, &at->limit));
+    json_begin();
+    describe_problem_keys(&built->written);
+    if (asked->reduce) {
+        reduced_json(&built->smaller, &built->whole, &built->written);
     }
-    return status;
+    json_end();
+    return DONE;
 }
 
-static int build(const encode_request *asked, building *built, budget *limit)
+static int write_built(job *at, const encode_request *asked, const qs_problem *problem)
 {
     qs_recode_options coding = asked->options;
-    int status = laid_out_open(&built->whole, limit, &built->laid);
-    if (status == DONE && asked->reduce) {
-        status = reduce_problem(&built->laid, &asked->how, limit, &built->smaller);
-        coding.kept = built->smaller.kept;
-    }
-    return status == DONE
-               ? recode_problem(&built->laid, &coding, ENCODE_WEIGHTS, limit, &built->written)
-               : status;
-}
-
-/* Opens the output before the work, so that a long reduction is not in vain. */
-static int write_built(const encode_request *asked, building *built, budget *limit)
-{
-    output out;
-    int status = output_open(&out, asked->output);
-    if (status != DONE) {
-        return status;
-    }
-    status = build(asked, built, limit);
-    if (status == DONE) {
-        (void)output_write(&out, built->written.file.bytes,
-                           built->written.file.size); /* a refusal is reported by the commit */
-    }
-    if (status == DONE && asked->json) {
-        status = describe_built(asked, built, limit);
-    } else if (status == DONE && !output_is_standard(asked->output)) {
-        print_built(asked, built);
-    }
-    if (status != DONE) {
-        output_abandon(&out);
-        return status;
-    }
-    return output_commit(&out, 1);
-}
-
-/* The problem itself, in the form with the fewest terms and the smallest coefficients that it has.
- */
-static qs_encode_options plain_encoding(const qs_problem *problem)
-{
-    bool sparse = encoding_holds(QS_ONE_HOT_SPARSE, &problem->pairwise, problem->labels);
-    return (qs_encode_options){.encoding = sparse ? QS_ONE_HOT_SPARSE : QS_ONE_HOT,
-                               .penalty = QS_PENALTY_MINIMAL};
-}
-
-static int encode_built(encode_request *asked, const qs_problem *problem)
-{
-    const qs_encode_options plain = plain_encoding(problem);
-    budget limit = asked->limit;
     building built;
+    output *out;
     memset(&built, 0, sizeof built);
-    int status = pair_hold(&asked->pair, problem, &plain, &limit, &built.whole);
-    if (status == DONE) {
-        status = write_built(asked, &built, &limit);
+    TRY(pair_lay_out(&asked->pair, problem, &at->limit, &built.whole));
+    TRY(job_open_output(at, at->values[OUTPUT], &out));
+    if (asked->reduce) {
+        TRY(reduce_problem(&built.whole, &asked->how, &at->limit, &built.smaller));
+        coding.kept = built.smaller.kept;
     }
-    problem_close(&built.written);
-    reduced_free(&built.smaller);
-    laid_out_close(&built.laid);
-    problem_close(&built.whole);
-    return status;
+    TRY(recode_problem(&built.whole, &coding, ENCODE_WEIGHTS, &at->limit, &built.written));
+    output_write_file(out, &built.written.file);
+    if (at->json) {
+        return describe_built(at, asked, &built);
+    }
+    if (!output_is_standard(at->values[OUTPUT])) {
+        print_built(at, asked, &built);
+    }
+    return DONE;
 }
 
 static bool can_stream(const encode_request *asked)
 {
-    qs_encoding encoding = asked->options.encode.encoding;
-    return (encoding == QS_ONE_HOT || encoding == QS_ONE_HOT_SPARSE) && !asked->options.truncate &&
-           !asked->reduce;
+    return qs_encoding_facts_of(asked->options.encode.encoding)->is_streamed &&
+           !asked->options.truncate && !asked->reduce;
 }
 
-int cmd_encode(int argc, char **argv)
+static int encode(job *at, encode_request *asked)
+{
+    qs_problem problem;
+    TRY(pair_open(&asked->pair, &problem));
+    return (can_stream(asked) ? write_stream : write_built)(at, asked, &problem);
+}
+
+static int run_encode(job *at)
 {
     encode_request asked;
-    qs_problem problem;
-    int status;
-    if (!encode_request_read(argc, argv, &asked, &status)) {
-        return status;
-    }
-    status = pair_open(&asked.pair, &problem);
-    if (status == DONE) {
-        status =
-            can_stream(&asked) ? write_stream(&asked, &problem) : encode_built(&asked, &problem);
-    }
+    TRY(read_request(at, &asked));
+    int status = encode(at, &asked);
     pair_close(&asked.pair);
     return status;
 }
+
+const command cmd_encode = {
+    .line =
+        {
+            .name = "encode",
+            .operands = {"LEFT", "RIGHT"},
+            .about =
+                "Turns a rectified stereo pair into a QUBO. Each pixel of the left picture is a "
+                "site, and each disparity d is a label: it matches pixel (x, y) with (x - d, y) of "
+                "the right picture. A pixel is left out if one of its matches would lie outside "
+                "the right picture.\n\n"
+                "one-hot is the encoding of the paper and holds every smoothness. one-hot-sparse "
+                "and domain-wall (fewest variables) hold potts and linear, multiway-cut potts, "
+                "st-cut and st-cut-arcs linear without truncation. For potts, one-hot-sparse has "
+                "fewer terms than one-hot. For linear it has more terms and larger penalties, "
+                "unless the truncation is small: choose domain-wall there.\n\n"
+                "--target and --time-limit go with --reduce.\n",
+            OPTIONS(options),
+            .examples =
+                "  qstereo encode left.png right.png -o p.qcf --disparity 0:15 --lambda 20\n"
+                "  qstereo encode left.png right.png -o p.qcf --roi 160,120,40,40 \\\n"
+                "      --penalty paper\n"
+                "  qstereo encode left.png right.png -o p.qcf --encoding domain-wall \\\n"
+                "      --truncate --gap 20\n"
+                "  qstereo encode left.png right.png -o p.qcf --reduce --target 500 \\\n"
+                "      --encoding domain-wall\n",
+        },
+    .summary = "turn a stereo pair into a QUBO file (.qcf)",
+    .run = run_encode,
+};

@@ -1,104 +1,73 @@
+#include "command.h"
 #include "complexity.h"
 #include "describe.h"
 #include "text/fail.h"
-#include "text/options.h"
 
 enum { COMPLEXITY, JSON, MEMORY_LIMIT };
 
 static const option options[] = {
     [COMPLEXITY] = {"complexity", 0, false, NULL, NULL,
-                    "print what the problem of a .qcf takes in every encoding"},
+                    "print the size of the problem of a .qcf in every encoding"},
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
 
-static const command_line line = {
-    .name = "info",
-    .operands = {"FILE"},
-    .about = "Says what a QUBO file (.qcf) or a samples file (.qsf) holds, after checking all of "
-             "it. Energies and\n"
-             "coefficients are in real units; those of a .qsf alone are in the integer units of "
-             "its .qcf.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
-    .examples = "  qstereo info p.qcf\n"
-                "  qstereo info s.qsf --json\n"
-                "  qstereo info p.qcf --complexity\n",
-};
-
-static int info_samples(const char *path, file_bytes file, bool json)
+static int info_samples(job *at, const char *path, file_bytes file)
 {
-    samples_file samples;
-    int status = samples_take(path, file, &samples);
-    if (status != DONE) {
-        return status;
-    }
-    if (json) {
-        describe_samples_json(&samples);
-    } else {
-        describe_samples(&samples);
-    }
-    file_free(&samples.file);
+    samples_file *samples = &at->both.samples;
+    TRY(samples_check(path, file, samples));
+    (at->json ? describe_samples_json : describe_samples)(samples);
     return DONE;
 }
 
-static int info_problem(const char *path, file_bytes file, budget *limit, bool json)
+/* Indexes the problem too, because that checks that its blocks fit their groups. */
+static int info_problem(job *at, const char *path, file_bytes file)
 {
-    problem_file problem;
-    int status = problem_take(path, file, limit, &problem);
-    if (status != DONE) {
-        return status;
-    }
-    status = problem_index(&problem, limit); /* which checks that the blocks fit their groups */
-    if (status == DONE) {
-        (json ? describe_problem_json : describe_problem)(&problem);
-    }
-    problem_close(&problem);
-    return status;
+    problem_file *problem = &at->both.problem;
+    TRY(problem_check(path, file, &at->limit, problem));
+    TRY(problem_index(problem, &at->limit));
+    (at->json ? describe_problem_json : describe_problem)(problem);
+    return DONE;
 }
 
-static int info_complexity(const char *path, file_bytes file, budget *limit, bool json)
+static int info_complexity(job *at, const char *path, file_bytes file)
 {
-    problem_file problem;
     laid_out laid;
-    int status = problem_take(path, file, limit, &problem);
-    if (status != DONE) {
-        return status;
-    }
-    status = laid_out_open(&problem, limit, &laid);
-    if (status == DONE) {
-        (json ? complexity_json : complexity_print)(&laid, *limit);
-    }
-    laid_out_close(&laid);
-    problem_close(&problem);
-    return status;
+    TRY(problem_check(path, file, &at->limit, &at->both.problem));
+    TRY(lay_out(&at->both.problem, &at->limit, &laid));
+    (at->json ? complexity_json : complexity_print)(&laid, &at->limit);
+    return DONE;
 }
 
-int cmd_info(int argc, char **argv)
+static int run_info(job *at)
 {
-    arguments given;
-    budget limit;
+    const char *path = at->given->operands[0];
+    bool complexity = at->values[COMPLEXITY] != NULL;
     file_bytes file;
-    int status;
-    if (!options_read(&line, argc, argv, &given, &status)) {
-        return status;
-    }
-    const char *path = given.operands[0];
-    bool json = given.values[JSON] != NULL, complexity = given.values[COMPLEXITY] != NULL;
-    status = budget_read(given.values[MEMORY_LIMIT], &limit);
-    if (status == DONE) {
-        status = file_read(path, &limit, &file);
-    }
-    if (status != DONE) {
-        return status;
-    }
+    TRY(file_read(path, &at->limit, &file));
     if (problem_is(&file)) {
-        return (complexity ? info_complexity : info_problem)(path, file, &limit, json);
+        return (complexity ? info_complexity : info_problem)(at, path, file);
     }
     if (samples_are(&file) && !complexity) {
-        return info_samples(path, file, json);
+        return info_samples(at, path, file);
     }
-    file_free(&file);
     return fail(BAD_INPUT, input_name(path),
                 complexity ? "is not a .qcf file" : "is not a .qcf or .qsf file");
 }
+
+const command cmd_info = {
+    .line =
+        {
+            .name = "info",
+            .operands = {"FILE"},
+            .about = "Prints what a QUBO file (.qcf) or a samples file (.qsf) holds, after "
+                     "checking all of it. Energies and coefficients are in real units; those of a "
+                     ".qsf alone are in the integer units of its .qcf.\n",
+            OPTIONS(options),
+            .examples = "  qstereo info p.qcf\n"
+                        "  qstereo info s.qsf --json\n"
+                        "  qstereo info p.qcf --complexity\n",
+        },
+    .summary = "print what a .qcf or .qsf holds",
+    .run = run_info,
+};

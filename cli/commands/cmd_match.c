@@ -1,14 +1,12 @@
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "text/json.h"
-#include "pictures/map_errors.h"
-#include "pictures/map.h"
-#include "text/fail.h"
-#include "text/options.h"
+#include "command.h"
 #include "pair.h"
-#include "solving.h"
+#include "pictures/map.h"
+#include "pictures/map_errors.h"
+#include "text/fail.h"
+#include "text/json.h"
 
 enum {
     OUTPUT,
@@ -31,64 +29,41 @@ static const option options[] = {
     [JSON] = JSON_OPTION,         [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
 
-static const command_line line = {
-    .name = "match",
-    .operands = {"LEFT", "RIGHT"},
-    .about = "Turns a rectified stereo pair into a disparity map on this machine: encode, solve "
-             "and decode in one go,\n"
-             "without files between. qstereo solve --help says what the solvers are.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
-    .examples = "  qstereo match left.png right.png -o disparity.png\n"
-                "  qstereo match left.png right.png -o disparity.png --disparity 0:19 --lambda 20 "
-                "--time-limit 2 --color\n"
-                "  qstereo match left.png right.png -o disparity.png --truth truth.png "
-                "--truth-scale 8 --json\n",
-};
-
 typedef struct request {
     pair pair;
     map_request map;
     const solver *by;
     search how;
-    const char *truth; /* NULL = none */
+    bool scored; /* there is a truth */
     uint32_t truth_scale;
-    bool json;
+    true_map truth;
 } request;
 
-static int read_request(const arguments *given, request *asked)
+static int read_request(job *at, request *asked)
 {
-    const char *const *values = given->values;
-    asked->truth = values[TRUTH];
-    asked->json = values[JSON] != NULL;
-    int status = pair_read(given->operands[0], given->operands[1], &values[PAIR],
-                           "--lambda or --truncation", &asked->pair);
-    if (status == DONE) {
-        status = solver_read(values[SOLVER], &asked->by);
-    }
-    if (status == DONE) {
-        status = search_read(&values[SEARCH], &asked->how);
-    }
-    if (status == DONE) {
-        status = truth_scale_read(values[TRUTH_SCALE], &asked->truth_scale);
-    }
-    if (status == DONE) {
-        status = map_request_read(values[OUTPUT], values[SCALE], values[COLOR] != NULL, asked->json,
-                                  &asked->map);
-    }
-    return status;
+    const char *const *values = at->values, *const *operands = at->given->operands;
+    memset(asked, 0, sizeof *asked);
+    asked->scored = values[TRUTH] != NULL;
+    TRY(pair_read(operands[0], operands[1], &values[PAIR], "--lambda or --truncation",
+                  &asked->pair));
+    TRY(solver_read(values[SOLVER], &asked->by));
+    TRY(search_read(&values[SEARCH], &asked->how));
+    TRY(truth_scale_read(values[TRUTH_SCALE], &asked->truth_scale));
+    return map_request_read(values[OUTPUT], values[SCALE], values[COLOR] != NULL, &at->limit,
+                            &asked->map);
 }
 
-static void print_result(const request *asked, uint32_t scale, const solved *found,
+static void print_result(const job *at, const request *asked, const solved *found,
                          const map_errors *errors)
 {
-    if (asked->json) {
+    uint32_t scale = asked->pair.stereo.scale;
+    if (at->json) {
         json_begin();
         solved_json(found, scale);
         json_count("sample", 0);
         json_count("repaired", 0);
         map_request_json(&asked->map);
-        if (errors != NULL) {
+        if (asked->scored) {
             map_errors_json(errors);
         }
         json_end();
@@ -96,112 +71,73 @@ static void print_result(const request *asked, uint32_t scale, const solved *fou
     }
     map_request_print(&asked->map);
     solved_print(found, scale);
-    if (errors != NULL) {
+    if (asked->scored) {
         map_errors_print(errors);
     }
 }
 
-static int write_found(const request *asked, const laid_out *problem, budget *limit,
-                       const true_map *truth, const solved *found, map_outputs *outs)
+/* Makes the map of what was found, scores it and writes it. */
+static int write_found(job *at, request *asked, const laid_out *laid, const solved *found)
 {
-    uint32_t *disparities = NULL;
     pixel_map map;
     map_errors errors;
-    int status = map_of_labelling(problem->problem, found->labelling, limit, &disparities, &map);
-    if (status == DONE && truth != NULL) {
-        status = truth_compare(truth, &map, &errors);
+    TRY(map_of_labelling(laid->name, &laid->labels, found->labelling, &at->limit, &map));
+    if (asked->scored) {
+        TRY(truth_compare(&asked->truth, &map, &errors));
     }
-    if (status == DONE) {
-        status = map_outputs_write(&asked->map, &map, outs);
+    TRY(map_request_write(&asked->map, &map));
+    if (!output_is_standard(asked->map.output)) {
+        print_result(at, asked, found, &errors);
     }
-    if (status == DONE && !output_is_standard(asked->map.output)) {
-        print_result(asked, problem->problem->scale, found, truth != NULL ? &errors : NULL);
-    }
-    free(disparities);
-    return status;
+    return DONE;
 }
 
-static int solve_and_write(const request *asked, const laid_out *problem, budget *limit,
-                           const true_map *truth, map_outputs *outs)
+static int match(job *at, request *asked)
 {
-    solved found;
-    int status = solve_problem(problem, asked->by, &asked->how, *limit, &found);
-    if (status != DONE) {
-        return status;
-    }
-    status = solved_check(problem, &found);
-    if (status == DONE) {
-        status = write_found(asked, problem, limit, truth, &found, outs);
-    }
-    solved_free(&found);
-    return status;
-}
-
-/* Opens the outputs before the work, so that a long search is not in vain. */
-static int match_encoded(const request *asked, problem_file *problem, budget *limit,
-                         const true_map *truth)
-{
-    laid_out laid;
-    map_outputs outs;
-    int status = laid_out_open(problem, limit, &laid);
-    if (status == DONE) {
-        status = map_outputs_open(&asked->map, &outs);
-    }
-    if (status == DONE) {
-        status = solve_and_write(asked, &laid, limit, truth, &outs);
-        if (status == DONE) {
-            status = map_outputs_commit(&outs);
-        } else {
-            map_outputs_abandon(&outs);
-        }
-    }
-    laid_out_close(&laid);
-    return status;
-}
-
-static int match_pair(request *asked, budget *limit)
-{
-    static const qs_encode_options defaults;
+    const qs_image *left = &asked->pair.stereo.left;
     qs_problem problem;
-    problem_file encoded;
-    true_map truth = {.values = NULL};
-    memset(&encoded, 0, sizeof encoded);
-    int status = pair_open(&asked->pair, &problem);
-    if (status == DONE && asked->truth != NULL) {
-        status =
-            truth_open(asked->truth, asked->truth_scale, (uint32_t)asked->pair.stereo.left.width,
-                       (uint32_t)asked->pair.stereo.left.height, &truth);
+    laid_out laid;
+    solved found;
+    TRY(pair_open(&asked->pair, &problem));
+    if (asked->scored) {
+        TRY(truth_open(at->values[TRUTH], asked->truth_scale, (uint32_t)left->width,
+                       (uint32_t)left->height, &asked->truth));
     }
-    if (status == DONE) {
-        status = pair_hold(&asked->pair, &problem, &defaults, limit, &encoded);
-    }
-    /* The pictures are not needed from here on. */
-    pair_close(&asked->pair);
-    if (status == DONE) {
-        status = match_encoded(asked, &encoded, limit, asked->truth != NULL ? &truth : NULL);
-    }
-    problem_close(&encoded);
-    truth_close(&truth);
+    TRY(pair_lay_out(&asked->pair, &problem, &at->limit, &laid));
+    TRY(map_check(laid.name, &laid.labels));
+    TRY(map_request_open(&asked->map, at));
+    TRY(solve_problem(&laid, asked->by, &asked->how, &at->limit, &found));
+    TRY(solved_check(&laid, &found));
+    return write_found(at, asked, &laid, &found);
+}
+
+static int run_match(job *at)
+{
+    request asked;
+    TRY(read_request(at, &asked));
+    int status = match(at, &asked);
+    truth_close(&asked.truth);
+    pair_close(&asked.pair);
     return status;
 }
 
-int cmd_match(int argc, char **argv)
-{
-    arguments given;
-    request asked;
-    budget limit;
-    int status;
-    if (!options_read(&line, argc, argv, &given, &status)) {
-        return status;
-    }
-    memset(&asked, 0, sizeof asked);
-    status = budget_read(given.values[MEMORY_LIMIT], &limit);
-    if (status == DONE) {
-        status = read_request(&given, &asked);
-    }
-    if (status == DONE) {
-        status = match_pair(&asked, &limit);
-    }
-    map_request_free(&asked.map);
-    return status;
-}
+const command cmd_match = {
+    .line =
+        {
+            .name = "match",
+            .operands = {"LEFT", "RIGHT"},
+            .about =
+                "Turns a rectified stereo pair into a disparity map on this machine: sets up the "
+                "labelling problem, solves it and makes the map in one go, without files between. "
+                "qstereo solve --help describes the solvers.\n",
+            OPTIONS(options),
+            .examples =
+                "  qstereo match left.png right.png -o disparity.png\n"
+                "  qstereo match left.png right.png -o disparity.png --disparity 0:19 \\\n"
+                "      --lambda 20 --time-limit 2 --color\n"
+                "  qstereo match left.png right.png -o disparity.png --truth truth.png \\\n"
+                "      --truth-scale 8 --json\n",
+        },
+    .summary = "turn a stereo pair into a disparity map in one go",
+    .run = run_match,
+};

@@ -2,68 +2,32 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "text/numbers.h"
-#include "text/json.h"
-#include "text/fail.h"
-#include "text/options.h"
-#include "output.h"
+#include "command.h"
 #include "solving.h"
+#include "text/fail.h"
+#include "text/json.h"
+#include "text/numbers.h"
 
 enum { OUTPUT, SOLVER, SEARCH, JSON = SEARCH + SEARCH_OPTIONS, MEMORY_LIMIT };
 
 static const option options[] = {
     [OUTPUT] = {"output", 'o', true, "S.qsf", NULL,
-                "the samples file to write, - is standard output"},
+                "samples file to write, - is standard output"},
     [SOLVER] = SOLVER_OPTION,
     [SEARCH] = SEARCH_OPTION_ROWS,
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
 
-static const command_line line = {
-    .name = "solve",
-    .operands = {"P.qcf"},
-    .about = "Solves a QUBO of qstereo encode or reduce (one-hot, one-hot-sparse, domain-wall) on "
-             "this machine, as the labelling\n"
-             "problem that it is, and writes the answer as a samples file of one sample. icm, "
-             "anneal, swap and expansion move\n"
-             "from labelling to labelling, bp and trws pass messages; trws and best (expansion, "
-             "trws and moves together) also\n"
-             "give a lower bound of every energy, which is exact: where it meets the energy, that "
-             "is proven optimal. swap and\n"
-             "expansion do not take every pairwise cost. Ctrl-C ends the command without a file.\n",
-    .options = options,
-    .option_count = sizeof options / sizeof options[0],
-    .examples = "  qstereo solve p.qcf -o s.qsf\n"
-                "  qstereo solve p.qcf -o s.qsf --solver trws --time-limit 2.5 --json\n"
-                "  qstereo solve p.qcf -o s.qsf --solver anneal --iterations 2000 --seed 1\n",
-};
-
 typedef struct request {
-    const char *output;
     const solver *by;
     search how;
-    bool json;
 } request;
-
-static int read_request(const arguments *given, request *asked)
-{
-    const char *const *values = given->values;
-    int status = solver_read(values[SOLVER], &asked->by);
-    asked->output = values[OUTPUT];
-    asked->json = values[JSON] != NULL;
-    if (status == DONE) {
-        status = search_read(&values[SEARCH], &asked->how);
-    }
-    if (status == DONE && asked->json && output_is_standard(asked->output)) {
-        return fail_usage("--json and the file cannot both go to standard output");
-    }
-    return status;
-}
 
 enum { INFO_SIZE = 512 };
 
-/* What the samples file says of the solver; energies in integer units as everywhere in the file. */
+/* What the samples file says about the solver. Energies are in integer units, as everywhere in the
+ * file. */
 static size_t write_info(const request *asked, const solved *found, char info[INFO_SIZE])
 {
     char iterations[24] = "null", limit[DECIMAL_SIZE] = "null", bound[24] = "null",
@@ -88,11 +52,6 @@ static size_t write_info(const request *asked, const solved *found, char info[IN
     return (size_t)size;
 }
 
-static bool write_bytes(void *context, const void *bytes, size_t size)
-{
-    return output_write(context, bytes, size);
-}
-
 static int write_samples(const request *asked, const problem_file *problem, const solved *found,
                          output *out)
 {
@@ -108,86 +67,66 @@ static int write_samples(const request *asked, const problem_file *problem, cons
         .records = &record,
         .bits = found->bits,
     };
-    const qs_sink sink = {write_bytes, out};
+    const qs_sink sink = {output_sink, out};
     qs_digest(problem->file.bytes, problem->file.size, samples.problem);
     qs_status written = qs_samples_write(&samples, &sink, NULL);
-    /* Refused bytes are reported by the commit. */
+    /* The end of the command reports refused bytes. */
     return written == QS_OK || written == QS_E_IO ? DONE : fail_status(out->name, written);
 }
 
-static void print_result(const request *asked, const problem_file *problem, const solved *found)
+static void print_result(const job *at, const solved *found)
 {
-    if (asked->json) {
+    const char *path = at->values[OUTPUT];
+    uint32_t scale = at->both.problem.scale;
+    if (at->json) {
         json_begin();
-        solved_json(found, problem->scale);
+        solved_json(found, scale);
         json_end();
-    } else if (!output_is_standard(asked->output)) {
-        printf("%s: ", asked->output);
-        solved_print(found, problem->scale);
+    } else if (!output_is_standard(path)) {
+        printf("%s: ", path);
+        solved_print(found, scale);
     }
 }
 
-static int solve_and_write(const request *asked, const laid_out *problem, const budget *limit,
-                           output *out)
+static int run_solve(job *at)
 {
-    solved found;
-    int status = solve_problem(problem, asked->by, &asked->how, *limit, &found);
-    if (status != DONE) {
-        return status;
-    }
-    status = solved_check(problem, &found);
-    if (status == DONE) {
-        status = write_samples(asked, problem->problem, &found, out);
-    }
-    if (status == DONE) {
-        print_result(asked, problem->problem, &found);
-    }
-    solved_free(&found);
-    return status;
-}
-
-/* Opens the output before the work, so that a long search is not in vain. */
-static int solve_open(const request *asked, problem_file *problem, budget *limit)
-{
-    laid_out laid;
-    output out;
-    int status = laid_out_open(problem, limit, &laid);
-    if (status == DONE) {
-        status = output_open(&out, asked->output);
-    }
-    if (status == DONE) {
-        status = solve_and_write(asked, &laid, limit, &out);
-        if (status == DONE) {
-            status = output_commit(&out, 1);
-        } else {
-            output_abandon(&out);
-        }
-    }
-    laid_out_close(&laid);
-    return status;
-}
-
-int cmd_solve(int argc, char **argv)
-{
-    arguments given;
     request asked;
-    budget limit;
-    problem_file problem;
-    int status;
-    if (!options_read(&line, argc, argv, &given, &status)) {
-        return status;
-    }
-    status = read_request(&given, &asked);
-    if (status == DONE) {
-        status = budget_read(given.values[MEMORY_LIMIT], &limit);
-    }
-    if (status == DONE) {
-        status = problem_open(given.operands[0], &limit, &problem);
-    }
-    if (status != DONE) {
-        return status;
-    }
-    status = solve_open(&asked, &problem, &limit);
-    problem_close(&problem);
-    return status;
+    laid_out laid;
+    output *out;
+    solved found;
+    TRY(solver_read(at->values[SOLVER], &asked.by));
+    TRY(search_read(&at->values[SEARCH], &asked.how));
+    TRY(job_open_problem(at));
+    TRY(lay_out(&at->both.problem, &at->limit, &laid));
+    TRY(job_open_output(at, at->values[OUTPUT], &out));
+    TRY(solve_problem(&laid, asked.by, &asked.how, &at->limit, &found));
+    TRY(solved_check(&laid, &found));
+    TRY(write_samples(&asked, &at->both.problem, &found, out));
+    print_result(at, &found);
+    return DONE;
 }
+
+const command cmd_solve = {
+    .line =
+        {
+            .name = "solve",
+            .operands = {"P.qcf"},
+            .about =
+                "Solves a QUBO of qstereo encode or reduce (one-hot, one-hot-sparse, domain-wall) "
+                "on this machine, as the labelling problem that it is, and writes the answer as a "
+                "samples file with one sample.\n\n"
+                "icm, anneal, swap and expansion go from labelling to labelling; bp and trws pass "
+                "messages; best runs expansion, trws and moves together. swap and expansion do "
+                "not take every pairwise cost. trws and best also give an exact lower bound: no "
+                "labelling has a lower energy. If the energy of the answer is equal to it, the "
+                "answer is proven optimal.\n\n"
+                "Ctrl-C ends the command without a file.\n",
+            OPTIONS(options),
+            .examples =
+                "  qstereo solve p.qcf -o s.qsf\n"
+                "  qstereo solve p.qcf -o s.qsf --solver trws --time-limit 2.5 --json\n"
+                "  qstereo solve p.qcf -o s.qsf --solver anneal --iterations 2000 --seed 1\n",
+        },
+    .summary = "solve a .qcf on this machine, with a lower bound of every energy",
+    .run = run_solve,
+};

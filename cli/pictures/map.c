@@ -13,7 +13,7 @@
 #include "text/json.h"
 #include "text/numbers.h"
 
-/* In units of 1/PFM_SCALE pixel; false = too large to be a disparity. */
+/* In units of 1/PFM_SCALE pixel. Returns false if the value is too large for a disparity. */
 static bool hold_float(float value, int32_t *held)
 {
     *held = QS_NO_DISPARITY;
@@ -32,7 +32,7 @@ static int hold_floats(const char *path, const float_picture *floats, int32_t *v
     for (size_t i = 0; i < floats->width * floats->height; i++) {
         if (!hold_float(floats->values[i], &values[i])) {
             return fail(BAD_INPUT, input_name(path),
-                        "pixel (%zu, %zu) holds %g, which is no disparity in pixels",
+                        "pixel (%zu, %zu) holds %g, which is not a disparity in pixels",
                         i % floats->width, i / floats->width, (double)floats->values[i]);
         }
     }
@@ -65,7 +65,7 @@ static int read_integers(const char *path, const file_bytes *file, uint32_t scal
     size_t count = integers.width * integers.height;
     if (integers.channels != 1) {
         status = fail(BAD_INPUT, input_name(path),
-                      "is a picture in colours: a disparity map is grey, one value a pixel");
+                      "is a picture in colours: give a grey one, with one value per pixel");
     } else if ((*values = malloc(count * sizeof **values)) == NULL) {
         status = fail_memory(input_name(path));
     }
@@ -79,51 +79,20 @@ static int read_integers(const char *path, const file_bytes *file, uint32_t scal
 
 int map_read(const char *path, uint32_t scale, qs_map *map, int32_t **values)
 {
+    budget owner;
     file_bytes file;
-    int status = picture_read_file(path, &file);
     *values = NULL;
-    if (status != DONE) {
-        return status;
+    int status = picture_read_file(path, &owner, &file);
+    if (status == DONE) {
+        status = pfm_is(&file) ? read_pfm(path, &file, map, values)
+                               : read_integers(path, &file, scale, map, values);
     }
-    status = pfm_is(&file) ? read_pfm(path, &file, map, values)
-                           : read_integers(path, &file, scale, map, values);
-    file_free(&file);
+    budget_free(&owner);
     if (status != DONE) {
         free(*values);
         *values = NULL;
     }
     return status;
-}
-
-static bool same_letters(const char *a, const char *b)
-{
-    for (; *a != '\0' && *b != '\0'; a++, b++) {
-        if ((*a | 0x20) != (*b | 0x20)) {
-            return false;
-        }
-    }
-    return *a == *b;
-}
-
-int map_format_of(const char *path, bool straight, map_format *format)
-{
-    const char *slash = strrchr(path, '/');
-    const char *dot = strrchr(slash != NULL ? slash : path, '.');
-    if (dot != NULL && same_letters(dot, ".pfm")) {
-        *format = MAP_PFM;
-    } else if (dot != NULL && same_letters(dot, ".png")) {
-        *format = MAP_PNG;
-    } else if (straight || (dot != NULL && same_letters(dot, ".pgm"))) {
-        *format = MAP_PGM;
-    } else {
-        return fail_usage("-o %s: a map's name ends in .png, .pgm or .pfm", path);
-    }
-    if (*format == MAP_PNG && !picture_library_writes_png()) {
-        return fail_usage("-o %s: this build writes .pgm and .pfm; for .png build qstereo with "
-                          "OpenCV (make OPENCV=1)",
-                          path);
-    }
-    return DONE;
 }
 
 static int fail_too_large(const char *path, uint32_t disparity, uint32_t scale)
@@ -142,21 +111,20 @@ static int fail_too_large(const char *path, uint32_t disparity, uint32_t scale)
 static int hold_integers(const pixel_map *map, uint32_t scale, const char *path, picture *made)
 {
     size_t count = made->width * made->height;
-    uint32_t largest = 0;
+    int32_t largest = 0; /* QS_NO_DISPARITY is less */
     for (size_t i = 0; i < count; i++) {
-        if (map->disparities[i] != MAP_NO_VALUE && map->disparities[i] > largest) {
-            largest = map->disparities[i];
-        }
+        largest = map->disparities[i] > largest ? map->disparities[i] : largest;
     }
-    uint64_t most = qs_disparity_hold(largest, scale);
+    uint64_t most = qs_disparity_hold((uint32_t)largest, scale);
     if (most > 65535) {
-        return fail_too_large(path, largest, scale);
+        return fail_too_large(path, (uint32_t)largest, scale);
     }
     made->maxval = most > 255 ? 65535 : 255;
     for (size_t i = 0; i < count; i++) {
-        made->samples[i] = map->disparities[i] == MAP_NO_VALUE
+        int32_t disparity = map->disparities[i];
+        made->samples[i] = disparity == QS_NO_DISPARITY
                                ? 0
-                               : (uint16_t)qs_disparity_hold(map->disparities[i], scale);
+                               : (uint16_t)qs_disparity_hold((uint32_t)disparity, scale);
     }
     return DONE;
 }
@@ -176,7 +144,7 @@ static int encode_pfm(const pixel_map *map, const char *path, file_bytes *file)
     }
     for (size_t i = 0; i < count; i++) {
         made.values[i] =
-            map->disparities[i] == MAP_NO_VALUE ? INFINITY : (float)map->disparities[i];
+            map->disparities[i] == QS_NO_DISPARITY ? INFINITY : (float)map->disparities[i];
     }
     int status = picture_fail(path, pfm_encode(&made, file), "cannot be made");
     free(made.values);
@@ -201,28 +169,9 @@ int map_encode(const pixel_map *map, map_format format, uint32_t scale, const ch
     return status;
 }
 
-int map_encode_colour(const pixel_map *map, bool png, const char *path, file_bytes *file)
-{
-    picture made = {map->width, map->height, 3, 255, NULL};
-    if (!picture_allocate(&made)) {
-        return fail_memory(path);
-    }
-    memset(made.samples, 0, made.width * made.height * 3 * sizeof *made.samples);
-    for (size_t i = 0; i < made.width * made.height; i++) {
-        if (map->disparities[i] != MAP_NO_VALUE) {
-            colour_of(map->disparities[i] - map->least, map->most - map->least,
-                      made.samples + 3 * i);
-        }
-    }
-    int status = encode_picture(&made, png, path, file);
-    picture_free(&made);
-    return status;
-}
-
-/* Straight lines between nine points of a map after Google's Turbo, in integers, so that every
- * machine draws the same.
- */
-void colour_of(uint32_t value, uint32_t most, uint16_t rgb[3])
+/* The colour of `value` on a scale that ends at `most`: straight lines between nine points of a
+ * map after Google's Turbo, in integers, so that every machine draws the same. */
+static void colour_of(uint32_t value, uint32_t most, uint16_t rgb[3])
 {
     enum { STEPS = 8, PART = 256 };
     static const uint8_t points[STEPS + 1][3] = {{48, 18, 59},   {70, 107, 227}, {40, 187, 236},
@@ -236,24 +185,108 @@ void colour_of(uint32_t value, uint32_t most, uint16_t rgb[3])
     }
 }
 
-/* A map in colours is a PNG beside all that is no PGM, where PNG can be written. */
+int map_encode_colour(const pixel_map *map, bool png, const char *path, file_bytes *file)
+{
+    picture made = {map->width, map->height, 3, 255, NULL};
+    if (!picture_allocate(&made)) {
+        return fail_memory(path);
+    }
+    memset(made.samples, 0, made.width * made.height * 3 * sizeof *made.samples);
+    for (size_t i = 0; i < made.width * made.height; i++) {
+        int32_t disparity = map->disparities[i];
+        if (disparity != QS_NO_DISPARITY) {
+            colour_of((uint32_t)disparity - map->least, map->most - map->least,
+                      made.samples + 3 * i);
+        }
+    }
+    int status = encode_picture(&made, png, path, file);
+    picture_free(&made);
+    return status;
+}
+
+int map_check(const char *name, const qs_labels *labels)
+{
+    if (labels->width == 0) {
+        return fail(BAD_INPUT, name,
+                    "is not a problem on a grid of pixels, so no map can be made from it");
+    }
+    uint64_t last = (uint64_t)labels->frame.first + labels->labels - 1;
+    if (last > INT32_MAX) {
+        return fail(BAD_INPUT, name,
+                    "its disparities end at %" PRIu64 ", which is more than a map can hold", last);
+    }
+    return DONE;
+}
+
+int map_of_labelling(const char *name, const qs_labels *labels, const uint16_t *labelling,
+                     budget *limit, pixel_map *map)
+{
+    const qs_frame *frame = &labels->frame;
+    if (frame->picture_height > SIZE_MAX / sizeof *map->disparities / frame->picture_width) {
+        return budget_fail(limit, name);
+    }
+    size_t size = sizeof *map->disparities * frame->picture_width * frame->picture_height;
+    *map = (pixel_map){budget_take(limit, name, size), frame->picture_width, frame->picture_height,
+                       frame->first, frame->first + labels->labels - 1};
+    if (map->disparities == NULL) {
+        return NO_RESOURCE;
+    }
+    qs_status placed = qs_map_of_labelling(labels, labelling, map->disparities);
+    return placed == QS_OK ? DONE : fail_status(name, placed);
+}
+
+static bool same_letters(const char *a, const char *b)
+{
+    for (; *a != '\0' && *b != '\0'; a++, b++) {
+        if ((*a | 0x20) != (*b | 0x20)) {
+            return false;
+        }
+    }
+    return *a == *b;
+}
+
+/* The format that the name of an output asks for. What is written straight needs no ending: it is a
+ * PGM. Returns DONE or BAD_USAGE. */
+static int format_of(const char *path, map_format *format)
+{
+    const char *slash = strrchr(path, '/');
+    const char *dot = strrchr(slash != NULL ? slash : path, '.');
+    if (dot != NULL && same_letters(dot, ".pfm")) {
+        *format = MAP_PFM;
+    } else if (dot != NULL && same_letters(dot, ".png")) {
+        *format = MAP_PNG;
+    } else if (output_is_straight(path) || (dot != NULL && same_letters(dot, ".pgm"))) {
+        *format = MAP_PGM;
+    } else {
+        return fail_usage("-o %s: the name of a map ends in .png, .pgm or .pfm", path);
+    }
+    if (*format == MAP_PNG && !picture_library_writes_png()) {
+        return fail_usage("-o %s: this build writes only .pgm and .pfm; for .png build "
+                          "qstereo with OpenCV (make OPENCV=1)",
+                          path);
+    }
+    return DONE;
+}
+
+/* A map in colours is a PNG beside everything but a PGM, if PNG can be written. */
 static bool colour_is_png(const map_request *asked)
 {
     return asked->format != MAP_PGM && picture_library_writes_png();
 }
 
-static int name_colour(map_request *asked)
+static int name_colour(budget *limit, map_request *asked)
 {
     if (output_is_straight(asked->output)) {
-        return fail_usage("--color needs the name of a file to put its map beside");
+        return fail_usage("--color needs the name of a file to put its map beside: name one "
+                          "with -o");
     }
     const char *slash = strrchr(asked->output, '/');
     const char *dot = strrchr(slash != NULL ? slash : asked->output, '.');
     int stem = (int)(dot - asked->output);
     size_t size = strlen(asked->output) + sizeof ".color.png";
-    asked->colour = malloc(size);
+    asked->colour = budget_take(limit, asked->output, size);
     if (asked->colour == NULL) {
-        return fail_memory(asked->output);
+        return NO_RESOURCE;
     }
     (void)snprintf(asked->colour, size, "%.*s.color.%s", stem, asked->output,
                    colour_is_png(asked) ? "png" : "ppm");
@@ -265,122 +298,36 @@ int map_scale_read(const char *text, uint32_t *scale)
     return number_read("--scale", text, 2, 65535, scale);
 }
 
-int map_request_read(const char *path, const char *scale, bool color, bool json, map_request *asked)
+int map_request_read(const char *path, const char *scale, bool color, budget *limit,
+                     map_request *asked)
 {
     memset(asked, 0, sizeof *asked);
     asked->output = path;
-    int status = map_format_of(path, output_is_straight(path), &asked->format);
-    if (status == DONE) {
-        status = map_scale_read(scale, &asked->scale);
-    }
-    if (status == DONE && json && output_is_standard(path)) {
-        status = fail_usage("--json and the map cannot both go to standard output");
-    }
-    return status == DONE && color ? name_colour(asked) : status;
+    TRY(format_of(path, &asked->format));
+    TRY(map_scale_read(scale, &asked->scale));
+    return color ? name_colour(limit, asked) : DONE;
 }
 
-void map_request_free(map_request *asked)
+int map_request_open(map_request *asked, job *at)
 {
-    free(asked->colour);
-    asked->colour = NULL;
+    TRY(job_open_output(at, asked->output, &asked->files[0]));
+    return asked->colour != NULL ? job_open_output(at, asked->colour, &asked->files[1]) : DONE;
 }
 
-int map_check_grid(const problem_file *problem)
-{
-    const qs_labels *labels = &problem->qubo.labels;
-    if (!problem->qubo.has_labels || labels->width == 0) {
-        return fail(BAD_INPUT, problem->name,
-                    "is no problem on a grid of pixels, so there is no map to be made of it");
-    }
-    uint64_t last = (uint64_t)labels->frame.first + labels->labels - 1;
-    if (last > INT32_MAX) {
-        return fail(BAD_INPUT, problem->name,
-                    "its disparities end at %" PRIu64 ", more than can be held", last);
-    }
-    return DONE;
-}
-
-/* Puts the label of each site where the site is in the picture. */
-static void place_sites(const qs_labels *labels, const uint16_t *labelling, uint32_t *disparities)
-{
-    const qs_frame *frame = &labels->frame;
-    size_t site = 0;
-    for (size_t cell = 0; cell < (size_t)labels->width * labels->height; cell++) {
-        size_t x = frame->x + cell % labels->width, y = frame->y + cell / labels->width;
-        if (labels->mask == NULL || (labels->mask[cell / 8] >> cell % 8 & 1) != 0) {
-            disparities[y * frame->picture_width + x] = frame->first + labelling[site++];
-        }
-    }
-}
-
-int map_of_labelling(const problem_file *problem, const uint16_t *labelling, budget *limit,
-                     uint32_t **disparities, pixel_map *map)
-{
-    const qs_labels *labels = &problem->qubo.labels;
-    const qs_frame *frame = &labels->frame;
-    void *pixels = NULL;
-    if (frame->picture_height > SIZE_MAX / sizeof **disparities / frame->picture_width) {
-        return budget_fail(limit, problem->name);
-    }
-    size_t count = (size_t)frame->picture_width * frame->picture_height;
-    int status = budget_allocate(limit, problem->name, count * sizeof **disparities, &pixels);
-    if (status != DONE) {
-        return status;
-    }
-    *disparities = pixels;
-    for (size_t i = 0; i < count; i++) {
-        (*disparities)[i] = MAP_NO_VALUE;
-    }
-    place_sites(labels, labelling, *disparities);
-    *map = (pixel_map){*disparities, frame->picture_width, frame->picture_height, frame->first,
-                       frame->first + labels->labels - 1};
-    return DONE;
-}
-
-int map_outputs_open(const map_request *asked, map_outputs *opened)
-{
-    opened->count = 0;
-    int status = output_open(&opened->outs[0], asked->output);
-    if (status != DONE) {
-        return status;
-    }
-    opened->count = 1;
-    if (asked->colour != NULL) {
-        status = output_open(&opened->outs[1], asked->colour);
-        opened->count += status == DONE;
-    }
-    if (status != DONE) {
-        map_outputs_abandon(opened);
-    }
-    return status;
-}
-
-int map_outputs_write(const map_request *asked, const pixel_map *map, map_outputs *to)
+int map_request_write(const map_request *asked, const pixel_map *map)
 {
     file_bytes files[2] = {{NULL, 0}, {NULL, 0}};
     int status = map_encode(map, asked->format, asked->scale, asked->output, &files[0]);
     if (status == DONE && asked->colour != NULL) {
         status = map_encode_colour(map, colour_is_png(asked), asked->colour, &files[1]);
     }
-    for (size_t i = 0; i < to->count && status == DONE; i++) {
-        (void)output_write(&to->outs[i], files[i].bytes,
-                           files[i].size); /* a refusal is reported by the commit */
+    for (size_t i = 0; i < 2; i++) {
+        if (status == DONE && asked->files[i] != NULL) {
+            output_write_file(asked->files[i], &files[i]);
+        }
+        file_free(&files[i]);
     }
-    file_free(&files[0]);
-    file_free(&files[1]);
     return status;
-}
-
-int map_outputs_commit(map_outputs *to)
-{
-    return output_commit(to->outs, to->count);
-}
-
-void map_outputs_abandon(map_outputs *to)
-{
-    while (to->count > 0) {
-        output_abandon(&to->outs[--to->count]);
-    }
 }
 
 void map_request_json(const map_request *asked)

@@ -9,7 +9,7 @@
 #include "text/fail.h"
 #include "text/numbers.h"
 
-/* The eq. (6) and (7) of the paper from the library's exact sums. */
+/* Equations (6) and (7) of the paper, from the exact sums of the library. */
 static void divide(const qs_score *score, uint32_t scale, uint32_t truth_scale,
                    double errors[ERRORS])
 {
@@ -87,17 +87,6 @@ void truth_close(true_map *closed)
 
 int truth_compare(const true_map *with, const pixel_map *map, map_errors *found)
 {
-    size_t count = (size_t)map->width * map->height;
-    int32_t *values = malloc(count * sizeof *values);
-    if (values == NULL) {
-        return fail_memory(with->name);
-    }
-    for (size_t i = 0; i < count; i++) {
-        values[i] =
-            map->disparities[i] == MAP_NO_VALUE ? QS_NO_DISPARITY : (int32_t)map->disparities[i];
-    }
-    const qs_map compared = {values, map->width, map->height, 1};
-    int status = map_errors_find("the map", &compared, with->name, &with->map, found);
-    free(values);
-    return status;
+    const qs_map compared = {map->disparities, map->width, map->height, 1};
+    return map_errors_find("the map", &compared, with->name, &with->map, found);
 }

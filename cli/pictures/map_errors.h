@@ -1,4 +1,5 @@
-/* How far a disparity map is from the truth: the paper's errors. */
+/* How far a disparity map is from the truth: the errors of the paper. Each function that can fail
+ * returns an exit status and has printed why. */
 #ifndef MAP_ERRORS_H
 #define MAP_ERRORS_H
 
@@ -7,15 +8,15 @@
 enum { ERROR_RMS, ERROR_BAD_HALF, ERROR_BAD_ONE, ERRORS };
 
 typedef struct map_errors {
-    uint64_t pixels; /* with a value in both maps; 0 = there are no errors to be told */
+    uint64_t pixels; /* with a value in both maps; if there are none, the errors are not set */
     double of[ERRORS];
 } map_errors;
 
-/* Compares two maps. Returns DONE, or BAD_INPUT where their sizes differ, having said why. */
+/* Compares two maps. Returns DONE, or BAD_INPUT if their sizes differ. */
 int map_errors_find(const char *name, const qs_map *map, const char *truth_name,
                     const qs_map *truth, map_errors *found);
 
-/* As keys of JSON, and as lines for people. */
+/* Print the errors: keys of JSON, and lines for people. */
 void map_errors_json(const map_errors *shown);
 void map_errors_print(const map_errors *shown);
 
@@ -24,7 +25,7 @@ void map_errors_print(const map_errors *shown);
     {"truth", 0, false, "TRUTH", NULL, "score against this true disparity map of the left picture"}
 #define TRUTH_SCALE_OPTION                                                                         \
     {"truth-scale", 0,   false,                                                                    \
-     "S",           "8", "TRUTH holds disparity x S; a .pfm holds pixels whatever S is"}
+     "S",           "8", "TRUTH holds disparity x S; a .pfm always holds pixels"}
 
 /* A true map that maps are compared with as they are made. */
 typedef struct true_map {
@@ -33,14 +34,14 @@ typedef struct true_map {
     int32_t *values;
 } true_map;
 
-/* The argument of --truth-scale. Returns DONE or BAD_USAGE. */
+/* Reads the argument of --truth-scale. Returns DONE or BAD_USAGE. */
 int truth_scale_read(const char *text, uint32_t *scale);
 
-/* Reads it, for pictures of a size. Returns DONE, BAD_INPUT or NO_RESOURCE, having said why. */
+/* Reads a true map for pictures of a size. Returns DONE, BAD_INPUT or NO_RESOURCE. */
 int truth_open(const char *path, uint32_t scale, uint32_t width, uint32_t height, true_map *opened);
 void truth_close(true_map *closed);
 
-/* Returns DONE or NO_RESOURCE, having said why. */
+/* Compares a map with the truth. Returns DONE. */
 int truth_compare(const true_map *with, const pixel_map *map, map_errors *found);
 
 #endif

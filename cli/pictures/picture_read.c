@@ -18,10 +18,10 @@ int picture_fail(const char *path, picture_status status, const char *reason)
     return fail(BAD_INPUT, input_name(path), "%s", reason);
 }
 
-int picture_read_file(const char *path, file_bytes *file)
+int picture_read_file(const char *path, budget *owner, file_bytes *file)
 {
-    budget limit = {(uint64_t)FILE_MIB_MAX << 20, FILE_MIB_MAX};
-    return file_read(path, &limit, file);
+    *owner = budget_of(FILE_MIB_MAX);
+    return file_read(path, owner, file);
 }
 
 int picture_decode(const char *path, const file_bytes *file, picture *decoded)
@@ -41,12 +41,12 @@ int picture_decode(const char *path, const file_bytes *file, picture *decoded)
 
 int picture_read(const char *path, picture *read)
 {
+    budget owner;
     file_bytes file;
-    int status = picture_read_file(path, &file);
-    if (status != DONE) {
-        return status;
+    int status = picture_read_file(path, &owner, &file);
+    if (status == DONE) {
+        status = picture_decode(path, &file, read);
     }
-    status = picture_decode(path, &file, read);
-    file_free(&file);
+    budget_free(&owner);
     return status;
 }

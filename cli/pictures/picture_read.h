@@ -13,8 +13,9 @@
 /* Reads and decodes a picture; picture_free frees it. */
 int picture_read(const char *path, picture *read);
 
-/* The two halves of that: the bytes of the file, and the picture that they hold. */
-int picture_read_file(const char *path, file_bytes *file);
+/* The two halves of that: the bytes of the file, and the picture that they hold. `owner` becomes
+ * the owner of the bytes: budget_free frees them, also after a failure. */
+int picture_read_file(const char *path, budget *owner, file_bytes *file);
 int picture_decode(const char *path, const file_bytes *file, picture *decoded);
 
 /* Turns a picture_status into an exit status, and prints the reason of a failure. */

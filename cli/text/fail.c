@@ -7,7 +7,7 @@
 
 static const char *current_command;
 
-void messages_of(const char *name)
+void fail_as(const char *name)
 {
     current_command = name;
 }

@@ -8,10 +8,6 @@
 #define TABLE(what, names, untyped)                                                                \
     {what, names, sizeof names / sizeof names[0], sizeof names / sizeof names[0] - (untyped)}
 
-static const named encodings[] = {
-    {"one-hot", QS_ONE_HOT},         {"one-hot-sparse", QS_ONE_HOT_SPARSE},
-    {"domain-wall", QS_DOMAIN_WALL}, {"multiway-cut", QS_MULTIWAY_CUT},
-    {"st-cut", QS_ST_CUT},           {"st-cut-arcs", QS_ST_CUT_ARCS}};
 static const named smoothnesses[] = {{"potts", QS_POTTS},
                                      {"linear", QS_TRUNCATED_LINEAR},
                                      {"quadratic", QS_TRUNCATED_QUADRATIC},
@@ -22,7 +18,6 @@ static const named penalties[] = {{"local", QS_PENALTY_LOCAL},
                                   {"given", QS_PENALTY_GIVEN}};
 static const named costs[] = {{"ad", QS_COST_AD}};
 
-const name_table encoding_names = TABLE("encoding", encodings, 0);
 const name_table smoothness_names = TABLE("smoothness", smoothnesses, 1);
 const name_table penalty_names = TABLE("penalty", penalties, 1);
 const name_table cost_names = TABLE("cost", costs, 0);
@@ -35,6 +30,25 @@ const char *name_of(const name_table *table, int value)
         }
     }
     return NULL;
+}
+
+const char *encoding_name(qs_encoding encoding)
+{
+    const qs_encoding_facts *facts = qs_encoding_facts_of(encoding);
+    return facts != NULL ? facts->name : NULL;
+}
+
+int encoding_read(const char *text, qs_encoding *encoding)
+{
+    named names[QS_ENCODINGS];
+    int value;
+    for (int i = 0; i < QS_ENCODINGS; i++) {
+        names[i] = (named){encoding_name((qs_encoding)(i + 1)), i + 1};
+    }
+    const name_table table = {"encoding", names, QS_ENCODINGS, QS_ENCODINGS};
+    TRY(name_read(&table, text, "", &value));
+    *encoding = (qs_encoding)value;
+    return DONE;
 }
 
 int name_read(const name_table *table, const char *text, const char *also, int *value)
@@ -51,10 +65,10 @@ int name_read(const name_table *table, const char *text, const char *also, int *
         suggest_offer(&suggested, table->names[i].name);
     }
     if (suggested.nearest != NULL) {
-        return fail_usage("--%s %s is not known: did you mean %s? The known ones:%s%s", table->what,
+        return fail_usage("--%s %s is unknown: did you mean %s? It can be:%s%s", table->what,
                           text, suggested.nearest, list, also);
     }
-    return fail_usage("--%s %s is not known. The known ones:%s%s", table->what, text, list, also);
+    return fail_usage("--%s %s is unknown: it can be:%s%s", table->what, text, list, also);
 }
 
 enum { LONGEST = 31 };
@@ -64,8 +78,7 @@ static size_t least(size_t a, size_t b)
     return a < b ? a : b;
 }
 
-/* Edit distance (Levenshtein) of two short names; LONGEST + 1 where one is too long to be a slip.
- */
+/* The edit distance (Levenshtein) of two short names; LONGEST + 1 if one is too long to be a slip. */
 static size_t distance(const char *a, const char *b)
 {
     size_t m = strlen(a), n = strlen(b);
@@ -90,7 +103,7 @@ static size_t distance(const char *a, const char *b)
 
 suggestion suggest_for(const char *typed)
 {
-    /* With more than every third letter wrong it is another name, not a slip. */
+    /* If more than a third of the letters are wrong, it is another name and not a slip. */
     size_t slips = (strlen(typed) + 1) / 3;
     return (suggestion){typed, NULL, (slips < 1 ? 1 : slips) + 1};
 }

@@ -5,6 +5,8 @@
 
 #include <stddef.h>
 
+#include "qstereo.h"
+
 typedef struct named {
     const char *name;
     int value;
@@ -17,7 +19,6 @@ typedef struct name_table {
     size_t typed; /* the command line takes the first `typed` names only */
 } name_table;
 
-extern const name_table encoding_names;
 extern const name_table smoothness_names;
 extern const name_table penalty_names;
 extern const name_table cost_names;
@@ -27,6 +28,10 @@ const char *name_of(const name_table *table, int value);
 
 /* Looks `text` up. Returns DONE, or BAD_USAGE after printing the known names and then `also`. */
 int name_read(const name_table *table, const char *text, const char *also, int *value);
+
+/* The same for encodings, whose names are the library's. */
+const char *encoding_name(qs_encoding encoding);
+int encoding_read(const char *text, qs_encoding *encoding);
 
 /* Finds the name that a mistyped one was probably meant to be: suggest_for, then suggest_offer for
  * each known name. */

@@ -6,9 +6,10 @@
 #include "text/fail.h"
 #include "text/names.h"
 
-/* What stands before an option's help: "  -o, --output FILE". Returns its width; prints nothing
- * where `file` is NULL.
- */
+enum { HELP_WIDTH = 80 };
+
+/* Prints what stands before the help of an option: "  -o, --output FILE". Returns its width. Prints
+ * nothing if `file` is NULL. */
 static int print_option(FILE *file, const option *known)
 {
     char text[80];
@@ -49,38 +50,70 @@ static void print_usage(const command_line *line)
     puts(" [OPTION]...");
 }
 
+/* Prints a text from the column `indent` on, and breaks its lines before HELP_WIDTH. */
+static void print_wrapped(const char *text, int indent)
+{
+    int column = indent;
+    while (*text != '\0') {
+        int word = (int)strcspn(text, " \n");
+        if (column > indent && column + 1 + word > HELP_WIDTH) {
+            printf("\n%*s", indent, "");
+            column = indent;
+        } else if (column > indent) {
+            putchar(' ');
+            column++;
+        }
+        printf("%.*s", word, text);
+        column += word;
+        text += word;
+        if (*text == '\n') {
+            printf("\n%*s", indent, "");
+            column = indent;
+        }
+        text += *text != '\0';
+    }
+}
+
+static void print_option_help(const option *known, int indent)
+{
+    char text[512];
+    int width = print_option(stdout, known);
+    (void)snprintf(text, sizeof text, "%s%s%s%s", known->help,
+                   known->preset != NULL ? " (default " : "",
+                   known->preset != NULL ? known->preset : "", known->preset != NULL ? ")" : "");
+    printf("%*s", indent - width, "");
+    print_wrapped(text, indent);
+    putchar('\n');
+}
+
 static void print_help(const command_line *line)
 {
-    static const option help = {.name = "help", .letter = 'h', .help = "this text"};
+    static const option help = {.name = "help", .letter = 'h', .help = "print this text"};
     int widest = print_option(NULL, &help);
     for (size_t i = 0; i < line->option_count; i++) {
         int width = print_option(NULL, &line->options[i]);
-        if (width > widest) {
-            widest = width;
-        }
+        widest = width > widest ? width : widest;
     }
     print_usage(line);
-    printf("\n%s\nOptions, before or after the operands (-- ends them):\n", line->about);
-    for (size_t i = 0; i <= line->option_count; i++) {
-        const option *known = i < line->option_count ? &line->options[i] : &help;
-        printf("%*s%s", widest + 2 - print_option(stdout, known), "", known->help);
-        if (known->preset != NULL) {
-            printf(" (default %s)", known->preset);
-        }
-        putchar('\n');
+    putchar('\n');
+    print_wrapped(line->about, 0);
+    puts("\nOptions, before or after the operands (-- ends them):");
+    for (size_t i = 0; i < line->option_count; i++) {
+        print_option_help(&line->options[i], widest + 2);
     }
+    print_option_help(&help, widest + 2);
     printf("\nExamples:\n%s", line->examples);
 }
 
-/* The index of the option that `text` (after its dashes) names; option_count = unknown. */
-static size_t find_long(const command_line *line, const char *text, size_t length)
+size_t options_find(const command_line *line, const char *name, size_t length)
 {
-    size_t i = 0;
-    while (i < line->option_count && !(strlen(line->options[i].name) == length &&
-                                       memcmp(line->options[i].name, text, length) == 0)) {
-        i++;
+    for (size_t i = 0; i < line->option_count; i++) {
+        const char *known = line->options[i].name;
+        if (strlen(known) == length && memcmp(known, name, length) == 0) {
+            return i;
+        }
     }
-    return i;
+    return line->option_count;
 }
 
 static size_t find_letter(const command_line *line, char letter)
@@ -104,13 +137,13 @@ static int fail_unknown(const command_line *line, const char *text, size_t lengt
         suggest_offer(&suggested, line->options[i].name);
     }
     if (suggested.nearest != NULL) {
-        return fail_usage("%s is no option: did you mean --%s? The options:%s", typed,
+        return fail_usage("unknown option %s: did you mean --%s? The options are:%s", typed,
                           suggested.nearest, list);
     }
-    return fail_usage("%s is no option. The options:%s", typed, list);
+    return fail_usage("unknown option %s: the options are:%s", typed, list);
 }
 
-/* Where the parser stands: argv[next] is the argument after the one being read. */
+/* Where the parser is: argv[next] is the next word to read. */
 typedef struct cursor {
     const command_line *line;
     int argc, next;
@@ -122,7 +155,7 @@ typedef struct cursor {
 static int keep_value(arguments *read, size_t index, const char *value)
 {
     if (read->given_count == GIVEN_MAX) {
-        return fail_usage("more than %d options", GIVEN_MAX);
+        return fail_usage("more than %d options are given: that is the most", GIVEN_MAX);
     }
     read->values[index] = value;
     read->given[read->given_count].index = index;
@@ -130,7 +163,7 @@ static int keep_value(arguments *read, size_t index, const char *value)
     return DONE;
 }
 
-/* Takes the option's argument, from after its = or from the next word. */
+/* Takes the argument of an option, after its = or from the next word. */
 static int take_value(cursor *at, size_t index, const char *spelled, const char *attached)
 {
     const option *known = &at->line->options[index];
@@ -139,9 +172,9 @@ static int take_value(cursor *at, size_t index, const char *spelled, const char 
                                 : fail_usage("--%s takes no argument", known->name);
     }
     if (attached == NULL) {
-        /* A word that looks like a long option was hardly meant as the argument. */
+        /* A word that looks like a long option is hardly meant to be the argument. */
         if (at->next == at->argc || strncmp(at->argv[at->next], "--", 2) == 0) {
-            return fail_usage("%s needs its argument, %s", spelled, known->argument);
+            return fail_usage("%s needs an argument: %s", spelled, known->argument);
         }
         attached = at->argv[at->next++];
     }
@@ -155,7 +188,7 @@ static int take_long(cursor *at, const char *word)
 {
     const char *equals = strchr(word, '=');
     size_t length = equals != NULL ? (size_t)(equals - word) : strlen(word);
-    size_t index = find_long(at->line, word + 2, length - 2);
+    size_t index = options_find(at->line, word + 2, length - 2);
     char spelled[64];
     if (index == at->line->option_count) {
         return fail_unknown(at->line, word, length);
@@ -177,7 +210,7 @@ static int take_short(cursor *at, const char *word)
 static int take_operand(cursor *at, const char *word)
 {
     if (at->operand_count == OPERANDS_MAX || at->line->operands[at->operand_count] == NULL) {
-        return fail_usage("%s is one operand too many", word);
+        return fail_usage("%s is one operand too many: leave it out", word);
     }
     if (*word == '\0') {
         return fail_usage("the operand %s is empty", at->line->operands[at->operand_count]);
@@ -186,29 +219,10 @@ static int take_operand(cursor *at, const char *word)
     return DONE;
 }
 
-static int take_words(cursor *at)
-{
-    bool options_ended = false;
-    int status = DONE;
-    while (status == DONE && at->next < at->argc) {
-        const char *word = at->argv[at->next++];
-        if (options_ended || word[0] != '-' || word[1] == '\0') {
-            status = take_operand(at, word);
-        } else if (strcmp(word, "--") == 0) {
-            options_ended = true;
-        } else if (word[1] == '-') {
-            status = take_long(at, word);
-        } else {
-            status = take_short(at, word);
-        }
-    }
-    return status;
-}
-
 static int check_complete(const cursor *at)
 {
     const command_line *line = at->line;
-    size_t inputs = 0;
+    size_t standard_inputs = 0;
     if (at->operand_count + line->optional < operand_count(line)) {
         return fail_usage("the operand %s is missing", line->operands[at->operand_count]);
     }
@@ -219,9 +233,27 @@ static int check_complete(const cursor *at)
         }
     }
     for (size_t i = 0; i < at->operand_count; i++) {
-        inputs += strcmp(at->read->operands[i], "-") == 0;
+        standard_inputs += strcmp(at->read->operands[i], "-") == 0;
     }
-    return inputs > 1 ? fail_usage("only one operand can be -, standard input") : DONE;
+    return standard_inputs > 1 ? fail_usage("only one operand can be -, which is standard input") : DONE;
+}
+
+static int take_words(cursor *at)
+{
+    bool options_ended = false;
+    while (at->next < at->argc) {
+        const char *word = at->argv[at->next++];
+        if (options_ended || word[0] != '-' || word[1] == '\0') {
+            TRY(take_operand(at, word));
+        } else if (strcmp(word, "--") == 0) {
+            options_ended = true;
+        } else if (word[1] == '-') {
+            TRY(take_long(at, word));
+        } else {
+            TRY(take_short(at, word));
+        }
+    }
+    return check_complete(at);
 }
 
 static bool asks_for_help(int argc, char **argv)
@@ -247,9 +279,6 @@ bool options_read(const command_line *line, int argc, char **argv, arguments *re
         read->values[i] = line->options[i].preset;
     }
     *status = take_words(&at);
-    if (*status == DONE) {
-        *status = check_complete(&at);
-    }
     return *status == DONE;
 }
 
