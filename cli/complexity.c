@@ -224,11 +224,11 @@ void complexity_print(const laid_out *problem, const budget *limit)
     figures whole[FORMS], truncated;
     smoothness_write(&labels->pairwise, smoothness);
     printf(
-        "%s: %" PRIu32 " open sites, %" PRIu64 " labels left to them, %s smoothness\n"
-        "Coefficients in real units; penalties local where nothing else is said, with the file's "
-        "gap %" PRIu32 ".\n"
-        "unit: what is left of an energy of 1 when h is scaled into [-4, 4] and J into [-2, 1].\n"
-        "truncated: the same with --truncate.\n\n",
+        "%s: %" PRIu32 " undecided sites, %" PRIu64 " labels left to them, %s smoothness\n"
+        "Coefficients are in real units. Penalties are local unless the row names another one,\n"
+        "with the gap %" PRIu32 " of the file.\n"
+        "unit: what an energy of 1 becomes when h is scaled into [-4, 4] and J into [-2, 1].\n"
+        "truncated: the unit with --truncate.\n\n",
         problem->name, labels->undecided, labels_to_open(labels), smoothness, labels->gap);
     memcpy(cells, heading, sizeof heading);
     for (size_t form = 0; form < FORMS; form++) {

@@ -43,7 +43,7 @@ static int fail_encoding(qs_encoding encoding, const coded_problem *of)
                            encoding_name((qs_encoding)i));
         }
     }
-    (void)snprintf(reason, sizeof reason, "--encoding %s cannot hold %s smoothness: choose %s",
+    (void)snprintf(reason, sizeof reason, "--encoding %s cannot hold %s smoothness, but these can: %s",
                    encoding_name(encoding), smoothness, list);
     return fail_smoothness(of, reason);
 }
@@ -191,7 +191,8 @@ static int fail_recode(const char *name, const char *mend, qs_status status)
 {
     if (status == QS_E_LIMIT) {
         return fail(BAD_INPUT, name,
-                    "has more than %u variables in this encoding: choose another one, or a smaller window",
+                    "has more than %u variables in this encoding: choose another encoding, or a "
+                    "smaller window",
                     QS_VARIABLES_MAX);
     }
     if (status == QS_E_OVERFLOW) {

@@ -115,7 +115,7 @@ static int check_geometry(const pair *asked)
     }
     if (end > left->width || (!asked->whole && (size_t)stereo->y + stereo->height > left->height)) {
         return fail(BAD_INPUT, input_name(asked->left),
-                    "is %zu x %zu pixels: --roi %lu,%lu,%lu,%lu lies partly outside", left->width,
+                    "is %zu x %zu pixels: --roi %lu,%lu,%lu,%lu does not fit inside", left->width,
                     left->height, (unsigned long)stereo->x, (unsigned long)stereo->y,
                     (unsigned long)stereo->width, (unsigned long)stereo->height);
     }

@@ -115,7 +115,7 @@ int lay_out_problem(const char *name, const qs_problem *problem, const char *men
         qs_model_of_problem(problem, workspace, size, &made->model, &made->labels);
     if (built == QS_E_OVERFLOW) {
         return fail(BAD_INPUT, name,
-                    "has costs that are too large for the solvers: choose a smaller %s", mend);
+                    "its costs overflow what the solvers can hold: choose a smaller %s", mend);
     }
     made->name = name;
     made->scale = made->labels.scale;

@@ -104,8 +104,8 @@ const command cmd_reduce = {
             OPTIONS(options),
             .examples =
                 "  qstereo reduce p.qcf -o small.qcf\n"
-                "  qstereo reduce p.qcf -o small.qcf --target 500 --encoding domain-wall "
-                "--truncate\n"
+                "  qstereo reduce p.qcf -o small.qcf --target 500 \\\n"
+                "      --encoding domain-wall --truncate\n"
                 "  qstereo reduce core.qcf -o core-sparse.qcf --encoding one-hot-sparse\n",
         },
     .summary = "leave out of a .qcf what is proven, so that little is left to solve",
