@@ -21,7 +21,8 @@ int job_open_output(job *at, const char *path, output **opened)
     return DONE;
 }
 
-/* The argument of an option that commands share; NULL if it is not given, or not of this command. */
+/* The argument of an option that commands share; NULL if it is not given, or if the command does
+ * not have it. */
 static const char *shared_value(const command_line *line, const arguments *given, const char *name)
 {
     size_t index = options_find(line, name, strlen(name));

@@ -67,8 +67,8 @@ static void count(const laid_out *problem, qs_encoding encoding, figures *counte
     const qs_labels *labels = &problem->labels;
     bool cut = is_st_cut(encoding);
     uint64_t edges = cut ? count_edges(&problem->model) : 0;
-    const qs_encoding_counts counts = {labels->labels, labels->undecided, labels_to_open(labels), edges,
-                                       edges * ((uint64_t)labels->labels + 1)};
+    const qs_encoding_counts counts = {labels->labels, labels->undecided, labels_to_open(labels),
+                                       edges, edges * ((uint64_t)labels->labels + 1)};
     if (!cut || problem->model.kept == NULL) {
         const qs_encoding_size size = qs_encoding_measure(encoding, &counts);
         counted->variables = size.variables;
@@ -198,8 +198,7 @@ static void fill_row(size_t form, const figures *whole, const figures *truncated
     for (size_t i = 0; i < NOTE; i++) {
         (void)snprintf(cells[i], TABLE_CELL_SIZE, "-");
     }
-    (void)snprintf(cells[NAME], TABLE_CELL_SIZE, "%s%s%s",
-                   encoding_name(forms[form].encoding),
+    (void)snprintf(cells[NAME], TABLE_CELL_SIZE, "%s%s%s", encoding_name(forms[form].encoding),
                    penalty == QS_PENALTY_LOCAL ? "" : ", ",
                    penalty == QS_PENALTY_LOCAL ? "" : name_of(&penalty_names, (int)penalty));
     (void)snprintf(cells[NOTE], TABLE_CELL_SIZE, "%s", "");
@@ -223,13 +222,12 @@ void complexity_print(const laid_out *problem, const budget *limit)
     char smoothness[SMOOTHNESS_SIZE];
     figures whole[FORMS], truncated;
     smoothness_write(&labels->pairwise, smoothness);
-    printf(
-        "%s: %" PRIu32 " undecided sites, %" PRIu64 " labels left to them, %s smoothness\n"
-        "Coefficients are in real units. Penalties are local unless the row names another one,\n"
-        "with the gap %" PRIu32 " of the file.\n"
-        "unit: what an energy of 1 becomes when h is scaled into [-4, 4] and J into [-2, 1].\n"
-        "truncated: the unit with --truncate.\n\n",
-        problem->name, labels->undecided, labels_to_open(labels), smoothness, labels->gap);
+    printf("%s: %" PRIu32 " undecided sites, %" PRIu64 " labels left to them, %s smoothness\n"
+           "Coefficients are in real units. Penalties are local unless the row names another one,\n"
+           "with the gap %" PRIu32 " of the file.\n"
+           "unit: what an energy of 1 becomes when h is scaled into [-4, 4] and J into [-2, 1].\n"
+           "truncated: the unit with --truncate.\n\n",
+           problem->name, labels->undecided, labels_to_open(labels), smoothness, labels->gap);
     memcpy(cells, heading, sizeof heading);
     for (size_t form = 0; form < FORMS; form++) {
         measure(problem, form, false, limit, &whole[form]);

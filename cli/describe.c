@@ -113,8 +113,7 @@ static void print_labels(const qs_labels *labels)
     if (labels->scale > 1) {
         printf("%-17s1/%" PRIu32 "\n", "integer unit", labels->scale);
     }
-    printf("%-17s%s, penalty %s, gap %" PRIu32 "\n", "encoding",
-           encoding_name(labels->encoding),
+    printf("%-17s%s, penalty %s, gap %" PRIu32 "\n", "encoding", encoding_name(labels->encoding),
            name_of(&penalty_names, (int)labels->penalty), labels->gap);
     if (labels->trimmed_bytes > 0) {
         printf("%-17scosts that no optimum pays are lowered\n", "truncated");

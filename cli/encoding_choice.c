@@ -43,7 +43,8 @@ static int fail_encoding(qs_encoding encoding, const coded_problem *of)
                            encoding_name((qs_encoding)i));
         }
     }
-    (void)snprintf(reason, sizeof reason, "--encoding %s cannot hold %s smoothness, but these can: %s",
+    (void)snprintf(reason, sizeof reason,
+                   "--encoding %s cannot hold %s smoothness, but these can: %s",
                    encoding_name(encoding), smoothness, list);
     return fail_smoothness(of, reason);
 }
@@ -98,8 +99,7 @@ static int read_penalty(const char *text, const coded_problem *of, qs_encode_opt
 {
     qs_encoding encoding = asked->encoding;
     if (text == NULL) {
-        asked->penalty =
-            can_be_default(of->penalty, encoding, of) ? of->penalty : QS_PENALTY_LOCAL;
+        asked->penalty = can_be_default(of->penalty, encoding, of) ? of->penalty : QS_PENALTY_LOCAL;
         return DONE;
     }
     TRY(read_penalty_value(text, of->scale, asked));

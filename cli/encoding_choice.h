@@ -9,7 +9,11 @@ enum { CODING_PENALTY, CODING_GAP, CODING_TRUNCATE, CODING_OPTIONS };
 #define CODING_OPTION_ROWS(penalty, gap, truncate)                                                 \
     {"penalty", 0,    false,                                                                       \
      "NAME",    NULL, "local or minimal (proven), paper (one alpha), or your own alpha" penalty},  \
-        {"gap", 0, false, "G", NULL,                                                               \
+        {"gap",                                                                                    \
+         0,                                                                                        \
+         false,                                                                                    \
+         "G",                                                                                      \
+         NULL,                                                                                     \
          "integer units between the optimum and any infeasible state, for the penalties local "    \
          "and minimal" gap},                                                                       \
     {                                                                                              \

@@ -84,8 +84,8 @@ static int check_match(const answer *both)
     }
     if (samples->variables != both->problem.qubo.variables) {
         return fail(BAD_INPUT, both->samples.name,
-                    "holds samples of %" PRIu32 " variables, but %s has %" PRIu32, samples->variables,
-                    both->problem.name, both->problem.qubo.variables);
+                    "holds samples of %" PRIu32 " variables, but %s has %" PRIu32,
+                    samples->variables, both->problem.name, both->problem.qubo.variables);
     }
     return DONE;
 }

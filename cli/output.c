@@ -211,8 +211,9 @@ int output_open(output *out, const char *path)
     }
     if (isatty(descriptor)) {
         (void)close(descriptor);
-        return fail(BAD_USAGE, out->name,
-                    "is a terminal, which cannot show binary data: name a file or redirect the output");
+        return fail(
+            BAD_USAGE, out->name,
+            "is a terminal, which cannot show binary data: name a file or redirect the output");
     }
     out->file = fdopen(descriptor, "wb");
     if (out->file == NULL) {

@@ -110,8 +110,9 @@ static int check_geometry(const pair *asked)
     size_t end = asked->whole ? left->width : (size_t)stereo->x + stereo->width;
     if (left->width != right->width || left->height != right->height) {
         return fail(BAD_INPUT, input_name(asked->right),
-                    "is %zu x %zu pixels, but %s is %zu x %zu: both pictures need the same size", right->width,
-                    right->height, input_name(asked->left), left->width, left->height);
+                    "is %zu x %zu pixels, but %s is %zu x %zu: both pictures need the same size",
+                    right->width, right->height, input_name(asked->left), left->width,
+                    left->height);
     }
     if (end > left->width || (!asked->whole && (size_t)stereo->y + stereo->height > left->height)) {
         return fail(BAD_INPUT, input_name(asked->left),
@@ -134,9 +135,10 @@ static int fail_encode(const pair *asked, qs_status status)
 {
     const char *name = input_name(asked->left);
     if (status == QS_E_LIMIT) {
-        return fail(BAD_INPUT, name,
-                    "sites x labels is more than %u variables: choose a smaller --roi or --disparity",
-                    QS_VARIABLES_MAX);
+        return fail(
+            BAD_INPUT, name,
+            "sites x labels is more than %u variables: choose a smaller --roi or --disparity",
+            QS_VARIABLES_MAX);
     }
     if (status == QS_E_OVERFLOW) {
         return fail(BAD_INPUT, name,

@@ -25,8 +25,8 @@ enum {
          "NAME", "ad", "cost of a disparity: ad, the absolute difference of the greys"},           \
         {"smoothness", 0,       false,                                                             \
          "NAME",       "potts", "cost of neighbours that differ: potts, linear or quadratic"},     \
-        {"truncation", 0, false, "T", NULL,                                                        \
-         "upper bound of linear or quadratic smoothness (default no bound)"}
+        {"truncation", 0,    false,                                                                \
+         "T",          NULL, "upper bound of linear or quadratic smoothness (default no bound)"}
 
 typedef struct pair {
     const char *left, *right; /* names of the pictures */

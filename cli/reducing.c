@@ -159,7 +159,8 @@ static double share(uint64_t part, uint64_t whole)
 
 static void print_sites(const qs_labels *before, const qs_labels *after)
 {
-    printf("sites       %" PRIu32 " undecided, %" PRIu32 " before: ", after->undecided, before->undecided);
+    printf("sites       %" PRIu32 " undecided, %" PRIu32 " before: ", after->undecided,
+           before->undecided);
     if (after->labels == 1) {
         printf("each of all %" PRIu32 " has only one label\n", after->sites);
     } else {

@@ -111,8 +111,7 @@ int lay_out_problem(const char *name, const qs_problem *problem, const char *men
     if (workspace == NULL) {
         return NO_RESOURCE;
     }
-    qs_status built =
-        qs_model_of_problem(problem, workspace, size, &made->model, &made->labels);
+    qs_status built = qs_model_of_problem(problem, workspace, size, &made->model, &made->labels);
     if (built == QS_E_OVERFLOW) {
         return fail(BAD_INPUT, name,
                     "its costs overflow what the solvers can hold: choose a smaller %s", mend);
@@ -232,7 +231,8 @@ int solved_check(const laid_out *problem, const solved *found)
             found->solver, name_of(&smoothness_names, (int)problem->model.pairwise.smoothness));
     }
     if (found->refusal == QS_E_OVERFLOW) {
-        return fail(BAD_INPUT, name, "its costs are too large for %s: use another solver", found->solver);
+        return fail(BAD_INPUT, name, "its costs are too large for %s: use another solver",
+                    found->solver);
     }
     return DONE;
 }

@@ -73,8 +73,9 @@ typedef struct solved {
                             truncated */
 } solved;
 
-/* Solves the problem. The energy is computed again, from the sample or the problem. What was found stays in memory
- * of the budget, the work does not. Returns DONE, also if the solver refuses, or NO_RESOURCE. */
+/* Solves the problem. The energy is computed again, from the sample or the problem. What was found
+ * stays in memory of the budget, the work does not. Returns DONE, also if the solver refuses, or
+ * NO_RESOURCE. */
 int solve_problem(const laid_out *problem, const solver *by, const search *how, budget *limit,
                   solved *found);
 

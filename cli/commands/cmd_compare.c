@@ -175,8 +175,8 @@ static int look_at_sample(comparing *with, result *of, uint32_t sample, budget *
 {
     const answer *both = &with->at->both;
     const uint8_t *bits = qs_samples_bits(&both->samples.view, sample);
-    uint16_t *labelling = budget_take(work, both->problem.name,
-                                      sizeof *labelling * both->problem.qubo.labels.sites);
+    uint16_t *labelling =
+        budget_take(work, both->problem.name, sizeof *labelling * both->problem.qubo.labels.sites);
     if (labelling == NULL) {
         return NO_RESOURCE;
     }

@@ -31,9 +31,8 @@ static const option options[] = {
     [ENCODING] = {"encoding", 0, false, "NAME", NULL,
                   "see above (default one-hot-sparse for potts, else one-hot)"},
     [CODING] = CODING_OPTION_ROWS(" (default local)", " (default 1)", ""),
-    [REDUCE] =
-        {"reduce", 0, false, NULL, NULL,
-         "leave out labels that are proven to be in no optimum, as reduce does"},
+    [REDUCE] = {"reduce", 0, false, NULL, NULL,
+                "leave out labels that are proven to be in no optimum, as reduce does"},
     [REDUCING] = REDUCING_OPTION_ROWS,
     [JSON] = {"json", 0, false, NULL, NULL, "print what info --json prints of the file"},
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
@@ -117,8 +116,8 @@ static void print_stream(const job *at, const encode_request *asked, const qs_pr
     uint64_t variables = (uint64_t)sites * problem->labels;
     printf("%s: %" PRIu32 " site%s x %" PRIu32 " label%s = %" PRIu64 " variable%s, %" PRIu64
            " bytes\n",
-           at->values[OUTPUT], sites, plural(sites), problem->labels, plural(problem->labels), variables,
-           plural(variables), size);
+           at->values[OUTPUT], sites, plural(sites), problem->labels, plural(problem->labels),
+           variables, plural(variables), size);
     print_outside(asked, problem->frame.x);
 }
 

@@ -131,12 +131,11 @@ const command cmd_match = {
                 "labelling problem, solves it and makes the map in one go, without files between. "
                 "qstereo solve --help describes the solvers.\n",
             OPTIONS(options),
-            .examples =
-                "  qstereo match left.png right.png -o disparity.png\n"
-                "  qstereo match left.png right.png -o disparity.png --disparity 0:19 \\\n"
-                "      --lambda 20 --time-limit 2 --color\n"
-                "  qstereo match left.png right.png -o disparity.png --truth truth.png \\\n"
-                "      --truth-scale 8 --json\n",
+            .examples = "  qstereo match left.png right.png -o disparity.png\n"
+                        "  qstereo match left.png right.png -o disparity.png --disparity 0:19 \\\n"
+                        "      --lambda 20 --time-limit 2 --color\n"
+                        "  qstereo match left.png right.png -o disparity.png --truth truth.png \\\n"
+                        "      --truth-scale 8 --json\n",
         },
     .summary = "turn a stereo pair into a disparity map in one go",
     .run = run_match,

@@ -28,8 +28,8 @@ static const option options[] = {
                     "stop after N iterations of trws (default 2000)"},
     [ENCODING] = {"encoding", 0, false, "NAME", NULL,
                   "encoding to write, one of those of encode (default that of P.qcf)"},
-    [CODING] = CODING_OPTION_ROWS(" (default that of P.qcf, else local)", " (default that of P.qcf)",
-                                  " (default as in P.qcf)"),
+    [CODING] = CODING_OPTION_ROWS(" (default that of P.qcf, else local)",
+                                  " (default that of P.qcf)", " (default as in P.qcf)"),
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -102,11 +102,10 @@ const command cmd_reduce = {
                 "needs one-hot-sparse: --encoding one-hot-sparse writes a problem that was "
                 "reduced as domain-wall once more for it.\n",
             OPTIONS(options),
-            .examples =
-                "  qstereo reduce p.qcf -o small.qcf\n"
-                "  qstereo reduce p.qcf -o small.qcf --target 500 \\\n"
-                "      --encoding domain-wall --truncate\n"
-                "  qstereo reduce core.qcf -o core-sparse.qcf --encoding one-hot-sparse\n",
+            .examples = "  qstereo reduce p.qcf -o small.qcf\n"
+                        "  qstereo reduce p.qcf -o small.qcf --target 500 \\\n"
+                        "      --encoding domain-wall --truncate\n"
+                        "  qstereo reduce core.qcf -o core-sparse.qcf --encoding one-hot-sparse\n",
         },
     .summary = "leave out of a .qcf what is proven, so that little is left to solve",
     .run = run_reduce,

@@ -10,8 +10,7 @@
 enum { SCALE, TRUTH_SCALE, MAX_RMS, MAX_BAD_HALF, MAX_BAD_ONE, JSON };
 
 static const option options[] = {
-    [SCALE] = {"scale", 0, false, "S", "8",
-               "MAP holds disparity x S; a .pfm always holds pixels"},
+    [SCALE] = {"scale", 0, false, "S", "8", "MAP holds disparity x S; a .pfm always holds pixels"},
     [TRUTH_SCALE] = {"truth-scale", 0, false, "S", "8", "the same for TRUTH"},
     [MAX_RMS] = {"max-rms", 0, false, "X", NULL, "exit with 1 if the rms error is above X pixels"},
     [MAX_BAD_HALF] = {"max-bad-0.5", 0, false, "P", NULL,
@@ -39,7 +38,8 @@ static int check_limits(const char *name, const job *at, const double errors[ERR
 static int score_maps(const job *at, const qs_map *map, const qs_map *truth,
                       const double most[ERRORS])
 {
-    const char *name = input_name(at->given->operands[0]), *truth_name = input_name(at->given->operands[1]);
+    const char *name = input_name(at->given->operands[0]),
+               *truth_name = input_name(at->given->operands[1]);
     map_errors errors;
     TRY(map_errors_find(name, map, truth_name, truth, &errors));
     if (at->json) {
@@ -50,7 +50,9 @@ static int score_maps(const job *at, const qs_map *map, const qs_map *truth,
         map_errors_print(&errors);
     }
     if (errors.pixels == 0) {
-        return fail(ANSWER_NO, name, "no pixel has a value both here and in %s: compare maps that overlap", truth_name);
+        return fail(ANSWER_NO, name,
+                    "no pixel has a value both here and in %s: compare maps that overlap",
+                    truth_name);
     }
     return check_limits(name, at, errors.of, most);
 }

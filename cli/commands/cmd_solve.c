@@ -11,8 +11,7 @@
 enum { OUTPUT, SOLVER, SEARCH, JSON = SEARCH + SEARCH_OPTIONS, MEMORY_LIMIT };
 
 static const option options[] = {
-    [OUTPUT] = {"output", 'o', true, "S.qsf", NULL,
-                "samples file to write, - is standard output"},
+    [OUTPUT] = {"output", 'o', true, "S.qsf", NULL, "samples file to write, - is standard output"},
     [SOLVER] = SOLVER_OPTION,
     [SEARCH] = SEARCH_OPTION_ROWS,
     [JSON] = JSON_OPTION,

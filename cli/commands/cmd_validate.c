@@ -63,8 +63,7 @@ static int run_validate(job *at)
     TRY(survey_samples(both, &at->limit, &seen));
     (at->json ? print_json : print_lines)(both, &seen);
     TRY(survey_fail_wrong(both, &seen));
-    return seen.feasible > 0 ? DONE
-                             : fail(ANSWER_NO, both->samples.name, "no sample is feasible");
+    return seen.feasible > 0 ? DONE : fail(ANSWER_NO, both->samples.name, "no sample is feasible");
 }
 
 const command cmd_validate = {

@@ -24,8 +24,7 @@ void map_errors_print(const map_errors *shown);
 #define TRUTH_OPTION                                                                               \
     {"truth", 0, false, "TRUTH", NULL, "score against this true disparity map of the left picture"}
 #define TRUTH_SCALE_OPTION                                                                         \
-    {"truth-scale", 0,   false,                                                                    \
-     "S",           "8", "TRUTH holds disparity x S; a .pfm always holds pixels"}
+    {"truth-scale", 0, false, "S", "8", "TRUTH holds disparity x S; a .pfm always holds pixels"}
 
 /* A true map that maps are compared with as they are made. */
 typedef struct true_map {

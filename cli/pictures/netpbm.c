@@ -121,7 +121,7 @@ static picture_status read_ascii(scanner *from, picture *decoded, char reason[RE
     for (size_t i = 0; i < count; i++) {
         if (!scanner_number(from, &sample)) {
             return refuse_pnm(reason, scanner_at_end(from) ? "it ends before its last sample"
-                                                       : "a sample is no number");
+                                                           : "a sample is no number");
         }
         if (sample > decoded->maxval) {
             return refuse_pnm(reason, "a sample is above the greatest that its header states");

@@ -65,8 +65,8 @@ int name_read(const name_table *table, const char *text, const char *also, int *
         suggest_offer(&suggested, table->names[i].name);
     }
     if (suggested.nearest != NULL) {
-        return fail_usage("--%s %s is unknown: did you mean %s? It can be:%s%s", table->what,
-                          text, suggested.nearest, list, also);
+        return fail_usage("--%s %s is unknown: did you mean %s? It can be:%s%s", table->what, text,
+                          suggested.nearest, list, also);
     }
     return fail_usage("--%s %s is unknown: it can be:%s%s", table->what, text, list, also);
 }
@@ -78,7 +78,7 @@ static size_t least(size_t a, size_t b)
     return a < b ? a : b;
 }
 
-/* The edit distance (Levenshtein) of two short names; LONGEST + 1 if one is too long to be a slip. */
+/* The edit distance (Levenshtein) of two short names; LONGEST + 1 if one is too long for that. */
 static size_t distance(const char *a, const char *b)
 {
     size_t m = strlen(a), n = strlen(b);

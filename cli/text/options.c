@@ -235,7 +235,8 @@ static int check_complete(const cursor *at)
     for (size_t i = 0; i < at->operand_count; i++) {
         standard_inputs += strcmp(at->read->operands[i], "-") == 0;
     }
-    return standard_inputs > 1 ? fail_usage("only one operand can be -, which is standard input") : DONE;
+    return standard_inputs > 1 ? fail_usage("only one operand can be -, which is standard input")
+                               : DONE;
 }
 
 static int take_words(cursor *at)

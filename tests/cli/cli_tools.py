@@ -1,4 +1,4 @@
-"""What the tests of the command share: small pairs, their energies by numpy, and a writer of .qsf files.
+"""What the tests of the command share: small pairs, their energies by numpy, files and processes.
 
 Nothing here uses the project's code, so that it can be held against it.
 """
@@ -126,7 +126,9 @@ def _chunk(kind, payload):
 def write_qsf(
     path, problem, samples, energies, info=b'{"reads": 3}', occurrences=None, broken=None
 ):
-    """Writes samples (rows of 0 and 1) of the .qcf named `problem`, with their energies in integer units, and 1e-9 of broken chains."""
+    """Writes samples (rows of 0 and 1) of the .qcf named `problem`, with their energies in integer
+    units, and 1e-9 of broken chains.
+    """
     samples = np.atleast_2d(samples)
     count, variables = samples.shape
     occurrences = occurrences or [1] * count
@@ -161,7 +163,9 @@ def chunks_of(path):
 
 
 def with_chunk(source, kind, payload, path):
-    """Writes a .qcf or .qsf again with another payload in one of its chunks; None leaves the chunk out."""
+    """Writes a .qcf or .qsf again with another payload in one of its chunks; None leaves the chunk
+    out.
+    """
     data = Path(source).read_bytes()
     found = {**chunks_of(source), kind: payload}
     found = {name: held for name, held in found.items() if held is not None}
@@ -180,7 +184,9 @@ SOLVERS = ["icm", "anneal", "swap", "expansion", "bp", "trws", "best"]
 
 
 def best_of_all(left, right, labels, lam, smooth):
-    """The least F of all maps of the right-most columns with disparities 0 .. labels - 1, by trying each."""
+    """The least F of all maps of the right-most columns with disparities 0 .. labels - 1, by
+    trying each.
+    """
     height, width = left.shape[0], left.shape[1] - labels + 1
     maps = np.indices([labels] * (height * width)).reshape(height, width, -1)
     y, x = np.mgrid[:height, labels - 1 : left.shape[1]]

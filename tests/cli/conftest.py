@@ -16,7 +16,9 @@ def pair(tmp_path):
 
 @pytest.fixture
 def solved(tmp_path, pair):
-    """A problem (8 x 5 sites, disparities 1 to 4) and three samples: infeasible, feasible, feasible and better."""
+    """A problem (8 x 5 sites, disparities 1 to 4) and three samples: infeasible, feasible,
+    feasible and better.
+    """
     problem = tmp_path / "p.qcf"
     done = run(
         "encode", *pair.paths, "-o", problem, "--disparity", "1:4", "--lambda", "2.5", "--json"

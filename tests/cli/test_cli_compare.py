@@ -149,7 +149,9 @@ def test_the_table(solved, truth):
 
 
 def test_a_bound_proves_the_answers_of_others(tmp_path, solved):
-    """A labelling from a file, and one of a solver without bounds, are optimal if another solver's bound says so."""
+    """A labelling from a file, and one of a solver without bounds, are optimal if another solver's
+    bound says so.
+    """
     best = json.loads(run("solve", solved.problem, "-o", tmp_path / "o.qsf", "--json").out)
     facts = compare(solved.problem, "--solvers", "best", "--samples", tmp_path / "o.qsf")
     assert [result["proven_optimal"] for result in facts["results"]] == 2 * [best["proven_optimal"]]

@@ -98,7 +98,8 @@ def test_a_unit_by_hand():
     problem = ROOT / "tests" / "golden" / "good-smallest.qcf"
     row = call("info", problem, "--complexity")["encodings"][4]
     assert (row["encoding"], row["penalty"]) == ("one-hot-sparse", "local")
-    # Q: linear 0 - 1 and 2 - 1 of site 1, -1 and -1 of site 2; pairs 5 in a site, -3 for equal labels. 4h = 2 Q_ii + sum_j Q_ij, 4J = Q_ij.
+    # Q: linear 0 - 1 and 2 - 1 of site 1, -1 and -1 of site 2; pairs 5 in a site, -3 for equal
+    # labels. 4h = 2 Q_ii + sum_j Q_ij, 4J = Q_ij.
     h = [(2 * linear + 5 - 3) / 4 for linear in (-1, 1, -1, -1)]
     assert row["unit"] == pytest.approx(
         min(4 / max(map(abs, h)), 2 / (3 / 4), 1 / (5 / 4)), rel=1e-12
@@ -138,7 +139,9 @@ def test_the_table(folder, solved):
 
 
 def test_of_a_reduced_problem(folder, pair):
-    """The labels that are left, in each encoding; the formulas of the whole grid no longer hold for the cuts."""
+    """The labels that are left, in each encoding; the formulas of the whole grid no longer hold
+    for the cuts.
+    """
     assert (
         run(
             "encode", *pair.paths, "-o", folder / "p.qcf", "--disparity", "0:3", "--lambda", "60"

@@ -93,7 +93,9 @@ PLAIN = {**SMOOTH, "linear": np.abs, "quadratic": np.square}
 @pytest.mark.parametrize("encoding, smoothness", ENCODINGS)
 @pytest.mark.parametrize("truncate", [[], ["--truncate"]])
 def test_every_encoding_has_the_energies_of_F(tmp_path, pair, encoding, smoothness, truncate):
-    """Of the labellings of lowest cost, which no truncation touches, H of the file is F; and each decodes to itself."""
+    """Of the labellings of lowest cost, which no truncation touches, H of the file is F; and each
+    decodes to itself.
+    """
     facts = encode(
         pair,
         tmp_path / "p.qcf",
@@ -268,7 +270,7 @@ def test_truncation_reports_F(tmp_path, pair):
 
 
 def test_the_best_sample_is_that_of_the_least_F(tmp_path, pair):
-    """Truncation brings two labellings to almost one H; the one with the lower H has the higher F."""
+    """Truncation makes the H of two labellings almost equal: the lower H has the higher F."""
     encode(pair, tmp_path / "p.qcf", "--disparity", "0:3", "--lambda", "2", "--truncate")
     theta = np.stack([np.abs(pair.left[:, 3:] - pair.right[:, 3 - d : 12 - d]) for d in range(4)])
     W = 2 * (
@@ -440,7 +442,9 @@ def test_human_lines_of_other_encodings(tmp_path, pair):
 
 @pytest.mark.parametrize("limit", [2, 8])
 def test_memory_limit(folder, limit):
-    """The whole problem takes 3 MiB as a file, and more once it is laid out; a stream takes next to nothing."""
+    """The whole problem takes 3 MiB as a file, and more once it is laid out; a stream takes next
+    to nothing.
+    """
     wide = write_pgm(folder.parent / "wide.pgm", np.zeros((400, 500), int))
     for options in (["--encoding", "domain-wall"], ["--reduce"], ["--truncate"]):
         done = run("encode", wide, wide, "-o", folder / "p.qcf", "--memory-limit", limit, *options)
@@ -480,11 +484,10 @@ def test_standard_output_and_input(tmp_path, pair):
 
 
 def test_one_of_each(tmp_path, pair):
-    done = run(
-        "encode", *pair.paths, "-o", tmp_path / "p.qcf", "--disparity", "1:1", "--roi", "0,0,2,1"
-    )
+    problem = tmp_path / "p.qcf"
+    done = run("encode", *pair.paths, "-o", problem, "--disparity", "1:1", "--roi", "0,0,2,1")
     assert done.out.decode().splitlines() == [
-        f"{tmp_path / 'p.qcf'}: 1 site x 1 label = 1 variable, {(tmp_path / 'p.qcf').stat().st_size} bytes",
+        f"{problem}: 1 site x 1 label = 1 variable, {problem.stat().st_size} bytes",
         f"1 column on the left is left out: a match would fall outside {pair.paths[1]}",
     ]
 
@@ -517,7 +520,8 @@ USAGE = {
     "smoothness table": (["--smoothness", "table"], "it can be: potts linear quadratic"),
     "encoding": (
         ["--encoding", "onehot"],
-        "did you mean one-hot? It can be: one-hot one-hot-sparse domain-wall multiway-cut st-cut st-cut-arcs",
+        "did you mean one-hot? It can be: one-hot one-hot-sparse domain-wall "
+        "multiway-cut st-cut st-cut-arcs",
     ),
     "penalty": (
         ["--penalty", "loca"],
@@ -548,11 +552,13 @@ USAGE = {
     ),
     "multiway linear": (
         ["--encoding", "multiway-cut", "--smoothness", "linear", "--truncation", "2"],
-        "cannot hold linear truncated at 2 smoothness, but these can: one-hot, one-hot-sparse, domain-wall",
+        "cannot hold linear truncated at 2 smoothness, but these can: one-hot, "
+        "one-hot-sparse, domain-wall",
     ),
     "cut of potts": (
         ["--encoding", "st-cut"],
-        "--encoding st-cut cannot hold potts smoothness, but these can: one-hot, one-hot-sparse, domain-wall, multiway-cut",
+        "--encoding st-cut cannot hold potts smoothness, but these can: one-hot, "
+        "one-hot-sparse, domain-wall, multiway-cut",
     ),
     "cut of truncated linear": (
         ["--encoding", "st-cut-arcs", "--smoothness", "linear", "--truncation", "14"],
@@ -560,7 +566,8 @@ USAGE = {
     ),
     "paper of a band": (
         ["--encoding", "one-hot-sparse", "--smoothness", "linear", "--penalty", "paper"],
-        "--penalty paper goes with --encoding one-hot-sparse only for potts smoothness: choose local or minimal, or --encoding",
+        "--penalty paper goes with --encoding one-hot-sparse only for potts smoothness: "
+        "choose local or minimal, or --encoding",
     ),
     "paper of a band, reduced": (
         [

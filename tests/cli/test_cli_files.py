@@ -74,7 +74,8 @@ class TestOutputs:
         assert (done.status, done.out) == (2, b"")
         assert (
             done.err
-            == f"qstereo {name}: {output}: is an input of this command: name another file to write\n"
+            == f"qstereo {name}: {output}: is an input of this command: name another file to "
+            "write\n"
         )
         assert operands[operand].read_bytes() == before and list(folder.iterdir()) == [output]
 

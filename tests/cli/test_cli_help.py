@@ -160,11 +160,13 @@ def test_both_builds_are_the_same_command(opencv, pnm_only):
     [
         (
             ["encod"],
-            "unknown command encod: did you mean encode? The commands are: encode reduce info solve validate decode score match",
+            "unknown command encod: did you mean encode? The commands are: encode reduce "
+            "info solve validate decode score match",
         ),
         (
             ["fly"],
-            "unknown command fly: the commands are: encode reduce info solve validate decode score match",
+            "unknown command fly: the commands are: encode reduce info solve validate decode "
+            "score match",
         ),
         (["--verbose"], "unknown option --verbose"),
         (["help", "fly"], "unknown command fly"),

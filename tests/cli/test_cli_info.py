@@ -1,18 +1,19 @@
 """info: what it says of both files, and how it refuses damaged ones."""
 
 import json
-import os
 import struct
 from concurrent.futures import ThreadPoolExecutor
 from hashlib import sha256
 
 import numpy as np
 import pytest
-from cli_tools import QSTEREO, random_pair, reseal, run, with_chunk, write_pgm, write_qsf
+from cli_tools import random_pair, reseal, run, with_chunk, write_pgm, write_qsf
 
 
 def test_problem_of_two_sites(tmp_path):
-    """Greys 10 and 50 against 13 and 40, disparity 0 only at the first pixel's neighbour: all by hand."""
+    """Greys 10 and 50 against 13 and 40, disparity 0 only at the first pixel's neighbour: all by
+    hand.
+    """
     left = write_pgm(tmp_path / "l.pgm", np.array([[0, 10, 50]]))
     right = write_pgm(tmp_path / "r.pgm", np.array([[4, 13, 40]]))
     done = run(
@@ -31,7 +32,8 @@ def test_problem_of_two_sites(tmp_path):
     assert done.status == 0
     facts = json.loads(run("info", tmp_path / "p.qcf", "--json").out)
     data = (tmp_path / "p.qcf").read_bytes()
-    # Costs of site 1: |10-13|=3, |10-4|=6; of site 2: |50-40|=10, |50-13|=37. Minima 3 + 10 and one edge of 1.5 are constant;
+    # Costs of site 1: |10-13|=3, |10-4|=6; of site 2: |50-40|=10, |50-13|=37. Minima 3 + 10 and
+    # one edge of 1.5 are constant;
     # a = gap = 0.5 a site, b = 0.5 + 1.5 + 0.5.
     assert facts == {
         "schema": 1,
@@ -113,10 +115,12 @@ def test_samples(solved):
 
 
 def test_timing_parameters_and_broken_chains(tmp_path, solved):
-    """The numbers that stand directly in them, whatever stands between; nothing is said of what is not there."""
+    """Prints only the numbers directly in the two objects, and no title if there are none."""
     info = (
-        b'{"a": {"timing": {"wrong": 1}}, "timing": {"qpu_sampling_time": 80000.5, "nested": {"no": [1, {"x": "}"}]}, "s": "\\"3",'
-        b' "qpu_access_time" : 94072 , "none": null}, "parameters": {"num_reads": 1000, "label": "x", "chain_strength": 1.5e-3}}'
+        b'{"a": {"timing": {"wrong": 1}}, "timing": {"qpu_sampling_time": 80000.5, '
+        b'"nested": {"no": [1, {"x": "}"}]}, "s": "\\"3",'
+        b' "qpu_access_time" : 94072 , "none": null}, "parameters": {"num_reads": 1000, '
+        b'"label": "x", "chain_strength": 1.5e-3}}'
     )
     samples = write_qsf(
         tmp_path / "s.qsf",
@@ -153,17 +157,13 @@ def test_samples_of_no_sample(tmp_path, solved):
     assert json.loads(run("info", samples, "--json").out)["best_energy"] is None
 
 
-# The build that starts at once, where there is one: no picture is read here, and there are hundreds of files.
-QUICK = os.environ.get("QSTEREO_PNM", QSTEREO)
-
-
 def statuses(folder, variants):
     """Exit status and message of info for each of many files, run side by side."""
 
     def look(numbered):
         path = folder / f"{numbered[0]}.file"
         path.write_bytes(numbered[1])
-        done = run("info", path, program=QUICK)
+        done = run("info", path)
         path.unlink()
         return done.status, done.out, done.err
 
@@ -247,7 +247,9 @@ def test_other_files(tmp_path, pair, solved):
 
 
 def test_memory_limit_before_trusting_counts(tmp_path, smallest):
-    """A header that promises 2^31 - 1 variables is refused for its counts, before anything is allocated."""
+    """A header that promises 2^31 - 1 variables is refused for its counts, before anything is
+    allocated.
+    """
     vast = bytearray(smallest["qcf"])
     vast[24:32] = struct.pack("<II", 2**31 - 1, 2**31 - 1)
     vast[32:40] = struct.pack("<Q", 2**31 - 1)
@@ -299,7 +301,7 @@ BAD_JSON = [
 @pytest.mark.parametrize("text", GOOD_JSON)
 def test_the_solvers_json_is_passed_on(tmp_path, solved, text):
     samples = write_qsf(tmp_path / "i.qsf", solved.problem, solved.bits, [0, 0], info=text.encode())
-    done = run("info", samples, "--json", program=QUICK)
+    done = run("info", samples, "--json")
     assert done.status == 0, done.err
     assert json.loads(done.out)["info"] == json.loads(text)
 
@@ -307,6 +309,6 @@ def test_the_solvers_json_is_passed_on(tmp_path, solved, text):
 @pytest.mark.parametrize("text", BAD_JSON)
 def test_what_is_no_json_is_not(tmp_path, solved, text):
     samples = write_qsf(tmp_path / "i.qsf", solved.problem, solved.bits, [0, 0], info=text.encode())
-    done = run("info", samples, "--json", program=QUICK)
+    done = run("info", samples, "--json")
     assert (done.status, done.out) == (3, b"")
     assert "INFO" in done.err

@@ -147,7 +147,8 @@ def test_human_lines(folder, pair, truth):
     energy = match(pair.paths, folder / "m.pgm", *options)["energy"]
     assert (
         lines[0]
-        == f"{folder / 'm.pgm'}, {folder / 'm.color.ppm'}: energy {energy} by icm; icm has no lower bound"
+        == f"{folder / 'm.pgm'}, {folder / 'm.color.ppm'}: energy {energy} by icm; icm has "
+        "no lower bound"
     )
     assert [line.split()[0] for line in lines[2:]] == ["pixels", "rms", "bad-0.5", "bad-1.0"]
 

@@ -1,4 +1,4 @@
-"""reduce and encode --reduce: what leaves is proven, what is left is said truly, and the whole map comes back."""
+"""reduce and encode --reduce: what is left out is proven, and decode gives the whole map."""
 
 import json
 import re
@@ -53,7 +53,9 @@ def decoded(problem, samples, folder, labels):
 
 @pytest.fixture
 def shifted(tmp_path):
-    """A pair of which the right picture is the left one, moved by a pixel: nothing but disparity 1 costs nothing."""
+    """A pair of which the right picture is the left one, moved by a pixel: nothing but disparity 1
+    costs nothing.
+    """
     left = np.random.default_rng(5).permutation(255)[: 6 * 20].reshape(6, 20)
     right = np.roll(left, -1, axis=1)
     return (
@@ -247,7 +249,7 @@ def test_what_is_truncated_stays_so(folder, pair):
     "encoding, target", [("one-hot", 1000), ("one-hot-sparse", 1000), ("domain-wall", 700)]
 )
 def test_target(folder, encoding, target):
-    """The first problem that is small enough, counted in the variables that are written: there are more labels left than the 700."""
+    """The target counts the variables that are written, of which there are fewer than labels."""
     _, _, left, right = random_pair(folder, 40, 12, seed=3)
     arguments = [
         "encode",
@@ -316,8 +318,8 @@ def test_one_label(folder, pair):
     assert "\nsites       0 undecided, 60 before: each of all 60 has only one label\n" in text
     text = run("reduce", folder / "p.qcf", "-o", folder / "s.qcf").out.decode()
     assert (
-        "\nvariables   0 (domain-wall), 0 before (domain-wall)\nsites       0 undecided, 0 before: each of all 60 has only one label"
-        in text
+        "\nvariables   0 (domain-wall), 0 before (domain-wall)\nsites       0 undecided, "
+        "0 before: each of all 60 has only one label" in text
     )
 
 
@@ -360,7 +362,7 @@ def test_a_missed_target(folder, case):
 
 
 def test_reduced_again(folder, pair):
-    """A reduced file is a problem like others, in each encoding that is read; what it was reduced to is what is before."""
+    """A reduced file is a problem like others: it can be reduced again, from what was left."""
     assert (
         run(
             "encode", *pair.paths, "-o", folder / "p.qcf", "--disparity", "0:3", "--lambda", "60"
@@ -526,9 +528,10 @@ def test_what_is_left_in_words(folder, shifted, case):
         f"variables   {facts['variables_after']} (one-hot-sparse), 408 before (one-hot-sparse)"
         in text
     )
+    share = 100 * (102 - facts["sites_after"]) / 102
     assert (
-        f"sites       {facts['sites_after']} undecided, 102 before: {100 * (102 - facts['sites_after']) / 102:.4g} % of all 102 are decided"
-        in text
+        f"sites       {facts['sites_after']} undecided, 102 before: "
+        f"{share:.4g} % of all 102 are decided" in text
     )
     assert f"labels      {facts['labels_after']} left, 408 before" in text
     assert f"lower {facts['lower_bound']:g}, upper {facts['upper_bound']:g}, gap" in text
@@ -634,7 +637,8 @@ def test_what_the_smoothness_of_the_file_does_not_allow(folder, tmp_path, solved
         (
             solved.problem,
             ["--encoding", "st-cut"],
-            "--encoding st-cut cannot hold potts smoothness, but these can: one-hot, one-hot-sparse, domain-wall, multiway",
+            "--encoding st-cut cannot hold potts smoothness, but these can: one-hot, "
+            "one-hot-sparse, domain-wall, multiway",
         ),
         (
             linear,

@@ -22,7 +22,7 @@ def write_pfm(path, values, order="<"):
 
 @pytest.fixture
 def maps(tmp_path):
-    """Four pixels with both values: off by 0, 0.5, 0.75 and 2 pixels; one without a value in each."""
+    """Four pixels with both values, wrong by 0, 0.5, 0.75 and 2; one without a value in each."""
     found = write_pgm(tmp_path / "m.pgm", np.array([[80, 84, 86, 96, 0, 40]]))
     truth = write_pgm(tmp_path / "t.pgm", np.array([[160, 160, 160, 160, 160, 0]]))
     return found, truth
