@@ -22,7 +22,7 @@ int comparison_add(comparison *to, const char *solver, size_t solver_size, resul
     return DONE;
 }
 
-/* The best lower bound of all; QS_NO_BOUND is the least of all numbers. */
+/* The best lower bound of all. QS_NO_BOUND is less than every bound. */
 static int64_t best_bound(const comparison *of)
 {
     int64_t best = QS_NO_BOUND;
@@ -32,7 +32,7 @@ static int64_t best_bound(const comparison *of)
     return best;
 }
 
-/* A bound proves every labelling that reaches it, whoever found it. */
+/* A labelling whose energy is equal to the bound is optimal, whichever solver found it. */
 static bool is_proven(const result *shown, int64_t bound)
 {
     return shown->feasible > 0 && bound != QS_NO_BOUND && shown->energy == bound;

@@ -23,10 +23,10 @@ static const struct {
 };
 enum { FORMS = sizeof forms / sizeof forms[0] };
 
-/* One QUBO. */
+/* What is known of one QUBO. */
 typedef struct figures {
-    bool made; /* else only the counts are known, and: */
-    char why_not[80];
+    bool made; /* else only the counts are known */
+    char why_not[80]; /* why it was not made */
     uint64_t variables, terms; /* 0 = not counted, if it was not made */
     bool as_linear; /* the counts are those of linear smoothness */
     qs_qubo_summary summary;
@@ -60,8 +60,8 @@ static uint64_t labels_to_open(const qs_labels *labels)
     return labels_left(labels) - (labels->sites - labels->undecided);
 }
 
-/* What is known of a QUBO without making it; of a cut of Ishikawa's graph only while no label has
- * been left out, because what its edges have in common is then the same everywhere. */
+/* Counts a QUBO without making it. A cut of Ishikawa's graph is counted only if the problem has all
+ * its labels, because then each edge has the same number of thresholds. */
 static void count(const laid_out *problem, qs_encoding encoding, figures *counted)
 {
     const qs_labels *labels = &problem->labels;
@@ -86,7 +86,8 @@ static double scaled_unit(const qs_ising *ising, uint32_t scale)
     for (size_t i = 0; i < sizeof least / sizeof least[0]; i++) {
         largest = least[i] > largest ? least[i] : largest;
     }
-    return largest > 0 ? 4 * (double)scale / largest : 0; /* the four are of coefficients times 4 */
+    /* The four numbers of the Ising form are 4 times the coefficients. */
+    return largest > 0 ? 4 * (double)scale / largest : 0;
 }
 
 static qs_status look_at(const file_bytes *file, uint64_t left, figures *seen)
@@ -238,7 +239,7 @@ void complexity_print(const laid_out *problem, const budget *limit)
     for (size_t form = 0; form < FORMS; form++) {
         if (!whole[form].made) {
             printf("%s: %s%s\n", cells[(form + 1) * COLUMNS + NAME], whole[form].why_not,
-                   whole[form].as_linear ? "; counted as for that" : "");
+                   whole[form].as_linear ? "; the counts are those of that smoothness" : "");
         }
     }
 }

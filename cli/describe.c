@@ -17,7 +17,7 @@ static void to_hex(const uint8_t digest[QS_DIGEST_SIZE], char text[HEX_SIZE])
     }
 }
 
-/* "least to most" in real units, or one number. */
+/* Prints "least to most" in real units, or one number if they are equal. */
 static void print_range(const char *name, int64_t least, int64_t most, uint32_t scale)
 {
     char from[DECIMAL_SIZE], to[DECIMAL_SIZE];

@@ -93,7 +93,7 @@ static picture_status refuse_pnm(char reason[REASON_SIZE], const char *why)
     return PICTURE_BAD;
 }
 
-/* Reads all before the samples, but not the blank in front of binary ones. */
+/* Reads the header, but not the blank between it and binary samples. */
 static bool read_pnm_header(scanner *from, char kind, picture *decoded)
 {
     uint32_t width, height;
@@ -107,8 +107,8 @@ static bool read_pnm_header(scanner *from, char kind, picture *decoded)
     return width > 0 && height > 0 && decoded->maxval > 0 && decoded->maxval <= 65535;
 }
 
-/* Whether `bytes` can hold the samples, so that no header makes us allocate more than a small
- * multiple of the file. */
+/* Returns true if `bytes` can hold the samples. So no header can make the command allocate more
+ * than a small multiple of the file. */
 static bool fits(const picture *decoded, size_t bytes, size_t bytes_each)
 {
     return decoded->height <= bytes / bytes_each / decoded->channels / decoded->width;
@@ -121,10 +121,10 @@ static picture_status read_ascii(scanner *from, picture *decoded, char reason[RE
     for (size_t i = 0; i < count; i++) {
         if (!scanner_number(from, &sample)) {
             return refuse_pnm(reason, scanner_at_end(from) ? "it ends before its last sample"
-                                                           : "a sample is no number");
+                                                           : "a sample is not a number");
         }
         if (sample > decoded->maxval) {
-            return refuse_pnm(reason, "a sample is above the greatest that its header states");
+            return refuse_pnm(reason, "a sample is above the largest value that the header allows");
         }
         decoded->samples[i] = (uint16_t)sample;
     }
@@ -140,7 +140,7 @@ static picture_status read_binary(scanner *from, picture *decoded, char reason[R
             sample = sample << 8 | *from->at++;
         }
         if (sample > decoded->maxval) {
-            return refuse_pnm(reason, "a sample is above the greatest that its header states");
+            return refuse_pnm(reason, "a sample is above the largest value that the header allows");
         }
         decoded->samples[i] = (uint16_t)sample;
     }
@@ -156,7 +156,7 @@ static picture_status read_samples(scanner *from, bool binary, picture *decoded,
     picture_status status =
         binary ? read_binary(from, decoded, reason) : read_ascii(from, decoded, reason);
     if (status == PICTURE_OK && !scanner_at_end(from)) {
-        status = refuse_pnm(reason, "something follows its last sample");
+        status = refuse_pnm(reason, "there are bytes after its last sample");
     }
     if (status != PICTURE_OK) {
         picture_free(decoded);
@@ -171,14 +171,13 @@ picture_status pnm_decode(const file_bytes *file, picture *decoded, char reason[
     scanner from = scanner_start(file);
     if (!binary && kind != '2' && kind != '3') {
         (void)snprintf(reason, REASON_SIZE,
-                       "is a Netpbm file of kind P%c: PGM (P2, P5) and PPM (P3, P6) can be read",
-                       kind);
+                       "is a Netpbm file of kind P%c: give a PGM (P2, P5) or a PPM (P3, P6)", kind);
         return PICTURE_BAD;
     }
     if (!read_pnm_header(&from, kind, decoded) || (binary && !scanner_one_blank(&from))) {
         return refuse_pnm(reason, "its header is not that of a picture of up to 16 bits");
     }
-    /* In ASCII a sample takes a digit and a blank, the last one maybe none. */
+    /* In ASCII a sample has at least a digit and a blank; the last one needs no blank. */
     size_t left = (size_t)(from.end - from.at) + (binary ? 0 : 1);
     if (!fits(decoded, left, binary && decoded->maxval <= 255 ? 1 : 2)) {
         return refuse_pnm(reason, "it ends before its last sample");
@@ -219,8 +218,8 @@ static picture_status refuse_pfm(char reason[REASON_SIZE], const char *why)
     return PICTURE_BAD;
 }
 
-/* The sign of the scale in the header is the byte order; its size, a unit that nobody uses for
- * disparities, is not applied. */
+/* The sign of the scale in the header says the byte order. Its size is a unit, which is ignored,
+ * because disparities are in pixels. */
 static bool read_pfm_header(scanner *from, float_picture *decoded, bool *little)
 {
     uint32_t width, height;
@@ -257,7 +256,7 @@ static void store_float(uint8_t *bytes, float value)
     }
 }
 
-/* Pixel i of the file, whose rows stand from the bottom, in rows from the top. */
+/* The place of pixel i of the file, whose rows go from the bottom, if rows go from the top. */
 static size_t upside_down(const float_picture *flipped, size_t i)
 {
     return (flipped->height - 1 - i / flipped->width) * flipped->width + i % flipped->width;
@@ -268,7 +267,7 @@ picture_status pfm_decode(const file_bytes *file, float_picture *decoded, char r
     scanner from = scanner_start(file);
     bool little;
     if (file->bytes[1] == 'F') {
-        return refuse_pfm(reason, "it has three values a pixel, a map has one");
+        return refuse_pfm(reason, "it has three values per pixel, but a map has one");
     }
     if (!read_pfm_header(&from, decoded, &little)) {
         return refuse_pfm(reason, "its header is damaged");
@@ -279,7 +278,7 @@ picture_status pfm_decode(const file_bytes *file, float_picture *decoded, char r
     }
     size_t count = decoded->width * decoded->height;
     if (count * 4 != left) {
-        return refuse_pfm(reason, "something follows its last value");
+        return refuse_pfm(reason, "there are bytes after its last value");
     }
     decoded->values = malloc(count * sizeof *decoded->values);
     if (decoded->values == NULL) {

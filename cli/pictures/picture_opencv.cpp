@@ -23,7 +23,8 @@ bool picture_library_writes_png()
     return true;
 }
 
-// The decoders print their complaints by themselves; what is wrong is to be said once, by us.
+// Standard error leads nowhere while this exists: the decoders print messages of their own, but the
+// command prints one message.
 class Silence
 {
   public:
@@ -51,8 +52,8 @@ class Silence
     const int kept;
 };
 
-// Whether a JPEG has its end marker. Its decoder takes a file that is cut short for a whole one and
-// fills it up with grey.
+// Returns true for a JPEG without its end marker. The decoder would take a file that is cut short
+// for a whole one and fill it up with grey.
 static bool is_cut_jpeg(const file_bytes *file)
 {
     const uint8_t *bytes = file->bytes;
@@ -77,7 +78,7 @@ static bool is_cut_jpeg(const file_bytes *file)
     return true;
 }
 
-// OpenCV has B first; of more than three channels the fourth, and of two the second, is alpha.
+// OpenCV has B first. With two channels the second one is alpha, with four the fourth one.
 template <typename Sample> static void copy_samples(const cv::Mat &from, picture *to)
 {
     uint16_t *at = to->samples;
@@ -121,7 +122,7 @@ picture_status picture_library_decode(const file_bytes *file, picture *decoded,
                                       char reason[REASON_SIZE])
 {
     if (is_cut_jpeg(file)) {
-        std::snprintf(reason, REASON_SIZE, "is a JPEG that is cut short");
+        std::snprintf(reason, REASON_SIZE, "is a JPEG that is cut short: its end is missing");
         return PICTURE_BAD;
     }
     try {
@@ -146,7 +147,7 @@ static std::vector<uint8_t> to_png(const picture *encoded)
         const size_t row = encoded->width * encoded->channels;
         uint16_t *to = samples.ptr<uint16_t>(y);
         for (size_t i = 0; i < row; i++) {
-            // B first again: the mirror image of i within its pixel.
+            // B first again: the position is mirrored within the pixel.
             const size_t c = i % encoded->channels;
             to[i - c + encoded->channels - 1 - c] =
                 encoded->samples[static_cast<size_t>(y) * row + i];

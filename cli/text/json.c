@@ -7,10 +7,10 @@
 
 #include "text/numbers.h"
 
-/* Of the keys, not of the files. */
+/* The number of the set of keys, not that of the file format. */
 enum { SCHEMA = 1 };
 
-/* Whether nothing stands yet in the object or list that is being written. */
+/* True while the object or list that is being written is empty. */
 static bool first;
 
 static void write_comma(void)
@@ -143,13 +143,12 @@ void json_units_or_null(const char *key, bool there, int64_t units, uint32_t sca
     }
 }
 
-/* Where the reader stands. Each step moves `at` over what it knows, or returns false. */
+/* Where the reader is. Each step moves `at` over what it expects, or returns false. */
 typedef struct reader {
     const char *at, *end;
     char closers[DEPTH_MAX]; /* of the objects and arrays that are open */
     size_t depth;
-    const char
-        *wanted; /* a key of the outermost object, and where its value was found; NULL = none */
+    const char *wanted; /* a key of the outermost object; NULL = none. Its value is at `found` */
     const char *found;
 } reader;
 
@@ -271,7 +270,7 @@ static bool take_key(reader *from)
     return true;
 }
 
-/* Opens what begins here. An empty one is closed at once, and a value is then complete. */
+/* Enters the object or array that begins here. An empty one is left at once: it is complete. */
 static bool open_nested(reader *from, bool *complete)
 {
     char closer = *from->at++ == '{' ? '}' : ']';
@@ -287,8 +286,7 @@ static bool open_nested(reader *from, bool *complete)
     return closer == ']' || take_key(from);
 }
 
-/* After a complete value: closes what ends here, then steps over the comma before the next value.
- */
+/* After a complete value: leaves what ends here, then steps over the comma before the next one. */
 static bool close_nested(reader *from)
 {
     skip_blanks(from);
@@ -302,7 +300,7 @@ static bool close_nested(reader *from)
     return take(from, ',') && (from->closers[from->depth - 1] == ']' || take_key(from));
 }
 
-/* A value of any kind, whole, and the blanks behind it. */
+/* Steps over a whole value of any kind and the blanks after it. */
 static bool take_value(reader *from)
 {
     do {
@@ -329,15 +327,15 @@ bool json_is_object(const char *text, size_t size)
     return take_object(&from);
 }
 
-/* Where the value of a key of the outermost object begins; NULL = there is no such key, or it is no
- * object. */
+/* Where the value of a key of the outermost object begins; NULL if there is no such key, or if the
+ * text is not an object. */
 static const char *find_value(const char *text, size_t size, const char *key)
 {
     reader from = {text, text + size, {0}, 0, key, NULL};
     return take_object(&from) ? from.found : NULL;
 }
 
-/* The number that begins at `at`; false = there is none. */
+/* Reads the number that begins at `at`. Returns false if there is none. */
 static bool read_number(const char *at, const char *end, double *number)
 {
     char digits[64] = "";
@@ -345,7 +343,7 @@ static bool read_number(const char *at, const char *end, double *number)
     if (!take_number(&value) || (size_t)(value.at - at) >= sizeof digits) {
         return false;
     }
-    /* A copy, since the file's text has no end that strtod would know. */
+    /* strtod needs a copy that ends with a 0 byte. */
     memcpy(digits, at, (size_t)(value.at - at));
     *number = strtod(digits, NULL);
     return true;

@@ -9,7 +9,7 @@
 
 #include "text/fail.h"
 
-/* Returns the end of the digits; NULL = there are none, or the number is above `most`. */
+/* Returns the end of the digits; NULL if there are none, or if the number is above `most`. */
 static const char *read_one(const char *at, uint64_t most, uint64_t *number)
 {
     uint64_t value = 0;
@@ -48,8 +48,8 @@ int number64_read(const char *option, const char *text, uint64_t least, uint64_t
     if (end != NULL && *end == '\0' && *number >= least) {
         return DONE;
     }
-    return fail_usage("%s %s: not a whole number from %" PRIu64 " to %" PRIu64, option, text, least,
-                      most);
+    return fail_usage("%s %s is not a whole number from %" PRIu64 " to %" PRIu64, option, text,
+                      least, most);
 }
 
 int number_read(const char *option, const char *text, uint32_t least, uint32_t most,
@@ -63,11 +63,11 @@ int number_read(const char *option, const char *text, uint32_t least, uint32_t m
     return status;
 }
 
-/* A finite decimal number, not negative. */
+/* Reads a finite decimal number that is not negative. */
 static bool read_real(const char *text, double *number)
 {
     char *end;
-    /* strtod alone would take blanks, hexadecimals, inf and nan as well. */
+    /* strtod alone would also read blanks, hexadecimals, inf and nan. */
     if (text[strspn(text, "0123456789.eE+-")] != '\0') {
         return false;
     }
@@ -78,16 +78,16 @@ static bool read_real(const char *text, double *number)
 int threshold_read(const char *option, const char *text, double *threshold)
 {
     return read_real(text, threshold) ? DONE
-                                      : fail_usage("%s %s: not a number from 0", option, text);
+                                      : fail_usage("%s %s is not a number from 0", option, text);
 }
 
 int seconds_read(const char *option, const char *text, int64_t *microseconds)
 {
     double seconds;
     if (!read_real(text, &seconds) || seconds <= 0) {
-        return fail_usage("%s %s: not a number of seconds above 0", option, text);
+        return fail_usage("%s %s is not a number of seconds above 0", option, text);
     }
-    /* Never rounded to 0, which would be no time at all; over 2^52 microseconds is a century. */
+    /* Rounded up, because 0 would mean no limit. 2^52 microseconds are more than a century. */
     *microseconds = (int64_t)ceil(fmin(seconds * 1e6, 0x1p52));
     return DONE;
 }
@@ -98,7 +98,7 @@ int decimal_fail(const char *option, const char *text, decimal_status status, co
                       : status == DECIMAL_NEGATIVE  ? "negative"
                       : status == DECIMAL_TOO_LARGE ? "too large"
                                                     : "too fine";
-    return fail_usage("%s %s: %s; it can be %s", option, text, why, can_be);
+    return fail_usage("%s %s is %s; it can be %s", option, text, why, can_be);
 }
 
 const char *plural(uint64_t count)
@@ -108,12 +108,12 @@ const char *plural(uint64_t count)
 
 enum { DIGITS_MAX = 64, EXPONENT_MAX = 100000 };
 
-/* 0.d1 d2 ... dn x 10^point, d1 and dn not 0; no digits = 0. */
+/* The number 0.d1d2...dn x 10^point. d1 and dn are not 0; the number 0 has no digits. */
 typedef struct digits {
     char digit[DIGITS_MAX];
     int count;
     int point;
-    int zeros; /* seen since the last digit kept */
+    int zeros; /* read since the last digit that was kept */
     bool cut; /* there were more than DIGITS_MAX */
 } digits;
 
@@ -139,7 +139,7 @@ static bool is_digit(char c)
     return c >= '0' && c <= '9';
 }
 
-/* Reads the digits before and after the point. Returns the end, NULL = there is no digit. */
+/* Reads the digits before and after the point. Returns their end, NULL if there are none. */
 static const char *read_digits(const char *at, digits *number)
 {
     bool any = false, after_point = false;
@@ -150,8 +150,8 @@ static const char *read_digits(const char *at, digits *number)
         }
         any = true;
         keep_digit(number, *at);
-        /* The first digit that is not 0 sets the point: each digit before the decimal point moves
-         * it up, each 0 between the decimal point and that digit down. */
+        /* `point` counts from the first digit that is not 0: each digit from there to the decimal
+         * point moves it up, and each 0 between the decimal point and that digit moves it down. */
         if (!after_point && number->count > 0 && number->point < EXPONENT_MAX) {
             number->point++;
         }
@@ -193,9 +193,9 @@ static uint64_t common_divisor(uint64_t a, uint64_t b)
     return a;
 }
 
-/* The digits behind the point as a fraction in lowest terms. A decimal of n places has a
- * denominator of at least 2^n (its last digit is not 0), so 19 places, which 64 bits hold, are all
- * that DECIMAL_DENOMINATOR_MAX lets through. */
+/* The digits after the point as a fraction in lowest terms. A decimal of n places has a denominator
+ * of at least 2^n, because its last digit is not 0. So no more than 19 places, which fit 64 bits,
+ * can stay below DECIMAL_DENOMINATOR_MAX. */
 static bool read_places(const digits *number, uint32_t most, fraction *read)
 {
     uint64_t numerator = 0, denominator = 1;
@@ -259,7 +259,7 @@ decimal_status decimal_read(const char *text, uint64_t most_numerator, uint32_t 
     return to_fraction(&number, most_numerator, most_denominator, read);
 }
 
-/* 32 places write every finite decimal whose denominator has 32 bits. */
+/* 32 places are enough for every finite decimal whose denominator has 32 bits. */
 void decimal_write(int64_t units, uint32_t scale, char text[DECIMAL_SIZE])
 {
     uint64_t size = units < 0 ? 0 - (uint64_t)units : (uint64_t)units;

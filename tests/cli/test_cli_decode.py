@@ -239,8 +239,8 @@ def test_samples_of_another_problem(tmp_path, folder, pair, solved):
     "options, words",
     [
         (["--sample", "3"], "holds samples 0 to 2"),
-        (["--sample", "-1"], "--sample -1: not a whole number"),
-        (["--scale", "1"], "--scale 1: not a whole number from 2"),
+        (["--sample", "-1"], "--sample -1 is not a whole number"),
+        (["--scale", "1"], "--scale 1 is not a whole number from 2"),
         (["--scale", "8.5"], "whole number"),
         (["-o", "m.jpg"], ".png, .pgm or .pfm"),
         (["-o", "map"], ".png, .pgm or .pfm"),

@@ -531,7 +531,7 @@ USAGE = {
     "penalty too fine": (["--penalty", "0.5"], "multiple above 0 of 1/1"),
     "penalty of another unit": (["--penalty", "0.5", "--lambda", "0.2"], "multiple above 0 of 1/5"),
     "penalty large": (["--penalty", "1e16"], "too large"),
-    "gap": (["--gap", "0"], "--gap 0: not a whole number from 1"),
+    "gap": (["--gap", "0"], "--gap 0 is not a whole number from 1"),
     "gap of paper": (
         ["--gap", "6", "--penalty", "paper"],
         "--gap goes with --penalty local or minimal",
@@ -591,13 +591,13 @@ USAGE = {
     ),
     "target alone": (["--target", "9"], "--target goes with --reduce"),
     "time limit alone": (["--time-limit", "9"], "--time-limit goes with --reduce"),
-    "target zero": (["--reduce", "--target", "0"], "--target 0: not a whole number from 1"),
+    "target zero": (["--reduce", "--target", "0"], "--target 0 is not a whole number from 1"),
     "target of a cut": (
         ["--reduce", "--target", "9", "--encoding", "multiway-cut"],
         "--target goes with --encoding one-hot",
     ),
     "time limit": (["--reduce", "--time-limit", "0"], "--time-limit 0"),
-    "memory": (["--memory-limit", "0"], "--memory-limit 0: not a whole number from 1"),
+    "memory": (["--memory-limit", "0"], "--memory-limit 0 is not a whole number from 1"),
     "unknown option": (
         ["--lamda", "3"],
         "did you mean --lambda? The options are: --output --disparity --lambda",

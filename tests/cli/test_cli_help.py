@@ -182,8 +182,8 @@ def test_both_builds_are_the_same_command(opencv, pnm_only):
         (["encode", "a", "b", "-o"], "-o needs an argument: FILE"),
         (["encode", "a", "b", "-o", "--json"], "-o needs an argument: FILE"),
         (["encode", "a", "b", "--lambda="], "--lambda: the argument L is empty"),
-        (["info", "a", "--memory-limit", "0"], "--memory-limit 0: not a whole number from 1"),
-        (["info", "a", "--memory-limit", "4G"], "--memory-limit 4G: not a whole number"),
+        (["info", "a", "--memory-limit", "0"], "--memory-limit 0 is not a whole number from 1"),
+        (["info", "a", "--memory-limit", "4G"], "--memory-limit 4G is not a whole number"),
     ],
 )
 def test_usage_errors(arguments, words):

@@ -586,13 +586,13 @@ def test_an_interrupt_leaves_nothing(folder, large):
 
 USAGE = {
     "no output": ([], "-o SMALLER.qcf is missing"),
-    "target zero": (["-o", "s", "--target", "0"], "--target 0: not a whole number from 1"),
+    "target zero": (["-o", "s", "--target", "0"], "--target 0 is not a whole number from 1"),
     "target of a cut": (
         ["-o", "s", "--target", "9", "--encoding", "multiway-cut"],
         "--target goes with --encoding one-hot, one-hot-sparse",
     ),
     "time limit": (["-o", "s", "--time-limit", "-1"], "--time-limit -1"),
-    "iterations": (["-o", "s", "--iterations", "0"], "--iterations 0: not a whole number from 1"),
+    "iterations": (["-o", "s", "--iterations", "0"], "--iterations 0 is not a whole number from 1"),
     "encoding": (["-o", "s", "--encoding", "domain-wal"], "did you mean domain-wall?"),
     "penalty": (
         ["-o", "s", "--encoding", "domain-wall", "--penalty", "paper"],
