@@ -41,23 +41,26 @@ LIB_OBJ := $(LIB_SRC:libqstereo/src/%.c=$(BUILD)/lib/%.o)
 PIC_OBJ := $(LIB_SRC:libqstereo/src/%.c=$(BUILD)/pic/%.o)
 
 CLI := $(BUILD)/opencv$(OPENCV)
-CLI_SRC := $(filter-out cli/picture_none.c,$(wildcard cli/*.c))
+CLI_SRC := $(filter-out cli/pictures/picture_none.c,$(wildcard cli/*.c cli/*/*.c))
 ifeq ($(OPENCV),1)
-CLI_OBJ := $(CLI_SRC:cli/%.c=$(CLI)/%.o) $(CLI)/picture_opencv.o
+CLI_OBJ := $(CLI_SRC:cli/%.c=$(CLI)/%.o) $(CLI)/pictures/picture_opencv.o
 OPENCV_CPPFLAGS ?= $(shell pkg-config --cflags opencv4 2>/dev/null || echo -I/usr/include/opencv4)
 CLI_LINK := $(CXX)
 CLI_LIBS := -lopencv_imgcodecs -lopencv_core
 OPENCV_STAMP := $(BUILD)/.opencv
 else
-CLI_OBJ := $(CLI_SRC:cli/%.c=$(CLI)/%.o) $(CLI)/picture_none.o
+CLI_OBJ := $(CLI_SRC:cli/%.c=$(CLI)/%.o) $(CLI)/pictures/picture_none.o
 CLI_LINK := $(CC)
 CLI_LIBS :=
 REMEMBERED := echo "Built without OpenCV. This is remembered; make OPENCV=1 builds with it."
 endif
 
-UNIT := $(patsubst tests/unit/%.c,$(BUILD)/unit/%,$(wildcard tests/unit/test_*.c))
+UNIT := $(patsubst tests/unit/%.c,$(BUILD)/unit/%, \
+    $(wildcard tests/unit/test_*.c tests/unit/*/test_*.c))
 SANITIZE := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all
 UNIT_LIB := $(LIB_SRC:libqstereo/src/%.c=$(BUILD)/unit/lib/%.o)
+
+EXAMPLES := $(patsubst %.c,$(BUILD)/%,$(wildcard examples/*.c))
 
 PYTHON ?= python3
 # Scenes in Middlebury's layout, for bench and reproduce.
@@ -68,8 +71,8 @@ PIP := $(BIN)/python -m pip install -q --disable-pip-version-check
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all run check check-style check-c check-python bench bench-embedding reproduce install \
-    uninstall clean help FORCE
+.PHONY: all run check check-style check-c check-python examples bench bench-embedding reproduce \
+    install uninstall clean help FORCE
 
 all: $(addprefix $(BUILD)/,qstereo libqstereo.a libqstereo.so) ## build (OPENCV=0: without OpenCV)
 	@$(REMEMBERED)
@@ -88,9 +91,11 @@ check-c: $(UNIT) $(BUILD)/libqstereo.a
 	@scripts/check-freestanding "$(CC)"
 
 # Tests want a command of each kind, whatever kind build/qstereo is.
-check-python: all $(ENV) $(BUILD)/opencv1/qstereo $(BUILD)/opencv0/qstereo
+check-python: all examples $(ENV) $(BUILD)/opencv1/qstereo $(BUILD)/opencv0/qstereo
 	@QSTEREO=$(abspath $(BUILD))/opencv1/qstereo QSTEREO_PNM=$(abspath $(BUILD))/opencv0/qstereo \
 	    QSTEREO_BRIDGE=$(abspath $(BIN))/qstereo-bridge $(BIN)/python -m pytest -q -n 2 tests
+
+examples: $(EXAMPLES) ## build the programs of examples/
 
 BENCHES ?= encode bridge upload solvers anneal reduce
 # Figures for the pages are those of real scenes.
@@ -132,13 +137,16 @@ install: all ## install command, library, headers and documents under PREFIX (/u
 	sed 's|@PREFIX@|$(PREFIX)|; s|@LIBDIR@|$(call of_prefix,$(LIBDIR))|; s|@VERSION@|$(VERSION)|' \
 	    libqstereo/qstereo.pc.in > $(DESTDIR)$(LIBDIR)/pkgconfig/qstereo.pc
 	install -m 644 docs/qstereo.1 $(DESTDIR)$(MANDIR)/man1/
+	$(BUILD)/qstereo --completion bash > $(DESTDIR)$(BASHDIR)/qstereo
+	$(BUILD)/qstereo --completion zsh > $(DESTDIR)$(ZSHDIR)/_qstereo
 	install -m 644 $(filter-out docs/%,$(DOCUMENTS)) $(DESTDIR)$(DOCDIR)/
 	install -m 644 $(filter docs/%,$(DOCUMENTS)) $(DESTDIR)$(DOCDIR)/docs/
 
 uninstall: ## remove what install put there
 	rm -f $(addprefix $(DESTDIR),$(PREFIX)/bin/qstereo $(LIBDIR)/libqstereo.a \
 	    $(LIBDIR)/libqstereo.so* $(LIBDIR)/pkgconfig/qstereo.pc \
-	    $(PREFIX)/include/qstereo.h $(MANDIR)/man1/qstereo.1)
+	    $(PREFIX)/include/qstereo.h $(MANDIR)/man1/qstereo.1 \
+	    $(BASHDIR)/qstereo $(ZSHDIR)/_qstereo)
 	rm -rf $(DESTDIR)$(PREFIX)/include/qstereo
 	rm -f $(addprefix $(DESTDIR)$(DOCDIR)/,$(DOCUMENTS))
 	-rmdir $(DESTDIR)$(DOCDIR)/docs $(DESTDIR)$(DOCDIR) 2>/dev/null
@@ -184,12 +192,12 @@ $(BUILD)/libqstereo.so: $(BUILD)/libqstereo.so.$(VERSION)
 $(CLI)/%.o: cli/%.c
 	@mkdir -p $(@D)
 	$(call say,CC,$@)
-	$(Q)$(CC) $(C_FLAGS) $(INCLUDE) -c $< -o $@
+	$(Q)$(CC) $(C_FLAGS) $(INCLUDE) -Icli -c $< -o $@
 
 $(CLI)/%.o: cli/%.cpp | $(OPENCV_STAMP)
 	@mkdir -p $(@D)
 	$(call say,CXX,$@)
-	$(Q)$(CXX) -std=c++17 -Wall -Wextra -MMD -MP $(CPPFLAGS) $(OPENCV_CPPFLAGS) $(INCLUDE) \
+	$(Q)$(CXX) -std=c++17 -Wall -Wextra -MMD -MP $(CPPFLAGS) $(OPENCV_CPPFLAGS) $(INCLUDE) -Icli \
 	    $(CXXFLAGS) -c $< -o $@
 
 $(BUILD)/.kind: FORCE
@@ -233,11 +241,16 @@ $(BUILD)/unit/lib/%.o: libqstereo/src/%.c
 $(BUILD)/unit/%.o: tests/unit/%.c | $(BUILD)/.cmocka
 	@mkdir -p $(@D)
 	$(call say,CC,$@)
-	$(Q)$(CC) $(C_FLAGS) -UNDEBUG $(INCLUDE) $(SANITIZE) -c $< -o $@
+	$(Q)$(CC) $(C_FLAGS) -UNDEBUG $(INCLUDE) -Itests/unit -Ilibqstereo/src $(SANITIZE) -c $< -o $@
 
-$(BUILD)/unit/test_%: $(BUILD)/unit/test_%.o $(BUILD)/unit/tiny.o $(BUILD)/unit/slow.o $(UNIT_LIB)
+$(UNIT): $(BUILD)/unit/%: $(BUILD)/unit/%.o $(BUILD)/unit/tiny.o $(BUILD)/unit/slow.o $(UNIT_LIB)
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(SANITIZE) $^ -lcmocka -o $@
+
+$(BUILD)/examples/%: examples/%.c $(BUILD)/libqstereo.a
+	@mkdir -p $(@D)
+	$(call say,CC,$@)
+	$(Q)$(CC) $(C_FLAGS) $(INCLUDE) $(LDFLAGS) $< $(BUILD)/libqstereo.a -o $@
 
 $(BUILD)/bench_encode: tests/bench/bench_encode.c $(BUILD)/libqstereo.a
 	$(call say,CC,$@)

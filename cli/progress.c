@@ -10,14 +10,13 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "decimal.h"
-#include "gap.h"
-#include "messages.h"
+#include "text/numbers.h"
+#include "text/fail.h"
 
-/* No line is longer than the shortest of terminals. */
+/* Lines fit the narrowest usual terminal. */
 enum { PERIOD = 200000, LINE_WIDTH = 79, LINE_SIZE = LINE_WIDTH + 1 };
 
-/* To the beginning of the line, and nothing behind. */
+/* Goes to the beginning of the line and clears it. */
 static const char clear_line[] = "\r\033[K";
 
 static volatile sig_atomic_t line_stands;
@@ -36,7 +35,7 @@ progress progress_begin(const char *solver, uint32_t scale, int64_t limit)
                       false,  false};
 }
 
-/* Appends to a line what fits whole: half a number would be another one. */
+/* Appends to a line, if all of it fits: half of a number would be another number. */
 PRINTF_LIKE(2, 3) static void append(char line[LINE_SIZE], const char *format, ...)
 {
     char part[LINE_SIZE];
@@ -69,7 +68,7 @@ static void append_bound(const progress *shown, int64_t energy, int64_t lower_bo
     }
 }
 
-/* In percent, which is short whatever the scale; of an energy of 0 there is none. */
+/* Appends the gap in percent, which is short at any scale. An energy of 0 has no percentage. */
 static void append_gap(const progress *shown, int64_t energy, int64_t lower_bound,
                        char line[LINE_SIZE])
 {
@@ -145,7 +144,7 @@ int64_t progress_end(progress *ended)
 void progress_interrupt(void)
 {
     if (line_stands) {
-        /* Where the terminal is gone, nothing is left to be cleared. */
+        /* If this fails, the terminal is gone, and there is nothing to clear. */
         ssize_t written = write(STDERR_FILENO, clear_line, sizeof clear_line - 1);
         (void)written;
     }

@@ -1,4 +1,4 @@
-/* A solver at work: how long it may take, and a line on the terminal that says how far it is. */
+/* A solver at work: how long it may take, and a line on the terminal that shows how far it is. */
 #ifndef PROGRESS_H
 #define PROGRESS_H
 
@@ -7,25 +7,27 @@
 typedef struct progress {
     const char *solver;
     uint32_t scale;
-    int64_t begin, limit,
-        next; /* microseconds; limit 0 = none; next: when the line is to be written again */
-    bool terminal, shown;
+    int64_t begin; /* microseconds, as all times here */
+    int64_t limit; /* 0 = none */
+    int64_t next; /* when the line is written again */
+    bool terminal; /* standard error is one */
+    bool shown; /* the line was written */
     bool out_of_time; /* the solver was told to stop */
 } progress;
 
 /* Starts the clock. */
 progress progress_begin(const char *solver, uint32_t scale, int64_t limit);
 
-/* Tells the solver to stop when its time is over: the qs_watch of a progress. */
+/* The qs_watch of a progress: writes the line, and stops the solver when its time is over. */
 bool progress_watch(void *context, const qs_progress *now);
 
-/* The same of a reduction: its qs_reduce_watch. */
+/* The same for a reduction: its qs_reduce_watch. */
 bool progress_watch_reduction(void *context, const qs_reduction *now);
 
 /* Clears the line. Returns the microseconds since the beginning. */
 int64_t progress_end(progress *ended);
 
-/* Clears the line, from a signal's handler. */
+/* Clears the line. A signal handler may call it. */
 void progress_interrupt(void);
 
 #endif

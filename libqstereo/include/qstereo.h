@@ -8,7 +8,10 @@
  *   status    what can go wrong
  *   stream    where bytes go
  *   digest    SHA-256, by which samples name their problem
+ *   limits    the largest numbers of everything
  *   problem   sites, labels, costs: the energy F of a labelling
+ *   coding    how labels become bits: encodings and penalties
+ *   labels    what a .qcf says of its sites and labels; a labelling as a picture
  *   image     pictures to grey
  *   stereo    a problem from two grey pictures
  *   score     a disparity map beside the true one
@@ -31,18 +34,21 @@
 #ifndef QSTEREO_H
 #define QSTEREO_H
 
+#include "qstereo/coding.h"
 #include "qstereo/digest.h"
 #include "qstereo/encode.h"
 #include "qstereo/image.h"
+#include "qstereo/labels.h"
+#include "qstereo/limits.h"
 #include "qstereo/model.h"
 #include "qstereo/problem.h"
 #include "qstereo/qubo.h"
 #include "qstereo/recode.h"
+#include "qstereo/reduce.h"
 #include "qstereo/sample.h"
 #include "qstereo/samples.h"
 #include "qstereo/score.h"
 #include "qstereo/solve.h"
-#include "qstereo/reduce.h"
 #include "qstereo/status.h"
 #include "qstereo/stereo.h"
 #include "qstereo/stream.h"
