@@ -1,55 +1,14 @@
 """The command qstereo-bridge. Results go to stdout, messages and progress to stderr."""
 
 import argparse
-import contextlib
 import importlib
-import json
 import os
 import sys
-import time
-from dataclasses import dataclass
 
 from . import __version__
-from .failure import BAD_INPUT, IO, OK, SERVICE, USAGE, Failure, io
+from .failure import OK, USAGE, Failure, failing
+from .registry import SOLVERS, name_label
 
-
-@dataclass(frozen=True)
-class Solver:
-    """One row of the table of solvers: where its function is, and the options that it takes with their defaults.
-
-    kind        the name of the class of one of D-Wave's services; None = it runs on this machine
-    """
-
-    module: str
-    summary: str
-    options: dict
-    kind: str = None
-
-    def run(self, name, *arguments):
-        return getattr(importlib.import_module("." + self.module, __package__), self.kind or name.replace("-", "_"))(*arguments)
-
-
-SERVICE_OPTIONS = {"solver_name": None, "label": None}
-
-
-# No module of a solver is imported before it runs: --help does not wait for numpy, local solvers not for the cloud client.
-SOLVERS = {
-    "anneal": Solver("solvers", "simulated annealing, finished by steepest descent (the default)",
-                     {"num_reads": 20, "num_sweeps": 1000, "seed": None, "time_limit": None}),
-    "tabu": Solver("solvers", "tabu search; --time-limit is for all reads together",
-                   {"num_reads": 10, "seed": None, "time_limit": 10.0}),
-    "exact": Solver("solvers", "every state; at most 24 variables; writes up to 100 of the best, feasible ones first", {}),
-    "ilp": Solver("ilp", "integer programs solved by HiGHS, one for each connected part: the proven least labelling",
-                  {"time_limit": None}),
-    "qpu": Solver("qpu", "D-Wave's quantum annealer, by minor embedding",
-                  {"num_reads": 1000, "annealing_time": None, "chain_strength": None, "fast_anneal": None, "reverse_from": None,
-                   "embedding": None, "copies": 1, "seed": None, **SERVICE_OPTIONS}, "Qpu"),
-    "hybrid-nl": Solver("hybrid", "D-Wave's nonlinear hybrid solver, one integer a site: for pictures of more than a few thousand pixels",
-                        {"time_limit": None, **SERVICE_OPTIONS}, "Nl"),
-    "hybrid-bqm": Solver("hybrid", "D-Wave's hybrid solver, penalties in the model", {"time_limit": None, **SERVICE_OPTIONS}, "Bqm"),
-    "hybrid-cqm": Solver("hybrid", "D-Wave's hybrid solver, one-hot groups as constraints, no penalties",
-                         {"time_limit": None, **SERVICE_OPTIONS}, "Cqm"),
-}
 
 EPILOG = "\n".join([
     "solvers:",
@@ -257,207 +216,21 @@ def _complete_one(options):
     name_label(options)
 
 
-def name_label(options):
-    """A service gets to know the problem by its file's name, unless by another."""
-    if "label" in SOLVERS[options.solver].options and options.label is None and options.problem != "-":
-        options.label = os.path.splitext(os.path.basename(options.problem))[0].encode("utf-8", "replace").decode()
-
-
-def progress(options):
-    """A function that shows one line of progress on a terminal, elsewhere nothing; with None it clears the line."""
-    if options.quiet or getattr(options, "out_dir", None) or not sys.stderr.isatty():
-        return lambda text: None
-    began = time.monotonic()
-
-    def show(text):
-        line = "" if text is None else f"{options.solver}: {text}, {time.monotonic() - began:.0f} s"
-        print(f"\r\033[K{line}", end="", file=sys.stderr, flush=True)
-    return show
-
-
-def read(options):
-    """The Problem; its file's SHA-256 becomes `options.digest`."""
-    import hashlib
-    from .qcf import read_qcf
-
-    stdin = options.problem == "-"
-    with io(options.problem, "read"), open(0 if stdin else options.problem, "rb", closefd=not stdin) as stream:
-        problem, data = read_qcf(stream, options.memory_limit)
-    options.digest = hashlib.sha256(data).digest()
-    return problem
-
-
-def _dry_run(options):
-    from .remote import plan, planned
-    problem = read(options)
-    if problem.linear.size == 0:
-        found = {"variables": 0, "quadratic_terms": 0, "upload_bytes": 0, "fits": True}
-        return (json.dumps({"schema": 1, "solver": options.solver, "dry_run": True, **found}) if options.json
-                else f"{options.solver}: 0 variables, 0 quadratic terms\nnothing is left to decide; nothing is ever sent")
-    if SOLVERS[options.solver].kind:
-        found = plan(options, problem)
-        return json.dumps({"schema": 1, "solver": options.solver, "dry_run": True, **found}) if options.json else planned(options, found)
-    from .models import Terms
-    found = {"variables": problem.linear.size, "quadratic_terms": Terms(problem).count}
-    if options.json:
-        return json.dumps({"schema": 1, "solver": options.solver, "dry_run": True, **found})
-    return (f"{options.solver}: {found['variables']:,} variables, {found['quadratic_terms']:,} quadratic terms\n"
-            "runs on this machine; nothing is ever sent")
-
-
-def _check_energies(answer, energies, problem):
-    """The solver's own energies must be the recomputed ones, but for the rounding of its floating point."""
-    import numpy as np
-    from .models import energies as recompute
-    from .solvers import SolverError
-
-    if answer.energies is None:
-        return
-    expected = recompute(problem, answer.bits, penalties=False) if answer.objective else energies
-    rounding = 0.5 + float(problem.magnitude(np.int64)) * 2**-44
-    wrong = ~(np.abs(answer.energies - expected) <= rounding)
-    if wrong.any():
-        at = wrong.argmax()
-        raise SolverError(f"internal error: the solver says that sample {at} has energy {answer.energies[at]}, it has "
-                          f"{expected[at]}; please report this")
-
-
-def _records(answer, energies):
-    import numpy as np
-    from .qsf import BROKEN_UNITS, NO_CHAINS, RECORD
-    from .solvers import check_occurrences
-
-    check_occurrences(answer.occurrences)
-    records = np.empty(energies.size, RECORD)
-    records["energy"] = energies
-    records["occurrences"] = 1 if answer.occurrences is None else answer.occurrences
-    records["broken"] = NO_CHAINS if answer.broken is None else np.rint(answer.broken * BROKEN_UNITS)
-    return records
-
-
-def _real(energy, scale):
-    """An energy in real units; a whole number stays one."""
-    return None if energy is None else energy // scale if energy % scale == 0 else energy / scale
-
-
-def _summary(options, problem, answer, energies, seconds):
-    from .models import feasible
-
-    good = energies[feasible(problem, answer.bits)]
-    told = problem.groups_say_all
-    least, bound = min(energies.tolist(), default=None), answer.lower_bound
-    # A minimum of H that is no labelling proves nothing of the labellings.
-    proven = bound is not None and bool((good == bound).any())
-    real = {key: _real(value, problem.scale) for key, value in {
-        "energy": least, "lower_bound": bound, "gap": None if bound is None else least - bound,
-        "best_energy": min(good.tolist(), default=None)}.items()}
-    if options.json:
-        return json.dumps({"schema": 1, "solver": options.solver, **real, "proven_optimal": proven if told else None,
-                           "iterations": answer.iterations, "seconds": round(seconds, 3), "samples": energies.size,
-                           "feasible": good.size if told else None})
-    bounded = ("" if bound is None else f" (proven {'optimal' if told else 'least of the QUBO'})" if proven else
-               f" (at most {real['gap']} above the least)" if bound < least else
-               " (the minimum of the QUBO is infeasible: the penalty is too small)")
-    best = ("`qstereo validate` says which samples are labellings" if not told else
-            f"{good.size} feasible, best energy of these {real['best_energy']}" if good.size else "none feasible")
-    return (f"{options.solver}: {energies.size} samples, best energy {real['energy']}{bounded}; {best}; {seconds:.1f} s\n"
-            f"{options.output}: written")
-
-
-def show(options, text):
-    """A result, on stdout, or on stderr where the samples go to stdout."""
-    dry_run = getattr(options, "dry_run", False)
-    stream = sys.stderr if getattr(options, "output", None) == "-" and not dry_run else sys.stdout
-    if options.json or dry_run or not getattr(options, "quiet", False):
-        with io("stderr" if stream is sys.stderr else "stdout", "write"):
-            print(text, file=stream, flush=True)
-
-
-def solve(options, session=None, print_result=show):
-    """Solve, check, write, print. A regular file gets its name last, when all else has gone well."""
-    from .jobs import keeping
-    from .output import Output
-    from .remote import solve_there
-    from .solvers import nothing_to_decide
-
-    there = SOLVERS[options.solver].kind
-    problem, job = read(options) if options.no_wait else None, None
-    if options.no_wait and problem.linear.size:
-        return solve_there(options, problem, session, progress(options), print_result)
-    with io(options.output, "write"):
-        output = Output(options.output, last=options.out_dir is None)
-    with output:
-        problem = problem or read(options)
-        began, tell = time.monotonic(), progress(options)
-        try:
-            if problem.linear.size == 0:
-                answer = nothing_to_decide(problem)
-            elif there:
-                answer, job = solve_there(options, problem, session, tell)
-            else:
-                answer = SOLVERS[options.solver].run(options.solver, problem, options, tell)
-        finally:
-            tell(None)
-        with keeping(job):
-            deliver(options, problem, answer, output, began, print_result)
-
-
-def deliver(options, problem, answer, output, began, print_result=show):
-    """Check the answer, write it to `output`, print the result."""
-    from .container import FormatError
-    from .models import energies as recompute
-    from .qsf import Samples, pack_qsf, parse_qsf
-    from .solvers import SolverError
-
-    energies = recompute(problem, answer.bits)
-    if SOLVERS[options.solver].kind and not energies.size:
-        raise SolverError("the service's answer has no samples")
-    _check_energies(answer, energies, problem)
-    for warning in [] if options.quiet else answer.info.get("warnings", []):
-        print(f"qstereo-bridge {options.command}: warning: {warning}", file=sys.stderr)
-    data = pack_qsf(Samples(options.digest, options.solver, _records(answer, energies), answer.bits, answer.info))
-    try:
-        # What cannot be read again does not end a job.
-        parse_qsf(data, sys.maxsize)
-    except FormatError as error:
-        raise SolverError(f"internal error: the samples would make no sound .qsf ({error}); please report this") from None
-    with io(options.output, "write"):
-        output.write(data)
-    print_result(options, _summary(options, problem, answer, energies, time.monotonic() - began))
-    with io(options.output, "write"):
-        output.keep()
-
-
 def _run(options):
     """The command, whatever goes wrong in it a Failure."""
-    if options.command == "solve" and options.out_dir is None:
-        with failing(options.problem):
-            show(options, _dry_run(options)) if options.dry_run else solve(options)
-        return OK
     if options.command == "embed":
-        from .embed import embed
-        with failing(options.problem):
-            embed(options)
-        return OK
-    from . import remote
-    with failing(getattr(options, "job", None)):
-        return getattr(remote, options.command if options.command != "solve" else "solve_all")(options)
-
-
-@contextlib.contextmanager
-def failing(name):
-    """Whatever goes wrong with the file `name` is a Failure."""
-    from .container import FormatError, OverLimit
-    from .solvers import SolverError
-
-    prefix = f"{name}: " if name else ""
-    try:
-        yield
-    except MemoryError:
-        raise Failure(IO, f"{prefix}this machine has not enough memory for it") from None
-    except (FormatError, SolverError) as error:
-        status = IO if isinstance(error, OverLimit) else BAD_INPUT if isinstance(error, FormatError) else SERVICE
-        raise Failure(status, f"{prefix}{error}") from None
+        place, function = "embed", "embed"
+    elif options.command == "solve":
+        place, function = "remote", "solve_all" if options.out_dir else "dry_run" if options.dry_run else "solve"
+    else:
+        place, function = "remote", options.command
+    with failing(getattr(options, "problem", None) if options.command != "collect" else options.job):
+        # Only now: --help does not wait for numpy.
+        found = getattr(importlib.import_module("." + place, __package__), function)(options)
+        if function == "dry_run":
+            importlib.import_module(".runner", __package__).show(options, found)
+            return OK
+        return found or OK
 
 
 def main(arguments=None):

@@ -5,14 +5,19 @@ from dataclasses import dataclass
 
 import google_crc32c
 
+from .failure import IO, Error
+
 VERSION = 1
 HEADER = struct.Struct("<8sIIQ36sI")
 CHUNK_HEAD = struct.Struct("<4sIQ")
 CRC = struct.Struct("<I")
 MIB = 1 << 20
+MAX_COUNT = 2**31 - 1
+# Bytes that the work on a file may take, unless the caller says otherwise.
+DEFAULT_LIMIT = 8 << 30
 
 
-class FormatError(Exception):
+class FormatError(Error):
     """A file that a reader refuses. Each subclass is one `kind`; the message gives the byte or chunk and the reason."""
 
 
@@ -36,6 +41,7 @@ class OverLimit(FormatError):
     """The work needs more memory than the caller allows. The file itself may be sound."""
 
     kind = "over the limit"
+    status = IO
 
 
 def check_memory(needed, limit, what):

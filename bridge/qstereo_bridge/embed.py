@@ -2,7 +2,7 @@
 
 import json
 
-from . import cli, embedding
+from . import embedding, runner
 from .failure import IO, NO, USAGE, Failure, io
 from .output import Output
 
@@ -25,7 +25,7 @@ def embed(options):
     with io(options.output, "write"):
         output = Output(options.output, last=not picture)
     with output:
-        problem, progress = cli.read(options), cli.progress(options)
+        problem, progress = runner.read(options), runner.progress(options)
         if problem.linear.size == 0:
             raise Failure(NO, f"{options.problem}: nothing is left to decide, so there is nothing to embed")
         try:
@@ -45,7 +45,7 @@ def embed(options):
             progress(None)
         with io(options.output, "write"):
             output.write(found.to_json().encode())
-        cli.show(options, _summary(options, source, chip, found))
+        runner.show(options, _summary(options, source, chip, found))
         with io(options.output, "write"):
             output.keep()
     if picture:

@@ -3,8 +3,7 @@
 import numpy as np
 
 from .blocks import Table, Toeplitz, places
-from .container import check_memory
-from .qcf import DEFAULT_LIMIT
+from .container import DEFAULT_LIMIT, check_memory
 
 # Terms expanded at a time: large enough for numpy, small enough that temporary arrays stay out of the peak.
 CHUNK = 1 << 19

@@ -12,14 +12,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .blocks import Table, Toeplitz
-from .container import HEADER, Corrupt, check_memory, check_size, pack, read_chunks, read_header, read_stream
+from .container import DEFAULT_LIMIT, HEADER, MAX_COUNT, Corrupt, check_memory, check_size, pack, read_chunks, read_header, read_stream
 
 MAGIC = b"\x89QCF\r\n\x1a\n"
 FIELDS = struct.Struct("<IIQ20s")
 REQUIRED = ["GRPS", "BLKS", "CPLS", "LINR", "PNLT", "OFFS"]
-MAX_COUNT = 2**31 - 1
 MAX_ENERGY = 2**53
-DEFAULT_LIMIT = 8 << 30
 
 GROUP_RUN = np.dtype([("count", "<u4"), ("size", "<u4")])
 COUPLING_RUN = np.dtype([("block", "<u4"), ("form", "<u4"), ("width", "<u4"), ("weight", "<i4"), ("g", "<u4"),

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .container import HEADER, Corrupt, check_memory, check_size, pack, read_chunks, read_header, read_stream
-from .qcf import DEFAULT_LIMIT, MAX_COUNT
+from .container import (DEFAULT_LIMIT, HEADER, MAX_COUNT, Corrupt, check_memory, check_size, pack, read_chunks,
+                        read_header, read_stream)
 
 MAGIC = b"\x89QSF\r\n\x1a\n"
 FIELDS = struct.Struct("<II28s")

@@ -8,21 +8,53 @@ import os
 import sys
 import time
 
-from . import cli, jobs
-from .failure import BAD_INPUT, NO, OK, USAGE, Failure, io
+from . import jobs, models, registry, runner
+from .failure import BAD_INPUT, NO, OK, USAGE, Failure, failing, io
 from .hybrid import PUBLISHED
 from .output import Output
 from .services import WANTED, configured, connect, explain, explained
 
 
-def solve_there(options, problem, session, progress, print_result=cli.show):
+def solve(options, session=None, print_result=runner.show):
+    """Solve one problem, wherever its solver runs, and write its samples."""
+    if not registry.find(options.solver).kind:
+        return runner.solve(options, print_result)
+    problem = runner.read(options) if options.no_wait else None
+    if problem and problem.linear.size:
+        return solve_there(options, problem, session, runner.progress(options), print_result)
+
+    def ask(options, problem, tell):
+        answer, job = solve_there(options, problem, session, tell)
+        return answer, jobs.keeping(job)
+    return runner.solve(options, print_result, ask, problem)
+
+
+def dry_run(options):
+    """What would be sent, for people or as JSON; nothing is."""
+    problem = runner.read(options)
+    if problem.linear.size == 0:
+        found = {"variables": 0, "quadratic_terms": 0, "upload_bytes": 0, "fits": True}
+        said = "nothing is left to decide; nothing is ever sent"
+    elif registry.find(options.solver).kind:
+        found, said = plan(options, problem), None
+    else:
+        found = {"variables": problem.linear.size, "quadratic_terms": models.Terms(problem).count}
+        said = "runs on this machine; nothing is ever sent"
+    if options.json:
+        return json.dumps({"schema": 1, "solver": options.solver, "dry_run": True, **found})
+    return planned(options, found) if said is None else (
+        f"{options.solver}: {found['variables']:,} variables, "
+        f"{found['quadratic_terms']:,} quadratic terms\n{said}")
+
+
+def solve_there(options, problem, session, progress, print_result=runner.show):
     """Send the problem and wait: (Answer, Job). With --no-wait it is sent only, and the exit status is returned."""
     with contextlib.ExitStack() as stack:
         earlier = jobs.check_earlier(options)
         if earlier:
             stack.callback(earlier.leave)
         stack.enter_context(explained())
-        kind = cli.SOLVERS[options.solver].run(options.solver, problem, options)
+        kind = registry.find(options.solver).run(options.solver, problem, options)
         session = session or stack.enter_context(connect(options.solver, options.solver_name))
         answer, job = jobs.solve(kind, options, progress, session, earlier)
     if not options.no_wait:
@@ -33,7 +65,7 @@ def solve_there(options, problem, session, progress, print_result=cli.show):
     return OK
 
 
-def collect(options, print_result=cli.show):
+def collect(options, print_result=runner.show):
     """The command `collect`."""
     job = jobs.Job.load(options.job)
     if job is None:
@@ -46,17 +78,17 @@ def collect(options, print_result=cli.show):
         with io(options.output, "write"):
             output = Output(options.output, last=getattr(options, "out_dir", None) is None)
         with output:
-            problem = cli.read(options)
+            problem = runner.read(options)
             if options.digest.hex() != job.problem_digest:
                 raise Failure(BAD_INPUT, f"{options.problem}: this is not the problem that was sent (its SHA-256 differs); "
                                          "name that with --problem")
-            began, progress = time.monotonic(), cli.progress(options)
+            began, progress = time.monotonic(), runner.progress(options)
             try:
                 answer = _collected(options, problem, job, progress)
             finally:
                 progress(None)
             with jobs.keeping(job):
-                cli.deliver(options, problem, answer, output, began, print_result)
+                runner.deliver(options, problem, answer, output, began, print_result)
     return OK
 
 
@@ -83,7 +115,7 @@ def _collected(options, problem, job, progress):
         future = jobs.wait(session, job, progress, once=options.no_wait)
         if future is None:
             raise Failure(NO, f"{job.path}: there is no answer yet")
-        return jobs.decoded(cli.SOLVERS[job.solver].run(job.solver, problem, options), future, job)
+        return jobs.decoded(registry.SOLVERS[job.solver].run(job.solver, problem, options), future, job)
 
 
 def solve_all(options):
@@ -98,7 +130,7 @@ def solve_all(options):
     failed, results, count = [], [], 0
     with contextlib.ExitStack() as stack:
         session = None
-        if cli.SOLVERS[options.solver].kind:
+        if registry.find(options.solver).kind:
             session = stack.enter_context(connect(options.solver, options.solver_name))
         pool = stack.enter_context(concurrent.futures.ThreadPoolExecutor(options.jobs or 1))
         for future in concurrent.futures.as_completed([pool.submit(_one_of_many, task, session) for task in tasks]):
@@ -110,9 +142,9 @@ def solve_all(options):
             elif options.json:
                 results.append({"problem": task.problem, "samples_file": task.output, **said})
             else:
-                cli.show(options, f"[{count}/{len(tasks)}] {task.problem}: {said}")
+                runner.show(options, f"[{count}/{len(tasks)}] {task.problem}: {said}")
     if options.json:
-        cli.show(options, json.dumps({"schema": 1, "solver": options.solver, "problems": results, "failed": failed}))
+        runner.show(options, json.dumps({"schema": 1, "solver": options.solver, "problems": results, "failed": failed}))
     if failed:
         print(f"qstereo-bridge solve: {len(failed)} of {len(tasks)} failed: {', '.join(failed)}", file=sys.stderr)
     return NO if failed else OK
@@ -122,14 +154,14 @@ def _task(options, path):
     task = copy.copy(options)
     task.problem, task.label = path, options.label
     task.output = os.path.join(options.out_dir, os.path.splitext(os.path.basename(path))[0] + ".qsf")
-    cli.name_label(task)
+    registry.name_label(task)
     return task
 
 
 def _one_of_many(task, session):
     """(task, what it gave, None) or (task, None, why it failed)."""
     try:
-        with cli.failing(task.problem):
+        with failing(task.problem):
             if _is_there(task):
                 return task, {"skipped": True} if task.json else "skipped, the samples are there", None
             said = []
@@ -145,11 +177,11 @@ def _one_of_many(task, session):
 def _solve_or_collect(task, session, print_result):
     """What an earlier run sent and did not wait for is collected."""
     job = jobs.path_of(task.output, b"")
-    if not cli.SOLVERS[task.solver].kind or task.resubmit or not os.path.exists(job):
-        return cli.solve(task, session, print_result)
+    if not registry.find(task.solver).kind or task.resubmit or not os.path.exists(job):
+        return solve(task, session, print_result)
     earlier = jobs.Job.load(job)
     if earlier is None or not _was_sent(earlier, task.digest):
-        return cli.solve(task, session, print_result)
+        return solve(task, session, print_result)
     if task.no_wait:
         said = {"skipped": True, "solver": earlier.solver, "job": job, "problem_id": earlier.problem_id}
         return print_result(task, json.dumps(said) if task.json else f"skipped, it was sent to {earlier.solver} as {earlier.problem_id}")
@@ -171,7 +203,7 @@ def _is_there(task):
     """Whether the samples file answers this very problem, whose digest is known then."""
     from .container import FormatError
     from .qsf import read_qsf
-    cli.read(task)
+    runner.read(task)
     if not os.path.lexists(task.output):
         return False
     with contextlib.suppress(FormatError), io(task.output, "read"), open(task.output, "rb") as stream:
@@ -190,12 +222,12 @@ def solvers(options):
                 found += map(_described, client.get_solvers(order_by=None, online=online))
     found.sort(key=lambda one: (one["kind"], one["name"]))
     if options.json:
-        cli.show(options, json.dumps({"schema": 1, "solvers": found}))
+        runner.show(options, json.dumps({"schema": 1, "solvers": found}))
         return OK
     for one in found:
         limits = ", ".join(f"{value:,} {name}" if isinstance(value, int) else f"{name} {value}" for name, value in one["limits"].items())
         load = "" if one["load"] is None else f", load {one['load']:.0%}"
-        cli.show(options, f"{one['name']:<44} {one['kind']:<11} {'online' if one['online'] else 'OFFLINE'}{load}\n    {limits}")
+        runner.show(options, f"{one['name']:<44} {one['kind']:<11} {'online' if one['online'] else 'OFFLINE'}{load}\n    {limits}")
     return OK
 
 
@@ -219,7 +251,7 @@ def _described(solver):
 def plan(options, problem):
     """What would be sent: a dict. By the solver's own limits where there is an account to ask, else by published ones."""
     with explained():
-        kind = cli.SOLVERS[options.solver].run(options.solver, problem, options)
+        kind = registry.find(options.solver).run(options.solver, problem, options)
     if not configured():
         return {"service_solver": None, **kind.plan(PUBLISHED.get(options.solver))}
     with connect(options.solver, options.solver_name) as session:

@@ -10,13 +10,11 @@ import numpy as np
 
 from . import models
 from .container import check_memory
+from .failure import SolverError
+from .qsf import BROKEN_UNITS, NO_CHAINS, RECORD, Samples
 
 EXACT_VARIABLES = 24
 EXACT_SAMPLES = 100
-
-
-class SolverError(Exception):
-    """The solver failed, refused the problem, or answered something that cannot be."""
 
 
 @dataclass
@@ -61,6 +59,17 @@ def check_occurrences(counts):
     """Raises SolverError unless each is a number of reads that a .qsf can hold; None is none of them."""
     if counts is not None and ((np.asarray(counts) < 1) | (np.asarray(counts) >= 2**32)).any():
         raise SolverError("the answer has samples that were never seen, or too often")
+
+
+def samples_of(problem, digest, solver, answer):
+    """The Samples in an Answer, with exact energies. Raises SolverError for what no .qsf holds."""
+    check_occurrences(answer.occurrences)
+    records = np.empty(answer.bits.shape[0], RECORD)
+    records["energy"] = models.energies(problem, answer.bits)
+    records["occurrences"] = 1 if answer.occurrences is None else answer.occurrences
+    records["broken"] = (NO_CHAINS if answer.broken is None else
+                         np.rint(answer.broken * BROKEN_UNITS))
+    return Samples(digest, solver, records, answer.bits, answer.info)
 
 
 def interruptible(call, tick):
