@@ -24,7 +24,7 @@ class Solver:
         return getattr(module, self.kind or name)(*arguments)
 
 
-_SERVICE = {"solver_name": None, "label": None}
+_SERVICE = {"solver_name": None, "label": None, "max_charge": None}
 _SAMPLER = {"num_reads": None, "seed": None, "time_limit": None, 
             "spin_reversals": None}
 
