@@ -30,7 +30,7 @@ def solve(options, session=None, print_result=runner.show):
 
 
 def dry_run(options):
-    """What would be sent, for people or as JSON; nothing is."""
+    """The command `solve --dry-run`: say what would be sent."""
     problem = runner.read(options)
     if problem.linear.size == 0:
         found = {"variables": 0, "quadratic_terms": 0, "upload_bytes": 0, "fits": True}
@@ -41,10 +41,12 @@ def dry_run(options):
         found = {"variables": problem.linear.size, "quadratic_terms": models.Terms(problem).count}
         said = "runs on this machine; nothing is ever sent"
     if options.json:
-        return json.dumps({"schema": 1, "solver": options.solver, "dry_run": True, **found})
-    return planned(options, found) if said is None else (
-        f"{options.solver}: {found['variables']:,} variables, "
-        f"{found['quadratic_terms']:,} quadratic terms\n{said}")
+        text = json.dumps({"schema": 1, "solver": options.solver, "dry_run": True, **found})
+    else:
+        text = planned(options, found) if said is None else (
+            f"{options.solver}: {found['variables']:,} variables, "
+            f"{found['quadratic_terms']:,} quadratic terms\n{said}")
+    runner.show(options, text)
 
 
 def solve_there(options, problem, session, progress, print_result=runner.show):
