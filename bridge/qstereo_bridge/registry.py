@@ -21,12 +21,10 @@ class Solver:
 
     def run(self, name, *arguments):
         module = importlib.import_module("." + self.module, __package__)
-        return getattr(module, self.kind or name)(*arguments)
+        return getattr(module, self.kind or ("sample" if ":" in name else name))(*arguments)
 
 
 _SERVICE = {"solver_name": None, "label": None, "max_charge": None}
-_SAMPLER = {"num_reads": None, "seed": None, "time_limit": None, 
-            "spin_reversals": None}
 
 SOLVERS = {
     "anneal": Solver("solvers", "simulated annealing, finished by steepest descent (the default)",
@@ -40,7 +38,7 @@ SOLVERS = {
     "qpu": Solver("qpu", "D-Wave's quantum annealer, by minor embedding",
                   {"num_reads": 1000, "annealing_time": None, "chain_strength": None,
                    "fast_anneal": None, "reverse_from": None, "embedding": None, "copies": 1,
-                   "seed": None, **_SERVICE}, "Qpu"),
+                   "seed": None, "param": None, **_SERVICE}, "Qpu"),
     "hybrid-nl": Solver("hybrid", "D-Wave's nonlinear hybrid solver (Stride), one integer a site: "
                         "for pictures of more than a few thousand pixels",
                         {"time_limit": None, **_SERVICE}, "Nl"),
@@ -51,13 +49,15 @@ SOLVERS = {
 }
 # Other names of the same: what D-Wave calls it today.
 ALIASES = {"stride": "hybrid-nl"}
+ANY = "MODULE:CLASS"
+EVERY = {**SOLVERS, ANY: Solver(
+    "samplers", "any dimod sampler, with --param for all that it takes",
+    {"num_reads": None, "seed": None, "param": None, "spin_reversals": None})}
 
 
 def find(name):
     """The Solver of this name: one of the table, or any dimod sampler as MODULE:CLASS."""
-    if ":" in name:
-        return Solver("samplers", "a dimod sampler", _SAMPLER)
-    return SOLVERS[name]
+    return EVERY[ANY if ":" in name else name]
 
 
 def name_label(options):

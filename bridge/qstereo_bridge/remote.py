@@ -272,7 +272,7 @@ def _described(solver):
 
 
 def dry_run(options):
-    """What would be sent, for people or as JSON, and of several problems the bill; nothing is."""
+    """The command `solve --dry-run`: what would be sent, and of several problems the bill."""
     several = options.out_dir is not None
     tasks = _tasks(options) if several else [options]
     there = registry.find(options.solver).kind and configured()
@@ -281,17 +281,19 @@ def dry_run(options):
         plans = _plans(tasks, session)
     told = {"schema": 1, "solver": options.solver, "dry_run": True}
     if not several:
-        return json.dumps({**told, **plans[0]}) if options.json else planned(options, plans[0])
+        return runner.show(options, json.dumps({**told, **plans[0]}) if options.json else
+                           planned(options, plans[0]))
     charges = [found.get("charge_seconds") for found in plans if found.get("fits") is not False]
     total = None if None in charges else sum(charges)
     if options.json:
-        return json.dumps({**told, "charge_seconds": total, "problems": [
-            {"problem": task.problem, **found} for task, found in zip(tasks, plans)]})
+        return runner.show(options, json.dumps({**told, "charge_seconds": total, "problems": [
+            {"problem": task.problem, **found} for task, found in zip(tasks, plans)]}))
     bill = ("runs on this machine; nothing is charged" if not registry.find(options.solver).kind
             else "the charge cannot be told" if total is None else
             f"estimated charge in all {total:,.3f} s")
-    return "\n".join([*(f"{task.problem}: {_in_short(found)}" for task, found in zip(tasks, plans)),
-                      f"{options.solver}: {len(tasks):,} problems; {bill}; nothing was sent"])
+    for task, found in zip(tasks, plans):
+        runner.show(options, f"{task.problem}: {_in_short(found)}")
+    runner.show(options, f"{options.solver}: {len(tasks):,} problems; {bill}; nothing was sent")
 
 
 def _in_short(found):

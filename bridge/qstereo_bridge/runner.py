@@ -14,6 +14,7 @@ from .failure import SolverError, io
 from .output import Output
 from .qcf import read_qcf
 from .solvers import nothing_to_decide, samples_of
+from .text import line, lines
 
 
 def progress(options):
@@ -47,7 +48,7 @@ def show(options, text):
     aside = getattr(options, "output", None) == "-" and not dry_run
     if options.json or dry_run or not getattr(options, "quiet", False):
         with io("stderr" if aside else "stdout", "write"):
-            print(text, file=sys.stderr if aside else sys.stdout, flush=True)
+            print(text if options.json else lines(text), file=sys.stderr if aside else sys.stdout, flush=True)
 
 
 def _here(options, problem, tell):
@@ -82,7 +83,7 @@ def deliver(options, problem, answer, output, began, print_result=show):
         raise SolverError("the service's answer has no samples")
     _check_energies(answer, energies, problem)
     for warning in [] if options.quiet else answer.info.get("warnings", []):
-        print(f"qstereo-bridge {options.command}: warning: {warning}", file=sys.stderr)
+        print(f"qstereo-bridge {options.command}: warning: {line(str(warning))}", file=sys.stderr)
     data = qsf.pack_qsf(samples)
     try:
         # What cannot be read again does not end a job.

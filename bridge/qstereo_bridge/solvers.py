@@ -42,17 +42,21 @@ class Answer:
 
 
 def from_sampleset(sampleset, n, **more):
-    """The Answer in a dimod SampleSet over the variables 0 .. n - 1. Raises SolverError where it has others."""
-    record, labels = sampleset.record, np.array(list(sampleset.variables))
-    order = np.argsort(labels)
-    if labels.size != n or not np.array_equal(labels[order], np.arange(n)):
-        raise SolverError(f"the answer has {labels.size} variables that are not the {n} of the problem")
-    samples = np.rint(record.sample[:, order])
-    if not np.isin(samples, (0, 1)).all():
-        raise SolverError("the answer has values other than 0 and 1")
-    fields = record.dtype.names
-    return Answer(samples.astype(np.uint8), record.energy, occurrences=record.num_occurrences,
-                  broken=record.chain_break_fraction if "chain_break_fraction" in fields else None, **more)
+    """The Answer in a dimod SampleSet over the variables 0 .. n - 1, in any order, BINARY or SPIN.
+
+    Raises SolverError where it has other variables or other values.
+    """
+    record, labels = sampleset.record, list(sampleset.variables)
+    if len(labels) != n or set(labels) != set(range(n)):
+        raise SolverError(f"the answer has {len(labels)} variables that are not the {n} of the "
+                          "problem")
+    low = -1 if sampleset.vartype.name == "SPIN" else 0
+    samples = np.rint(record.sample[:, np.argsort(np.array(labels, int))])
+    if not np.isin(samples, (low, 1)).all():
+        raise SolverError(f"the answer has values other than {low} and 1")
+    broken = getattr(record, "chain_break_fraction", None)
+    return Answer((samples == 1).astype(np.uint8), record.energy,
+                  occurrences=record.num_occurrences, broken=broken, **more)
 
 
 def check_occurrences(counts):

@@ -109,7 +109,7 @@ def test_help_and_version(command):
     (["solve", "P", "-o", "S", "--num-reads", "0"], "not between"), (["solve", "P", "-o", "S", "--num-reads", "x"], "whole number"),
     (["solve", "P", "-o", "S", "--seed", "-1"], "not between"), (["solve", "P", "-o", "S", "--time-limit", "nan"], "not between"),
     (["solve", "P", "-o", "S", "--time-limit", "0"], "not between"), (["solve", "P", "-o", "S", "--memory-limit", "0"], "not between"),
-    (["solve", "P", "-o", "S", "--solver", "exact", "--seed", "1"], "only anneal, tabu, qpu do"),
+    (["solve", "P", "-o", "S", "--solver", "exact", "--seed", "1"], "only anneal, tabu, qpu, MODULE:CLASS do"),
     (["solve", "P", "-o", "S", "--label", "x"], "only qpu, hybrid-nl, hybrid-bqm, hybrid-cqm do"),
     (["solve", "P", "-o", "S", "--solver", "qpu", "--fast-anneal"], "wants an --annealing-time"),
     (["solve", "P", "-o", "S", "--solver", "qpu", "--fast-anneal", "--annealing-time", "1", "--reverse-from", "x.qsf"],
@@ -378,7 +378,7 @@ sys.meta_path.insert(0, Finder)
     return make_one
 
 
-@pytest.mark.parametrize("module", ["qstereo_bridge.cli", "argparse", "numpy", "dimod", "dwave.samplers"])
+@pytest.mark.parametrize("module", ["qstereo_bridge.cli", "click", "numpy", "dimod", "dwave.samplers"])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_signal_in_an_import(module, number, interrupting, problem_file, tmp_path, command):
     found = command("solve", problem_file, "-o", tmp_path / "s.qsf", *FAST, env=interrupting(module, number))
