@@ -219,7 +219,8 @@ def solve(**options):
     each to its own, with --out-dir."""
     options = SimpleNamespace(command="solve", problem=None, **options)
     _complete_solve(options)
-    function = "dry_run" if options.dry_run else "solve_all" if options.out_dir else "solve"
+    one = "solve" if options.out_dir is None else "solve_all"
+    function = "dry_run" if options.dry_run else one
     return _run("remote", function, options, options.problem)
 
 

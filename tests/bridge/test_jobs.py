@@ -681,6 +681,18 @@ def until(condition):
         time.sleep(0.005)
 
 
+def kill(process):
+    """Kill it, and wait until it is gone; for threads that do not own it."""
+    os.kill(process.pid, signal.SIGKILL)
+
+    def gone():
+        try:
+            os.kill(process.pid, 0)
+        except ProcessLookupError:
+            return True
+    until(gone)
+
+
 def sent(path):
     """Whether a job file says so."""
     return path.exists() and '"sent"' in path.read_text()
@@ -740,12 +752,11 @@ def test_killed_at_the_worst_moments(method, path, when, begin, solve, collect, 
     """kill -9 when the service has a request, and has not carried it out or has."""
     process, begun = None, threading.Event()
 
-    def kill():
+    def strike():
         assert begun.wait(WHILE)
-        os.kill(process.pid, signal.SIGKILL)
-        process.join(WHILE)
+        kill(process)
         return "drop" if when == "before" else "drop after"
-    service.fail(method, path, kill)
+    service.fail(method, path, strike)
     process = begin("hybrid-nl")
     begun.set()
     process.join(WHILE)
@@ -761,25 +772,24 @@ def test_killed_at_any_moment(begin, solve, collect, service, tmp_path):
     assert process.exitcode == 0
     whole, rng, stages = len(service.requests), random.Random(1), set()
     kills = int(os.environ.get("QSTEREO_KILLS", 12))
-    for kill in range(kills):
+    for turn in range(kills):
         service.problems.clear()
         with contextlib.suppress(FileNotFoundError):
             (tmp_path / "s.qsf").unlink()
         begun, reached = threading.Event(), threading.Event()
         service.requests.clear()
 
-        def moment(last=kill * whole // kills, how=(None, "drop", "drop after")[kill % 3]):
+        def moment(last=turn * whole // kills, how=(None, "drop", "drop after")[turn % 3]):
             if len(service.requests) > last and not reached.is_set():
                 begun.wait(WHILE)
-                reached.set()
                 if how:
-                    process.kill()
-                    process.join(WHILE)
+                    kill(process)
+                reached.set()
                 return how
         service.fail("GET|POST|PUT", "", moment, times=10**6)
         process = begin("hybrid-bqm")
         begun.set()
-        until(lambda: reached.is_set() or not process.is_alive())
+        until(lambda: reached.is_set() or (tmp_path / "s.qsf").exists())
         time.sleep(rng.uniform(0, 0.02))
         process.kill()
         process.join(WHILE)
@@ -849,7 +859,7 @@ def begin_all(processes, frames, service, environment, tmp_path):
 def test_nothing_is_sent_after_ctrl_c(begin_all, service):
     """Threads whose problem is cancelled would go on to the next one, if they went on."""
     process = begin_all(2, 2)
-    service.fail("DELETE", "^problems", lambda: service.closed.wait(0.3) and None, times=99)
+    service.fail("DELETE", "^problems", lambda: print(service.closed.wait(0.3)), times=99)
     os.kill(process.pid, signal.SIGINT)
     process.join(WHILE)
     assert process.exitcode == 130 and len(service.problems) == 2 and all(problem.cancelled for problem in service.problems.values())
@@ -871,7 +881,7 @@ def test_ctrl_c_has_one_deadline_for_all(begin_all, service, tmp_path):
 def test_ctrl_c_cancels_many_at_once(begin_all, service, tmp_path):
     """No cancellation is answered before all have come."""
     process, all_here = begin_all(5, 5), threading.Barrier(5, timeout=WHILE)
-    service.fail("DELETE", "^problems", lambda: all_here.wait() and None, times=99)
+    service.fail("DELETE", "^problems", lambda: print(all_here.wait()), times=99)
     os.kill(process.pid, signal.SIGINT)
     process.join(WHILE)
     assert process.exitcode == 130 and all(problem.cancelled for problem in service.problems.values()) and names(tmp_path / "out") == []
