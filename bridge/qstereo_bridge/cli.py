@@ -191,6 +191,8 @@ SOLVE = [
                  help="send, write S.qsf.job and return; `collect` fetches the answer"),
     click.option("--resubmit", is_flag=True,
                  help="send although a job file says that it was sent: it is charged again"),
+    click.option("--max-charge", type=POSITIVE, metavar="S", help="send nothing that may be charged "
+                 "more seconds than this; of several problems, more in all"),
     click.option("--dry-run", is_flag=True,
                  help="say what would be sent, and against which limits; send nothing")]
 
@@ -217,9 +219,9 @@ def solve(**options):
     each to its own, with --out-dir."""
     options = SimpleNamespace(command="solve", problem=None, **options)
     _complete_solve(options)
-    if options.out_dir is not None:
-        return _run("remote", "solve_all", options, None)
-    return _run("remote", "dry_run" if options.dry_run else "solve", options, options.problem)
+    one = "solve" if options.out_dir is None else "solve_all"
+    function = "dry_run" if options.dry_run else one
+    return _run("remote", function, options, options.problem)
 
 
 @bridge.command()
@@ -295,8 +297,8 @@ def _complete_solve(options):
         options.label = options.label.encode("utf-8", "replace").decode()
     if options.out_dir is None:
         _complete_one(options)
-    elif options.output is not None or options.dry_run:
-        raise Failure(USAGE, "--out-dir does not go with -o or --dry-run")
+    elif options.output is not None:
+        raise Failure(USAGE, "--out-dir does not go with -o")
     elif "-" in options.problems:
         raise Failure(USAGE, "--out-dir names the samples after the problems; stdin has no name")
 

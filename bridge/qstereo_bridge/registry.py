@@ -35,7 +35,7 @@ class Solver:
                               f"pip install 'qstereo-bridge[{self.extra}]'") from None
 
 
-_SERVICE = {"solver_name": None, "label": None}
+_SERVICE = {"solver_name": None, "label": None, "max_charge": None}
 
 SOLVERS = {
     "anneal": Solver("solvers", "simulated annealing, finished by steepest descent (the default)",
