@@ -207,6 +207,22 @@ def feasible(problem, bits):
     return ((_ones(problem, bits) == 1) | ~problem.one_hot()).all(axis=1)
 
 
+def parts(problem):
+    """The variables of each connected part: list of i64 arrays, the largest first."""
+    g, h, _, weight = problem.coupled_pairs()
+    g, h = g[weight != 0], h[weight != 0]
+    least = np.arange(problem.groups)
+    while (least[g] != least[h]).any():
+        low, high = np.minimum(least[g], least[h]), np.maximum(least[g], least[h])
+        np.minimum.at(least, high, low)
+        while (least[least] != least).any():
+            least = least[least]
+    of_variable = np.repeat(least, problem.sizes())
+    order = np.argsort(of_variable, kind="stable")
+    cuts = np.flatnonzero(np.diff(of_variable[order])) + 1
+    return sorted(np.split(order, cuts) if order.size else [], key=lambda part: -part.size)
+
+
 def to_bqm(problem, limit=DEFAULT_LIMIT):
     """dimod's BinaryQuadraticModel of H, its variables 0 .. n - 1."""
     import dimod
