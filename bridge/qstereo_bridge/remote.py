@@ -313,11 +313,12 @@ def _plans(tasks, session):
             if task.out_dir is not None and _is_there(task):
                 plans.append({"skipped": True, "charge_seconds": 0, "fits": True})
             else:
-                plans.append(_plan(task, session))
+                plans.append(plan(task, session))
     return plans
 
 
-def _plan(options, session):
+def plan(options, session):
+    """What would be sent for one problem: a dict."""
     problem, solver = runner.read(options), registry.find(options.solver)
     n = problem.linear.size
     if n == 0:

@@ -105,19 +105,20 @@ def configuration():
     found = {key: config[key].strip() for key in ("token", "endpoint") if config.get(key)}
     if "token" in config and not found.get("token"):
         raise SolverError(f"the token of your D-Wave account is empty; {CONFIGURE}")
-    url = urlsplit(found.get("endpoint") or "https://")
-    if url.scheme not in ("http", "https"):
+    scheme, _, place = found.get("endpoint", "https://").partition("://")
+    if scheme not in ("http", "https"):
         raise SolverError(f"D-Wave's endpoint {text.line(found['endpoint'])} does not begin with "
                           "https://; set it so in D-Wave's configuration")
-    if url.scheme == "http" and not _loopback(url.hostname) and os.environ.get(PLAIN_HTTP) != "1":
+    if scheme == "http" and not _loopback(place) and os.environ.get(PLAIN_HTTP) != "1":
         raise SolverError(f"D-Wave's endpoint {text.line(found['endpoint'])} is plain http: anyone "
                           "on the way could read your token. Use https://, or allow it with the "
                           f"environment variable {PLAIN_HTTP}=1")
     return found
 
 
-def _loopback(host):
+def _loopback(place):
     try:
+        host = urlsplit(f"//{place}").hostname
         return host == "localhost" or ipaddress.ip_address(host or "").is_loopback
     except ValueError:
         return False

@@ -51,8 +51,10 @@ def from_sampleset(sampleset, n, **more):
         raise SolverError(f"the answer has {len(labels)} variables that are not the {n} of the "
                           "problem")
     low = -1 if sampleset.vartype.name == "SPIN" else 0
-    samples = np.rint(record.sample[:, np.argsort(np.array(labels, int))])
-    if not np.isin(samples, (low, 1)).all():
+    found = record.sample[:, np.argsort(np.array(labels, int))]
+    samples = np.rint(found)
+    # Hybrid solvers answer in floating point. Written so that what is no number is refused, too.
+    if not ((np.abs(found - samples) < 1e-6) & np.isin(samples, (low, 1))).all():
         raise SolverError(f"the answer has values other than {low} and 1")
     broken = getattr(record, "chain_break_fraction", None)
     return Answer((samples == 1).astype(np.uint8), record.energy,

@@ -206,7 +206,7 @@ class Service:
     def fail(self, method, path, how, times=1):
         """The next `times` requests whose method and path match the expressions: `how` is a status of HTTP; "drop" (the connection is
         closed, the request forgotten); "drop after" and "500 after" (it is carried out first); or a function that is called first and may
-        give one of these."""
+        give one of these. A tuple (headers, parts of a body) is sent as it is, with status 200."""
         self.faults.append([method, re.compile(path), how, times])
 
     def fault(self, method, path):
@@ -262,6 +262,16 @@ class _Handler(BaseHTTPRequestHandler):
         self.end_headers()
         self.wfile.write(data)
 
+    def _raw(self, headers, parts):
+        """A reply of any content: its headers, and its body in parts that are sent as they are."""
+        self.close_connection = True
+        self.send_response(200)
+        for name, value in {**headers, "Connection": "close"}.items():
+            self.send_header(name, value)
+        self.end_headers()
+        for part in parts:
+            self.wfile.write(part)
+
     def _error(self, status, said):
         self._reply(status, {"error_code": status, "error_msg": said})
 
@@ -272,6 +282,8 @@ class _Handler(BaseHTTPRequestHandler):
         self.service.requests.append((method, self.path, body))
         if callable(how):
             how = how()
+        if isinstance(how, tuple):
+            return self._raw(*how)
         if how == "drop":
             self.close_connection = True
             return self.connection.close()

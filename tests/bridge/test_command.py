@@ -119,7 +119,7 @@ def test_help_and_version(command):
     (["solve", "P", "-o", "S", "--fast-anneal"], "only qpu do"), (["solve", "P", "-o", "S", "--no-wait"], "for D-Wave's services"),
     (["solve", "P", "-o", "S", "--resubmit"], "for D-Wave's services"), (["solve", "P", "Q", "-o", "S"], "--out-dir"),
     (["solve", "P", "--out-dir", "D", "-o", "S"], "does not go with"), (["solve", "-", "--out-dir", "D"], "stdin has no name"),
-    (["solve", "P", "--out-dir", "D", "--dry-run"], "does not go with"), (["solve", "P", "-o", "S", "--jobs", "2"], "several problems"),
+    (["solve", "P", "-o", "S", "--jobs", "2"], "several problems"),
     (["collect"], "S.qsf.job"), (["collect", "S.qsf"], "does not end in .job"), (["collect", "S.job", "-o", "S.job"], "does not end in .job"),
     (["solve", "P", "-o", "-", "--json"], "stdout"), (["solve", "/dev/null", "-o", "/dev/../dev/null"], "problem itself")])
 def test_usage(arguments, said, main):
@@ -207,9 +207,6 @@ def test_long_names(problem_file, tmp_path, main, monkeypatch):
 
 
 def test_temporary_is_there_while_the_solver_works(problem_file, tmp_path, main, monkeypatch):
-    """One that a killed process of the same number left behind is passed over."""
-    stale = f".qstereo-{os.getpid()}-0.tmp"
-    (tmp_path / stale).touch()
     real, seen = solvers.anneal, []
 
     def watching(*arguments):
@@ -217,7 +214,8 @@ def test_temporary_is_there_while_the_solver_works(problem_file, tmp_path, main,
         return real(*arguments)
     monkeypatch.setattr(solvers, "anneal", watching)
     assert main("solve", problem_file, "-o", tmp_path / "s.qsf", *FAST)[0] == 0
-    assert seen == [stale, f".qstereo-{os.getpid()}-1.tmp", "tiny.qcf"] and files(tmp_path) == [stale, "s.qsf", "tiny.qcf"]
+    temporary, problem = seen
+    assert temporary.startswith(".qstereo-") and problem == "tiny.qcf" and files(tmp_path) == ["s.qsf", "tiny.qcf"]
 
 
 @pytest.mark.parametrize("fault", ["open", "replace"])
@@ -231,7 +229,7 @@ def test_failed_write_leaves_the_old_file(fault, problem_file, tmp_path, main, m
         monkeypatch.setattr(os, "replace", fail)
     else:
         real = open
-        monkeypatch.setattr("builtins.open", lambda *a, **b: fail() if a[1:] == ("wb",) else real(*a, **b))
+        monkeypatch.setattr("builtins.open", lambda *a, **b: fail() if a[1:] == ("xb",) else real(*a, **b))
     assert main("solve", problem_file, "-o", samples, *FAST)[0] == 4
     assert samples.read_bytes() == b"old" and files(tmp_path) == ["s.qsf", "tiny.qcf"]
 
@@ -324,8 +322,8 @@ CLOUD = ["dwave.system", "dwave.cloud", "dwave.samplers", "scipy.optimize"]
 
 @pytest.mark.parametrize("arguments, absent", [
     (["--version"], [*CLOUD, "dimod", "numpy"]), (["solve", "--help"], [*CLOUD, "dimod", "numpy"]),
-    (["solve", "P", "--dry-run", "--solver", "qpu"], [*CLOUD, "dimod"]),
-    (["solve", "P", "--dry-run", "--solver", "hybrid-cqm"], [*CLOUD, "dimod"]),
+    (["solve", "P", "--dry-run", "--solver", "qpu"], ["dwave.cloud.client", "dwave.system", "dimod"]),
+    (["solve", "P", "--dry-run", "--solver", "hybrid-cqm"], ["dwave.cloud.client", "dwave.system", "dimod"]),
     (["solve", "P", "-o", "/dev/null", "--solver", "exact"], CLOUD), (["solve", "P", "-o", "/dev/null", *FAST], CLOUD[:2]),
     (["solve", "P", "-o", "/dev/null", "--solver", "ilp"], CLOUD[:3])])
 def test_lazy_imports(arguments, absent, problem_file, environment):
