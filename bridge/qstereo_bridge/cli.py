@@ -267,6 +267,28 @@ def embed(**options):
 
 
 @bridge.command()
+@click.argument("problem", metavar="P.qcf")
+@click.option("-o", "--output", metavar="FILE", required=True, help="p.bqm (dimod's own), p.coo, "
+              "p.lp (an integer program) or p.qubo (qbsolv's): the end names the format")
+@_takes(*COMMON)
+def export(**options):
+    """Write the problem in a .qcf (- is stdin) as a file that other tools read. Numbers are the
+    .qcf's integer units."""
+    return _run("export", "export", SimpleNamespace(command="export", **options),
+                options["problem"])
+
+
+@bridge.command()
+@click.argument("samples", metavar="S.qsf")
+@click.option("--problem", metavar="P.qcf", help="the problem of the samples; needed")
+@click.option("--embedding", metavar="E.json", help="its embedding (the one in the samples)")
+@_takes(*COMMON)
+def inspect(**options):
+    """Open D-Wave's inspector on samples of the solver qpu, where it is installed."""
+    return _run("inspection", "inspect", SimpleNamespace(command="inspect", **options), None)
+
+
+@bridge.command()
 @click.option("--json", is_flag=True, help="print the list as one JSON object")
 def solvers(**options):
     """List the solvers that your D-Wave account reaches: name, kind, limits, load."""

@@ -26,6 +26,10 @@ class FileError(Failure):
         super().__init__(IO, message)
 
 
+class InputError(Error, ValueError):
+    """An argument of the wrong shape, values or kind, or samples of another problem."""
+
+
 class SolverError(Error):
     """The solver failed, refused the problem, or answered something that cannot be."""
 

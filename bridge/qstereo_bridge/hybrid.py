@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from . import models
-from .services import explain, given, plain
+from .qsf import plain
+from .services import explain, given
 from .solvers import Answer, SolverError, from_sampleset
 from .upload import bqm_file
 

@@ -27,6 +27,7 @@ import numpy as np
 
 from .failure import BAD_INPUT, IO, NO, Failure, SolverError, io
 from .output import hold, sync_folder
+from .qsf import plain
 from .services import connect, explain
 from .text import line
 
@@ -337,7 +338,6 @@ def send(session, job, problem_type, data, parameters):
     """Create the problem: one request, never repeated once it may have arrived. Raises SolverError.
     """
     import zlib
-    import orjson
     from requests import TooManyRedirects
 
     body = {"solver": session.solver.identity.dict(), "data": data, "type": problem_type,
@@ -346,13 +346,13 @@ def send(session, job, problem_type, data, parameters):
         post = requests.session
         post.set_accept(media_type="application/vnd.dwave.sapi.problems+json", ask_version="3.0.0",
                         accept_version="~=3.0")
-        content = zlib.compress(orjson.dumps([body], option=orjson.OPT_SERIALIZE_NUMPY))
+        content = zlib.compress(json.dumps([plain(body)]).encode())
         job.save(state=SENDING, time=_now(), account=session.account(job.label))
         hold()
         try:
             # A redirected POST would become a GET, whose answer is the list of the account's
             # problems, or take the token elsewhere.
-            reply = orjson.loads(post.post("", data=content, allow_redirects=False, headers={
+            reply = json.loads(post.post("", data=content, allow_redirects=False, headers={
                 "Content-Type": "application/json", "Content-Encoding": "deflate"}).content)[0]
             if "error_msg" not in reply and not (isinstance(reply["id"], str)
                                                  and _is_label_of(job, reply["label"])):

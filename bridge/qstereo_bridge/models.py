@@ -9,19 +9,18 @@ from .container import DEFAULT_LIMIT, check_memory
 CHUNK = 1 << 19
 # Bytes a term: 16 in the three arrays, twice 16 in dimod's adjacency, whose vectors may be half empty.
 COO_BYTES, BQM_BYTES = 16, 64
-# Mean number of terms in a run of like groups from which on it pays to take the run as a whole.
-LONG_RUN = 1000
 
 
 class Terms:
     """The quadratic terms of a Problem, sorted by (row, column), expanded chunk by chunk.
 
-    Every coupling (and every penalty with b > 0, as a coupling of its group with itself) has a *pattern*: the entries of
-    its block that are not 0, row after row. The terms of variable i of group g are then row i of the pattern of each of g's
-    couplings, one after another in the order of the partner groups.
+    Every coupling (and every penalty with b > 0, as a coupling of its group with itself) has a
+    *pattern*: the entries of its block that are not 0, row after row. The terms of variable i of
+    group g are then row i of the pattern of each of g's couplings, one after another in the order
+    of the partner groups.
 
-    `count` is their number. With `penalties` false the one-hot penalties are left out. With `both` each term stands there twice, in the
-    row of either of its variables.
+    `count` is their number. With `penalties` false the one-hot penalties are left out. With `both`
+    each term stands there twice, in the row of either of its variables.
     """
 
     def __init__(self, problem, penalties=True, both=False):
@@ -36,103 +35,67 @@ class Terms:
             own_sizes, of_size = np.unique(sizes[own], return_inverse=True)
             g, h, weight = np.append(g, own), np.append(h, own), np.append(weight, b[own])
             pattern = np.append(pattern, 2 * (len(blocks) + of_size) + 1)
-            blocks += [Toeplitz((size, size), 1, 0, np.empty(0, np.int32)) for size in own_sizes.tolist()]
+            blocks += [Toeplitz((size, size), 1, 0, np.empty(0, np.int32))
+                       for size in own_sizes.tolist()]
         if both:
             g, h, weight, pattern, blocks = _both_ways(g, h, weight, pattern, blocks)
-        # Stable sorting merges runs that are sorted already, which is how couplings usually stand in a file.
+        # Stable sorting merges runs that are sorted already, as couplings usually are in a file.
         order = np.argsort(g * sizes.size + h, kind="stable")
         order = order[weight[order] != 0]
         self.g, self.h, self.weight = g[order], h[order], weight[order]
         used, self.pattern = np.unique(pattern[order], return_inverse=True)
         self.patterns = [(blocks[key // 2], bool(key % 2)) for key in used.tolist()]
-        self.repeated = bool(((self.g[1:] == self.g[:-1]) & (self.h[1:] == self.h[:-1])).any())
-        sizes_of_patterns = np.array([block.count_nonzero(upper) for block, upper in self.patterns], np.int64)
-        self.terms_of_coupling = sizes_of_patterns[self.pattern]
+        again = (self.g[1:] == self.g[:-1]) & (self.h[1:] == self.h[:-1])
+        self.repeated = bool(again.any())
+        of_pattern = np.array([block.count_nonzero(upper) for block, upper in self.patterns], int)
+        self.terms_of_coupling = of_pattern[self.pattern]
         self.count = int(self.terms_of_coupling.sum())
 
     def chunks(self):
-        """Yields (rows, columns, values), integer arrays of about CHUNK terms, in the order of (row, column)."""
+        """Yields (rows, columns, values), integer arrays of about CHUNK terms, in the order of
+        (row, column)."""
         if self.count == 0:
             return
         entries = [block.entries(upper) for block, upper in self.patterns]
-        self.lengths, self.columns, self.values = (np.concatenate(parts) for parts in zip(*entries))
-        self.first_entry = np.cumsum(self.lengths) - self.lengths
+        lengths, columns, values = (np.concatenate(parts) for parts in zip(*entries))
+        first_entry = np.cumsum(lengths) - lengths
         rows_of_patterns = np.array([entry[0].size for entry in entries])
-        self.first_row = (np.cumsum(rows_of_patterns) - rows_of_patterns)[self.pattern]
-        self.partners = np.bincount(self.g, minlength=self.starts.size - 1)
-        self.first_coupling = np.cumsum(self.partners) - self.partners
-        runs = self._runs()
-        yield from self._by_runs(runs) if self.count >= LONG_RUN * (runs.size - 1) else self._by_rows()
-
-    def _runs(self):
-        """First groups of the longest runs of groups that have the same patterns in the same order; all groups at the end.
-
-        A grid has two in each of its rows: all cells but the last, which has no right neighbour.
-        """
-        previous = np.arange(self.g.size) - self.partners[self.g]
-        differs = np.append(True, self.partners[1:] != self.partners[:-1])
-        differs[self.g[self.pattern != self.pattern[np.maximum(previous, 0)]]] = True
-        return np.append(np.flatnonzero(differs), differs.size)
-
-    def _by_runs(self, runs):
-        """The fast way: the terms of one group, shifted for all groups of its run."""
-        templates, starts = {}, self.starts.astype(np.int32)
-        for low, high in zip(runs[:-1].tolist(), runs[1:].tolist()):
-            first, partners = self.first_coupling[low], self.partners[low]
-            if partners == 0:
-                continue
-            key = self.pattern[first:first + partners].tobytes()
-            if key not in templates:
-                row, coupling, entry = self._locate(self.starts[low], self.starts[low + 1])
-                templates[key] = ((row - self.starts[low]).astype(np.int32), coupling - first, self.columns[entry],
-                                  self.values[entry])
-            row, slot, column, value = templates[key]
-            step = max(1, CHUNK // max(row.size, 1))
-            for at in range(low, high, step):
-                groups = min(step, high - at)
-                these = slice(self.first_coupling[at], self.first_coupling[at] + groups * partners)
-                base = starts[self.h[these]].reshape(groups, partners)
-                weight = self.weight[these].reshape(groups, partners)
-                columns = base.take(slot, axis=1)
-                columns += column
-                values = weight[:1, slot] * value if (weight == weight[0]).all() else weight[:, slot] * value
-                yield ((starts[at:at + groups, None] + row).ravel(), columns.ravel(),
-                       np.broadcast_to(values, columns.shape).ravel())
-
-    def _by_rows(self):
-        """The general way, for groups that have little in common with their neighbours."""
+        first_row = (np.cumsum(rows_of_patterns) - rows_of_patterns)[self.pattern]
+        partners = np.bincount(self.g, minlength=self.starts.size - 1)
+        first_coupling = np.cumsum(partners) - partners
+        # Ranges of variables that have about CHUNK terms each.
         ends = np.zeros(self.starts.size, np.int64)
         np.add.at(ends, self.g + 1, self.terms_of_coupling)
-        # Ranges of variables that have about CHUNK terms each.
-        cuts = np.interp(np.arange(0, self.count, CHUNK), np.cumsum(ends), self.starts).astype(np.int64)
-        cuts = np.unique(np.concatenate(([0], cuts, self.starts[-1:])))
+        cuts = np.interp(np.arange(0, self.count, CHUNK), np.cumsum(ends), self.starts)
+        cuts = np.unique(np.concatenate(([0], cuts.astype(np.int64), self.starts[-1:])))
         for low, high in zip(cuts[:-1], cuts[1:]):
-            row, coupling, entry = self._locate(low, high)
-            yield row, self.starts[self.h[coupling]] + self.columns[entry], self.weight[coupling] * self.values[entry]
-
-    def _locate(self, low, high):
-        """For each term of the variables low .. high - 1: its row, its coupling, and its entry in the patterns."""
-        row = np.arange(low, high)
-        group = np.searchsorted(self.starts, row, side="right") - 1
-        # A segment is one row of one pattern.
-        segments = self.partners[group]
-        row, group = np.repeat(row, segments), np.repeat(group, segments)
-        coupling = self.first_coupling[group] + places(segments)
-        entry_row = self.first_row[coupling] + row - self.starts[group]
-        length = self.lengths[entry_row]
-        return (np.repeat(row, length), np.repeat(coupling, length),
-                np.repeat(self.first_entry[entry_row], length) + places(length))
+            row = np.arange(low, high)
+            group = np.searchsorted(self.starts, row, side="right") - 1
+            # A segment is one row of one pattern.
+            segments = partners[group]
+            row, group = np.repeat(row, segments), np.repeat(group, segments)
+            coupling = first_coupling[group] + places(segments)
+            entry_row = first_row[coupling] + row - self.starts[group]
+            length = lengths[entry_row]
+            entry = np.repeat(first_entry[entry_row], length) + places(length)
+            coupling = np.repeat(coupling, length)
+            yield (np.repeat(row, length), self.starts[self.h[coupling]] + columns[entry],
+                   self.weight[coupling] * values[entry])
 
 
 def _both_ways(g, h, weight, pattern, blocks):
-    """Couplings with those of the same groups in the other order, and couplings of a group with itself both ways in one block."""
-    off, count = g != h, len(blocks)
-    of_itself = [Table(np.triu(block.dense(), 1) + np.triu(block.dense(), 1).T) if 2 * number + 1 in set(pattern.tolist()) else block
-                 for number, block in enumerate(blocks)]
-    blocks = [*blocks, *(block.transposed() for block in blocks), *of_itself]
+    """Couplings with those of the same groups in the other order, and couplings of a group with
+    itself both ways in one block."""
+    off, count, itself = g != h, len(blocks), set(pattern.tolist())
+    whole = [np.triu(block.dense(), 1) if 2 * number + 1 in itself else None
+             for number, block in enumerate(blocks)]
+    blocks = [*blocks, *(block.transposed() for block in blocks),
+              *(Table(np.zeros((1, 1))) if upper is None else Table(upper + upper.T)
+                for upper in whole)]
+    turned = pattern[off] + 2 * count
     return (np.concatenate([g[off], h[off], g[~off]]), np.concatenate([h[off], g[off], h[~off]]),
             np.concatenate([weight[off], weight[off], weight[~off]]),
-            np.concatenate([pattern[off], pattern[off] + 2 * count, pattern[~off] // 2 * 2 + 4 * count]), blocks)
+            np.concatenate([pattern[off], turned, pattern[~off] // 2 * 2 + 4 * count]), blocks)
 
 
 def expand(problem, penalties=True, limit=DEFAULT_LIMIT):
@@ -205,6 +168,22 @@ def _ones(problem, bits):
 def feasible(problem, bits):
     """bool array: which samples have exactly one variable at 1 in every one-hot group."""
     return ((_ones(problem, bits) == 1) | ~problem.one_hot()).all(axis=1)
+
+
+def parts(problem):
+    """The variables of each connected part: list of i64 arrays, the largest first."""
+    g, h, _, weight = problem.coupled_pairs()
+    g, h = g[weight != 0], h[weight != 0]
+    least = np.arange(problem.groups)
+    while (least[g] != least[h]).any():
+        low, high = np.minimum(least[g], least[h]), np.maximum(least[g], least[h])
+        np.minimum.at(least, high, low)
+        while (least[least] != least).any():
+            least = least[least]
+    of_variable = np.repeat(least, problem.sizes())
+    order = np.argsort(of_variable, kind="stable")
+    cuts = np.flatnonzero(np.diff(of_variable[order])) + 1
+    return sorted(np.split(order, cuts) if order.size else [], key=lambda part: -part.size)
 
 
 def to_bqm(problem, limit=DEFAULT_LIMIT):

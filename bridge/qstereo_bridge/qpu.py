@@ -11,7 +11,8 @@ from .embedding import Chip
 from .failure import BAD_INPUT, Failure, SolverError, io
 from .hybrid import SMALLER, Request, refusal
 from .qsf import read_qsf
-from .services import given, plain
+from .qsf import plain
+from .services import given
 from .solvers import Answer, check_occurrences
 from .text import line
 
@@ -235,7 +236,7 @@ class Qpu:
         return Answer(bits, occurrences=occurrences, broken=broken, info=plain({
             "timing": dict(future.timing), "chip": job.chip,
             "chain_strength": job.parameters["chain_strength"], "embedding": job.embedding,
-            "broken_chains": MEND,
+            "broken_chains": MEND, **({"chains": job.chains} if copies == 1 else {}),
             "mean_broken_share": float(np.average(broken, weights=occurrences)),
             **({"warnings": [WARNINGS[name] for name in warnings]} if warnings else {})}))
 

@@ -6,8 +6,6 @@ import ipaddress
 import os
 from urllib.parse import urlsplit
 
-import numpy as np
-
 from . import text
 from .container import FormatError
 from .failure import Failure
@@ -257,19 +255,6 @@ def explain(error):
     if names & {"SolverFailureError", "SolverError", "RequestError"}:
         return f"D-Wave's service says: {said}"
     return f"{type(error).__name__}: {said}"
-
-
-def plain(value):
-    """`value` as JSON can hold it: numpy's numbers and arrays as Python's, the unknown as text."""
-    if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple, set, np.ndarray)):
-        return [plain(item) for item in value]
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value if isinstance(value, (bool, int, float, str, type(None))) else str(value)
 
 
 def given(**parameters):

@@ -78,11 +78,11 @@ def samples_of(problem, digest, solver, answer):
     return Samples(digest, solver, records, answer.bits, answer.info)
 
 
-def interruptible(call, tick):
+def interruptible(call, tick, stop=float("inf")):
     """call() in a thread of its own, tick() five times a second in this one.
 
-    Ocean's samplers leave the interpreter for minutes and only return to it between reads; this way Ctrl-C reaches the
-    main thread at once.
+    Ocean's samplers leave the interpreter for minutes and only return to it between reads; this
+    way Ctrl-C reaches the main thread at once. After the time `stop` it is no longer waited for.
     """
     future = concurrent.futures.Future()
 
@@ -93,7 +93,9 @@ def interruptible(call, tick):
             future.set_exception(error)
 
     threading.Thread(target=work, daemon=True).start()
-    while not concurrent.futures.wait([future], timeout=0.2).done:
+    while not concurrent.futures.wait([future], min(0.2, max(0, stop - time.monotonic()))).done:
+        if time.monotonic() >= stop:
+            return None
         tick()
     return future.result()
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from problems import all_states, domain_walls, grid, make, random_problem
-from qstereo_bridge import models, qcf, qsf, services, solvers
+from qstereo_bridge import models, qcf, qsf, solvers
 from qstereo_bridge.container import OverLimit
 
 SMALL = grid(2, 2, 3)
@@ -55,7 +55,7 @@ def test_local_solvers_find_the_minimum(name, options, problem):
     energies = models.energies(problem, answer.bits)
     assert energies.min() == least(problem) and np.allclose(answer.energies, energies)
     assert answer.info["parameters"]["seed"] == 1
-    json.dumps(services.plain(answer.info))
+    json.dumps(qsf.plain(answer.info))
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -165,7 +165,7 @@ def test_samplers_that_refuse(more, status, said, problem_file, tmp_path, main):
 
 def test_plain():
     value = {1: np.int64(2), "a": np.array([1.5, math.nan]), "b": {"c": (True, None)}, "d": {3}, "e": np.bool_(True), "f": object}
-    found = services.plain(value)
+    found = qsf.plain(value)
     assert found == {"1": 2, "a": [1.5, None], "b": {"c": [True, None]}, "d": [3], "e": True, "f": str(object)}
     assert json.loads(json.dumps(found, allow_nan=False)) == found
 
