@@ -219,6 +219,15 @@ def test_more_reads_are_advised_where_they_help(numbers, energies, counts, helps
 # Files.
 
 
+def test_where_files_cannot_be_locked_nothing_is_sent(solve, service, tmp_path, monkeypatch):
+    """As on Windows; what runs here does without."""
+    monkeypatch.setattr(jobs, "fcntl", None)
+    status, _, err = solve()
+    assert status == 4 and "WSL" in err and "Linux, macOS" in err and not service.problems and not service.uploads
+    assert [path.name for path in tmp_path.iterdir()] == ["tiny.qcf"]
+    assert solve("anneal")[0] == 0
+
+
 def test_no_link_that_was_planted_is_followed(tmp_path, solve, monkeypatch):
     """Not even under a temporary's very name."""
     kept = tmp_path / "kept"
