@@ -164,6 +164,15 @@ def test_qpu_parameters(solve, service, tmp_path):
     assert solved(tmp_path / "s.qsf").info["chain_strength"] == pytest.approx(expected)
 
 
+def test_parameters_by_their_own_names(solve, service, tmp_path):
+    assert solve("qpu", "--param", "auto_scale=false", "--param", "anneal_schedule=[[0, 0], [5, 1]]")[0] == 0
+    params = sent(service)[1]["params"]
+    assert params == {"num_reads": 1000, "auto_scale": False, "anneal_schedule": [[0, 0], [5, 1]]}
+    assert solved(tmp_path / "s.qsf").info["parameters"]["auto_scale"] is False
+    status, _, err = solve("qpu", "--param", "auto_scal=false")
+    assert status == 5 and "no parameter auto_scal; it has anneal_schedule" in err and len(service.problems) == 1
+
+
 def one_future(samples, variables, occurrences=None):
     return SimpleNamespace(sampleset=dimod.SampleSet.from_samples((samples, variables), "SPIN", energy=np.zeros(len(samples)),
                                                                   num_occurrences=occurrences), timing={})
