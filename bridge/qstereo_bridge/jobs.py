@@ -23,8 +23,6 @@ import secrets
 import time
 from datetime import datetime, timezone
 
-import numpy as np
-
 from .failure import BAD_INPUT, IO, NO, Failure, SolverError, io
 from .output import hold, sync_folder
 from .qsf import plain
@@ -302,8 +300,6 @@ def decoded(kind, future, job):
     """The Answer in a resolved Future. Raises SolverError for one that cannot be."""
     try:
         answer = kind.decode(future, job)
-        if answer.energies is not None and not np.isfinite(answer.energies).all():
-            raise SolverError("the service's answer has energies that are no numbers")
     except Exception as error:
         why = (error if isinstance(error, SolverError) else
                f"the service's answer cannot be read ({explain(error)})")

@@ -10,8 +10,7 @@ from . import embedding, models
 from .embedding import Chip
 from .failure import BAD_INPUT, Failure, SolverError, io
 from .hybrid import SMALLER, Request, refusal
-from .qsf import read_qsf
-from .qsf import plain
+from .qsf import plain, read_qsf
 from .services import given
 from .solvers import Answer, check_occurrences
 from .text import line
@@ -217,6 +216,8 @@ class Qpu:
         problem, sampleset = self.problem, future.sampleset
         reads = sampleset.record.num_occurrences
         check_occurrences(reads)
+        if not np.isfinite(sampleset.record.energy).all():
+            raise SolverError("the answer has energies that are no numbers")
         column = {qubit: at for at, qubit in enumerate(sampleset.variables)}
         samples = sampleset.record.sample
         lengths = np.array(list(map(len, job.chains)))

@@ -89,10 +89,10 @@ def test_plain_http_where_it_is_asked_for(monkeypatch):
 
 def test_a_refusal_is_made_harmless(solve, service, monkeypatch):
     handler = service.server.RequestHandlerClass
-    said = {"error_code": 400, "error_msg": f"{HOSTILE} {TOKEN} no"}
+    said = {"error_code": 400, "error_msg": f"{HOSTILE}\n{TOKEN} no"}
     monkeypatch.setattr(handler, "_create", lambda self, job: said)
     status, _, err = solve()
-    assert status == 5 and f"refuses the problem: {HARMLESS} (token) no" in err and "\x1b" not in err
+    assert status == 5 and f"refuses the problem: {HARMLESS} (token) no" in err and "\x1b" not in err and err.count("\n") == 1
 
 
 def test_an_error_is_made_harmless(solve, service, monkeypatch):
@@ -226,6 +226,9 @@ def test_no_link_that_was_planted_is_followed(tmp_path, solve, monkeypatch):
     monkeypatch.setattr(jobs.secrets, "token_hex", lambda count: "0" * 2 * count)
     (tmp_path / f"s.qsf.job.{'0' * 16}.tmp").symlink_to(kept)
     status, _, err = solve("hybrid-nl", "--no-wait")
+    assert status == 4 and "cannot write" in err and kept.read_text() == "kept"
+    (tmp_path / f".qstereo-{'0' * 16}.tmp").symlink_to(kept)
+    status, _, err = solve("anneal")
     assert status == 4 and "cannot write" in err and kept.read_text() == "kept"
 
 

@@ -159,7 +159,7 @@ def test_no_embedding():
 
 
 @pytest.mark.parametrize("change, wrong", [
-    ({}, set()), ({1: []}, {1}), ({1: [100_000]}, {1}), ({0: [1, 5]}, {0}), ({2: [0, 4]}, {0, 2}), ({1: [7]}, {0, 1, 2}), ({3: [7]}, set())])
+    ({}, set()), ({1: []}, {1}), ({1: [100_000]}, {1}), ({0: [1, 5]}, {0}), ({2: [0, 4]}, {0, 2}), ({2: [4, 6]}, {2, 3}), ({1: [7]}, {0, 1, 2}), ({3: [7]}, set())])
 def test_faults_name_the_variables(change, wrong):
     """A path of three variables, and one by itself, on a path of seven qubits."""
     source = embedding.Source(np.array([0, 1]), np.array([1, 2]), np.arange(5))

@@ -3,7 +3,6 @@
 import contextlib
 import json
 import math
-import multiprocessing
 import os
 import random
 import signal
@@ -656,13 +655,6 @@ def child(arguments, environment, out, deadline=WHILE):
     run()
 
 
-@pytest.fixture(scope="module")
-def processes():
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["qstereo_bridge.remote", "dwave.cloud.client", "dwave.cloud.api.resources", "dwave.optimization", "dimod"])
-    return context
-
-
 @pytest.fixture
 def begin(processes, problem_file, tmp_path, environment, service):
     def start(solver, *options):
@@ -976,10 +968,10 @@ def test_many_of_one_name(frames, tmp_path, main):
 def test_no_token_in_logs(service, problem_file, tmp_path, command, environment):
     """D-Wave's client logs what it does where the user asks it to."""
     environment.update(DWAVE_LOG_LEVEL="trace")
-    found = command("solve", problem_file, "-o", tmp_path / "s.qsf", "--solver", "qpu")
+    found = command("solve", problem_file, "-o", tmp_path / "s.qsf", "--solver", "qpu", env=environment)
     assert found.returncode == 0 and len(found.stderr) > 1000
     service.fail("POST", "^problems", 500, times=9)
-    assert command("solve", problem_file, "-o", tmp_path / "s.qsf", "--solver", "hybrid-bqm").returncode == 5
+    assert command("solve", problem_file, "-o", tmp_path / "s.qsf", "--solver", "hybrid-bqm", env=environment).returncode == 5
 
 
 def test_no_token_at_the_service_but_in_its_header(solve, service):
