@@ -50,7 +50,8 @@ examples:
   qstereo-bridge solve p.qcf -o s.qsf --solver dwave.samplers:TabuSampler --param tenure=10
   qstereo-bridge solve p.qcf --solver hybrid-cqm --dry-run
   qstereo-bridge solve p.qcf -o s.qsf --solver qpu --num-reads 1000 --annealing-time 50
-  qstereo-bridge solve p.qcf -o s.qsf --solver hybrid-nl --no-wait && qstereo-bridge collect s.qsf.job
+  qstereo-bridge solve p.qcf -o s.qsf --solver hybrid-nl --no-wait
+  qstereo-bridge collect s.qsf.job
   qstereo-bridge solve frames/*.qcf --out-dir answers --solver hybrid-nl --jobs 4
 
 D-Wave's services (qpu, hybrid-nl, hybrid-bqm, hybrid-cqm) use your own account: `dwave config
@@ -360,7 +361,7 @@ def main(arguments=None):
     if sys.stdout is not None:
         sys.stdout.reconfigure(errors="backslashreplace")
     arguments = sys.argv[1:] if arguments is None else arguments
-    name = " ".join(["qstereo-bridge", *(word for word in arguments[:1] if word in bridge.commands)])
+    name = " ".join(["qstereo-bridge", *(w for w in arguments[:1] if w in bridge.commands)])
     try:
         return bridge.main(arguments, "qstereo-bridge", standalone_mode=False) or OK
     except click.UsageError as error:

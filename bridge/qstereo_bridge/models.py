@@ -5,9 +5,9 @@ import numpy as np
 from .blocks import Table, Toeplitz, places
 from .container import DEFAULT_LIMIT, check_memory
 
-# Terms expanded at a time: large enough for numpy, small enough that temporary arrays stay out of the peak.
+# Terms expanded at a time: enough for numpy, few enough to keep temporary arrays out of the peak.
 CHUNK = 1 << 19
-# Bytes a term: 16 in the three arrays, twice 16 in dimod's adjacency, whose vectors may be half empty.
+# Bytes a term: 16 in three arrays; twice 16 in dimod's vectors, which may be half empty.
 COO_BYTES, BQM_BYTES = 16, 64
 
 
@@ -101,18 +101,20 @@ def _both_ways(g, h, weight, pattern, blocks):
 def expand(problem, penalties=True, limit=DEFAULT_LIMIT):
     """All coefficients: (linear, (rows, columns, values), offset).
 
-    linear, values are i64; rows < columns are i32, sorted by (row, column), without repetitions and without zeros. The penalties
-    are folded in (-a on each linear term, b on each pair of the group, a in the offset) or, with `penalties` false, left out.
+    linear, values are i64; rows < columns are i32, sorted by (row, column), without repetitions and
+    without zeros. The penalties are folded in (-a on each linear term, b on each pair of the group,
+    a in the offset) or, with `penalties` false, left out.
     Raises OverLimit where these arrays and dimod's model of them would not fit into `limit` bytes.
     """
     terms = Terms(problem, penalties)
-    check_memory(terms.count * (COO_BYTES + BQM_BYTES), limit, f"a model of {terms.count:,} quadratic terms")
-    rows, columns = np.empty(terms.count, np.int32), np.empty(terms.count, np.int32)
-    values = np.empty(terms.count, np.int64)
-    at = 0
-    for row, column, value in terms.chunks():
-        rows[at:at + row.size], columns[at:at + row.size], values[at:at + row.size] = row, column, value
-        at += row.size
+    check_memory(terms.count * (COO_BYTES + BQM_BYTES), limit,
+                 f"a model of {terms.count:,} quadratic terms")
+    found, at = [np.empty(terms.count, kind) for kind in (np.int32, np.int32, np.int64)], 0
+    for chunk in terms.chunks():
+        for whole, part in zip(found, chunk):
+            whole[at:at + part.size] = part
+        at += chunk[0].size
+    rows, columns, values = found
     if terms.repeated:
         rows, columns, values = add_up(rows, columns, values)
     return linear_terms(problem, penalties), (rows, columns, values), constant(problem, penalties)
@@ -131,7 +133,8 @@ def add_up(rows, columns, values):
 
 
 def linear_terms(problem, penalties=True):
-    """i64 array: the linear term of each variable, -a of its group included unless `penalties` is false."""
+    """i64 array: the linear term of each variable, with -a of its group unless `penalties` is
+    false."""
     if not penalties:
         return problem.linear
     return problem.linear - np.repeat(problem.penalty_pairs()[0], problem.sizes())
@@ -156,7 +159,8 @@ def energies(problem, bits, penalties=True):
     block = max(1, (1 << 24) // CHUNK)
     for row, column, value in Terms(problem, penalties=False).chunks():
         for at in range(0, total.size, block):
-            total[at:at + block] += value @ (bits[row, at:at + block] & bits[column, at:at + block]).astype(np.int64)
+            these = np.s_[at:at + block]
+            total[these] += value @ (bits[row, these] & bits[column, these]).astype(np.int64)
     return total
 
 
@@ -190,17 +194,15 @@ def to_bqm(problem, limit=DEFAULT_LIMIT):
     """dimod's BinaryQuadraticModel of H, its variables 0 .. n - 1."""
     import dimod
 
-    linear, quadratic, offset = expand(problem, limit=limit)
-    return dimod.BinaryQuadraticModel.from_numpy_vectors(linear, quadratic, offset, "BINARY")
+    return dimod.BinaryQuadraticModel.from_numpy_vectors(*expand(problem, limit=limit), "BINARY")
 
 
 def to_cqm(problem, limit=DEFAULT_LIMIT):
-    """dimod's ConstrainedQuadraticModel: H without its penalties, each one-hot group a constraint instead."""
+    """dimod's ConstrainedQuadraticModel: H without penalties, each one-hot group a constraint."""
     import dimod
 
-    linear, quadratic, offset = expand(problem, penalties=False, limit=limit)
-    cqm = dimod.ConstrainedQuadraticModel()
-    cqm.set_objective(dimod.BinaryQuadraticModel.from_numpy_vectors(linear, quadratic, offset, "BINARY"))
+    cqm, terms = dimod.ConstrainedQuadraticModel(), expand(problem, penalties=False, limit=limit)
+    cqm.set_objective(dimod.BinaryQuadraticModel.from_numpy_vectors(*terms, "BINARY"))
     starts = problem.starts()
     for group in np.flatnonzero(problem.one_hot()).tolist():
         # add_discrete says the same, but compares each new group with all others.
@@ -214,32 +216,38 @@ def to_cqm(problem, limit=DEFAULT_LIMIT):
 def to_nl(problem, limit=DEFAULT_LIMIT):
     """dwave.optimization's Model of H.
 
-    Where every group is one-hot, its one decision is an integer for each group, the variable that is 1: no penalty, no constraint, no state
-    that is infeasible. Otherwise it is a bit for each variable, penalties included.
+    Where every group is one-hot, its one decision is an integer for each group, the variable that
+    is 1: no penalty, no constraint, no state that is infeasible. Otherwise it is a bit for each
+    variable, penalties included.
     """
     from dwave.optimization import Model
 
     model = Model()
-    model.minimize(_nl_labels(model, problem, limit) if problem.one_hot().all() else _nl_bits(model, problem, limit))
+    energy = _nl_labels if problem.one_hot().all() else _nl_bits
+    model.minimize(energy(model, problem, limit))
     return model
 
 
 def _nl_labels(model, problem, limit):
     sizes = problem.sizes()
     g, h, block, weight = problem.coupled_pairs()
-    # Indices are checked against the bounds of all labels together: each group has room for the most labels that any has.
+    # Indices are checked against the bounds of all labels together: each group has room for the
+    # most labels that any has.
     most = int(sizes.max())
     # A constant is held as doubles; of each coupling the model's state keeps a few numbers.
-    check_memory(24 * most * sizes.size + 80 * g.size, limit, f"a model of {problem.linear.size:,} labels and {g.size:,} couplings")
+    check_memory(24 * most * sizes.size + 80 * g.size, limit,
+                 f"a model of {problem.linear.size:,} labels and {g.size:,} couplings")
     costs = np.zeros((sizes.size, most))
     costs[np.arange(most) < sizes[:, None]] = problem.linear
     label = model.integer(sizes.size, lower_bound=0, upper_bound=sizes - 1)
-    total = model.constant(costs.ravel())[label + model.constant(np.arange(sizes.size) * most)].sum() + model.constant(problem.offset)
+    at = label + model.constant(np.arange(sizes.size) * most)
+    total = model.constant(costs.ravel())[at].sum() + model.constant(problem.offset)
     for number, content in enumerate(problem.blocks):
         these = np.flatnonzero((block == number) & (weight != 0))
         if these.size:
             first, second = label[model.constant(g[these])], label[model.constant(h[these])]
-            total = total + _nl_couplings(model, content.dense(), first, second, weight[these], most)
+            total = total + _nl_couplings(model, content.dense(), first, second, weight[these],
+                                          most)
     return total
 
 
@@ -251,18 +259,23 @@ def _nl_couplings(model, table, first, second, weight, most):
         padded[:table.shape[0], :table.shape[1]] = table
         values, constant = model.constant(padded.ravel())[first * model.constant(most) + second], 0
     else:
-        values, constant, weight = first == second, int(weight.sum()) * outside, weight * (on_diagonal - outside)
+        values, constant = first == second, int(weight.sum()) * outside
+        weight = weight * (on_diagonal - outside)
     alike = (weight == weight[0]).all()
-    varying = values.sum() * model.constant(int(weight[0])) if alike else (values * model.constant(weight)).sum()
+    varying = (values.sum() * model.constant(int(weight[0])) if alike else
+               (values * model.constant(weight)).sum())
     return varying + model.constant(constant) if constant else varying
 
 
 def _two_values(table):
-    """(the value outside the diagonal, the value on it) of a square table that has no others, else (None, None)."""
+    """(the value outside the diagonal, the value on it) of a square table that has no others, else
+    (None, None)."""
     inside = np.eye(*table.shape, dtype=bool)
-    if table.shape[0] == table.shape[1] and np.ptp(table[inside]) == 0 and (table.size == 1 or np.ptp(table[~inside]) == 0):
-        return (0 if table.size == 1 else int(table[0, -1])), int(table[0, 0])
-    return None, None
+    if table.shape[0] != table.shape[1] or np.ptp(table[inside]):
+        return None, None
+    if table.size > 1 and np.ptp(table[~inside]):
+        return None, None
+    return (0 if table.size == 1 else int(table[0, -1])), int(table[0, 0])
 
 
 def _nl_bits(model, problem, limit):
@@ -270,5 +283,6 @@ def _nl_bits(model, problem, limit):
     bits = model.binary(linear.size)
     total = (bits * model.constant(linear)).sum() + model.constant(offset)
     if rows.size:
-        total = total + (bits[model.constant(rows)] * bits[model.constant(columns)] * model.constant(values)).sum()
+        both = bits[model.constant(rows)] * bits[model.constant(columns)]
+        total = total + (both * model.constant(values)).sum()
     return total

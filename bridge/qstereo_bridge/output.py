@@ -25,13 +25,15 @@ def hold():
 
 
 class Output:
-    """The file `path` ("-": stdout), made ready before the solver's work so that nothing forbids writing after it.
+    """The file `path` ("-": stdout), made ready before the solver's work so that nothing forbids
+    writing after it.
 
-    A regular file is written under a short name in the same folder and gets its own with keep(), or is removed at the end
+    A regular file is written under a short name in the same folder and gets its own with keep(), or
+    is removed at the end
     of the `with`. All methods raise OSError.
 
     pending         the temporaries of all outputs
-    stopping        whether a signal has come: threads that still run write and send nothing any more
+    stopping        whether a signal has come: threads that still run write and send nothing more
     kept            whether a signal comes too late: what was to be written is
     """
 

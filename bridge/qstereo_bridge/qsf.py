@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .container import (DEFAULT_LIMIT, HEADER, MAX_COUNT, Corrupt, check_memory, check_size, pack, read_chunks,
-                        read_header, read_stream)
+from .container import (DEFAULT_LIMIT, HEADER, MAX_COUNT, Corrupt, check_memory, check_size, pack,
+                        read_chunks, read_header, read_stream)
 from .failure import InputError, io
 from .output import Output
 
@@ -106,7 +106,8 @@ def parse_qsf(data, limit=DEFAULT_LIMIT):
     check_size(len(data), header.size)
     n, count, zero = FIELDS.unpack(header.fields)
     if n > MAX_COUNT or zero != bytes(28):
-        raise Corrupt("byte 24: the number of variables is impossible, or a reserved field is in use")
+        raise Corrupt("byte 24: the number of variables is impossible, or a reserved field is in "
+                      "use")
     check_memory(header.size + n * count, limit, f"{count:,} samples of {n:,} variables")
     chunks, sides = read_chunks(data, header, REQUIRED)
     row = -(-n // 8)
@@ -117,8 +118,9 @@ def parse_qsf(data, limit=DEFAULT_LIMIT):
     if not 1 <= len(chunks["SOLV"]) <= 255 or any(unicodedata.category(c) == "Cc" for c in solver):
         raise Corrupt("chunk SOLV: the solver's name is empty, too long, or has control characters")
     records = np.frombuffer(chunks["RECS"], RECORD)
-    if (records["occurrences"] < 1).any():
-        raise Corrupt(f"chunk RECS: record {(records['occurrences'] < 1).argmax()} has no occurrences")
+    never = records["occurrences"] < 1
+    if never.any():
+        raise Corrupt(f"chunk RECS: record {never.argmax()} has no occurrences")
     wrong = (records["broken"] > BROKEN_UNITS) & (records["broken"] != NO_CHAINS)
     if wrong.any():
         raise Corrupt(f"chunk RECS: record {wrong.argmax()} has more than all chains broken")

@@ -9,7 +9,7 @@ from .failure import SolverError
 
 @dataclass(frozen=True)
 class Solver:
-    """One row of the table of solvers: where it is, and the options that it takes with their defaults.
+    """One row of the table: where a solver is, and the options that it takes with defaults.
 
     module, name    where its function (problem, options, progress) -> Answer is
     kind            the name of the class of one of D-Wave's services in `module`, which takes

@@ -48,7 +48,8 @@ def show(options, text):
     aside = getattr(options, "output", None) == "-" and not dry_run
     if options.json or dry_run or not getattr(options, "quiet", False):
         with io("stderr" if aside else "stdout", "write"):
-            print(text if options.json else lines(text), file=sys.stderr if aside else sys.stdout, flush=True)
+            print(text if options.json else lines(text),
+                  file=sys.stderr if aside else sys.stdout, flush=True)
 
 
 def _here(options, problem, tell):

@@ -28,7 +28,8 @@ def check_parameters(name, wanted, known):
     """Raises Failure where `wanted` names a parameter that is not among the `known`."""
     for key in wanted:
         if key not in known:
-            raise Failure(USAGE, f"{name} takes no parameter {key}, only {', '.join(sorted(known))}")
+            raise Failure(USAGE, f"{name} takes no parameter {key}, only "
+                          f"{', '.join(sorted(known))}")
 
 
 def sample(problem, options, progress):

@@ -1,0 +1,288 @@
+"""From a Problem to its terms, its exact energies, and dimod's models."""
+
+import numpy as np
+
+from .blocks import Table, Toeplitz, places
+from .container import DEFAULT_LIMIT, check_memory
+
+# Terms expanded at a time: enough for numpy, few enough to keep temporary arrays out of the peak.
+CHUNK = 1 << 19
+# Bytes a term: 16 in three arrays; twice 16 in dimod's vectors, which may be half empty.
+COO_BYTES, BQM_BYTES = 16, 64
+
+
+class Terms:
+    """The quadratic terms of a Problem, sorted by (row, column), expanded chunk by chunk.
+
+    Every coupling (and every penalty with b > 0, as a coupling of its group with itself) has a
+    *pattern*: the entries of its block that are not 0, row after row. The terms of variable i of
+    group g are then row i of the pattern of each of g's couplings, one after another in the order
+    of the partner groups.
+
+    `count` is their number. With `penalties` false the one-hot penalties are left out. With `both`
+    each term stands there twice, in the row of either of its variables.
+    """
+
+    def __init__(self, problem, penalties=True, both=False):
+        self.starts = problem.starts()
+        sizes = np.diff(self.starts)
+        g, h, block, weight = problem.coupled_pairs()
+        blocks = list(problem.blocks)
+        pattern = 2 * block + (g == h)
+        if penalties:
+            _, b = problem.penalty_pairs()
+            own = np.flatnonzero((b != 0) & (sizes > 1))
+            own_sizes, of_size = np.unique(sizes[own], return_inverse=True)
+            g, h, weight = np.append(g, own), np.append(h, own), np.append(weight, b[own])
+            pattern = np.append(pattern, 2 * (len(blocks) + of_size) + 1)
+            blocks += [Toeplitz((size, size), 1, 0, np.empty(0, np.int32))
+                       for size in own_sizes.tolist()]
+        if both:
+            g, h, weight, pattern, blocks = _both_ways(g, h, weight, pattern, blocks)
+        # Stable sorting merges runs that are sorted already, as couplings usually are in a file.
+        order = np.argsort(g * sizes.size + h, kind="stable")
+        order = order[weight[order] != 0]
+        self.g, self.h, self.weight = g[order], h[order], weight[order]
+        used, self.pattern = np.unique(pattern[order], return_inverse=True)
+        self.patterns = [(blocks[key // 2], bool(key % 2)) for key in used.tolist()]
+        again = (self.g[1:] == self.g[:-1]) & (self.h[1:] == self.h[:-1])
+        self.repeated = bool(again.any())
+        of_pattern = np.array([block.count_nonzero(upper) for block, upper in self.patterns], int)
+        self.terms_of_coupling = of_pattern[self.pattern]
+        self.count = int(self.terms_of_coupling.sum())
+
+    def chunks(self):
+        """Yields (rows, columns, values), integer arrays of about CHUNK terms, in the order of
+        (row, column)."""
+        if self.count == 0:
+            return
+        entries = [block.entries(upper) for block, upper in self.patterns]
+        lengths, columns, values = (np.concatenate(parts) for parts in zip(*entries))
+        first_entry = np.cumsum(lengths) - lengths
+        rows_of_patterns = np.array([entry[0].size for entry in entries])
+        first_row = (np.cumsum(rows_of_patterns) - rows_of_patterns)[self.pattern]
+        partners = np.bincount(self.g, minlength=self.starts.size - 1)
+        first_coupling = np.cumsum(partners) - partners
+        # Ranges of variables that have about CHUNK terms each.
+        ends = np.zeros(self.starts.size, np.int64)
+        np.add.at(ends, self.g + 1, self.terms_of_coupling)
+        cuts = np.interp(np.arange(0, self.count, CHUNK), np.cumsum(ends), self.starts)
+        cuts = np.unique(np.concatenate(([0], cuts.astype(np.int64), self.starts[-1:])))
+        for low, high in zip(cuts[:-1], cuts[1:]):
+            row = np.arange(low, high)
+            group = np.searchsorted(self.starts, row, side="right") - 1
+            # A segment is one row of one pattern.
+            segments = partners[group]
+            row, group = np.repeat(row, segments), np.repeat(group, segments)
+            coupling = first_coupling[group] + places(segments)
+            entry_row = first_row[coupling] + row - self.starts[group]
+            length = lengths[entry_row]
+            entry = np.repeat(first_entry[entry_row], length) + places(length)
+            coupling = np.repeat(coupling, length)
+            yield (np.repeat(row, length), self.starts[self.h[coupling]] + columns[entry],
+                   self.weight[coupling] * values[entry])
+
+
+def _both_ways(g, h, weight, pattern, blocks):
+    """Couplings with those of the same groups in the other order, and couplings of a group with
+    itself both ways in one block."""
+    off, count, itself = g != h, len(blocks), set(pattern.tolist())
+    whole = [np.triu(block.dense(), 1) if 2 * number + 1 in itself else None
+             for number, block in enumerate(blocks)]
+    blocks = [*blocks, *(block.transposed() for block in blocks),
+              *(Table(np.zeros((1, 1))) if upper is None else Table(upper + upper.T)
+                for upper in whole)]
+    turned = pattern[off] + 2 * count
+    return (np.concatenate([g[off], h[off], g[~off]]), np.concatenate([h[off], g[off], h[~off]]),
+            np.concatenate([weight[off], weight[off], weight[~off]]),
+            np.concatenate([pattern[off], turned, pattern[~off] // 2 * 2 + 4 * count]), blocks)
+
+
+def expand(problem, penalties=True, limit=DEFAULT_LIMIT):
+    """All coefficients: (linear, (rows, columns, values), offset).
+
+    linear, values are i64; rows < columns are i32, sorted by (row, column), without repetitions and
+    without zeros. The penalties are folded in (-a on each linear term, b on each pair of the group,
+    a in the offset) or, with `penalties` false, left out.
+    Raises OverLimit where these arrays and dimod's model of them would not fit into `limit` bytes.
+    """
+    terms = Terms(problem, penalties)
+    check_memory(terms.count * (COO_BYTES + BQM_BYTES), limit,
+                 f"a model of {terms.count:,} quadratic terms")
+    found, at = [np.empty(terms.count, kind) for kind in (np.int32, np.int32, np.int64)], 0
+    for chunk in terms.chunks():
+        for whole, part in zip(found, chunk):
+            whole[at:at + part.size] = part
+        at += chunk[0].size
+    rows, columns, values = found
+    if terms.repeated:
+        rows, columns, values = add_up(rows, columns, values)
+    return linear_terms(problem, penalties), (rows, columns, values), constant(problem, penalties)
+
+
+def add_up(rows, columns, values):
+    """Sum the terms of the same (row, column); drop those that cancel."""
+    order = np.lexsort((columns, rows))
+    rows, columns = rows[order], columns[order]
+    new = np.ones(rows.size, bool)
+    new[1:] = (rows[1:] != rows[:-1]) | (columns[1:] != columns[:-1])
+    first = np.flatnonzero(new)
+    values = np.add.reduceat(values[order], first)
+    kept = values != 0
+    return rows[first][kept], columns[first][kept], values[kept]
+
+
+def linear_terms(problem, penalties=True):
+    """i64 array: the linear term of each variable, with -a of its group unless `penalties` is
+    false."""
+    if not penalties:
+        return problem.linear
+    return problem.linear - np.repeat(problem.penalty_pairs()[0], problem.sizes())
+
+
+def constant(problem, penalties=True):
+    """H of the state of zeros: the offset, and every group's a unless `penalties` is false."""
+    return problem.offset + (int(problem.penalty_pairs()[0].sum()) if penalties else 0)
+
+
+def energies(problem, bits, penalties=True):
+    """Exact H of each sample: i64 array. `bits` is a u8 array (samples, n) of 0 and 1."""
+    total, (a, b) = np.full(bits.shape[0], problem.offset, np.int64), problem.penalty_pairs()
+    block = max(1, (1 << 26) // max(bits.shape[1], 1))
+    for at in range(0, total.size, block):
+        part = bits[at:at + block]
+        total[at:at + block] += part.astype(np.int64) @ problem.linear
+        if penalties:
+            ones = _ones(problem, part)
+            total[at:at + block] += (1 - ones) @ a + (ones * (ones - 1) // 2) @ b
+    bits = np.ascontiguousarray(bits.T, np.uint8)
+    block = max(1, (1 << 24) // CHUNK)
+    for row, column, value in Terms(problem, penalties=False).chunks():
+        for at in range(0, total.size, block):
+            these = np.s_[at:at + block]
+            total[these] += value @ (bits[row, these] & bits[column, these]).astype(np.int64)
+    return total
+
+
+def _ones(problem, bits):
+    """i64 array (samples, groups): how many variables of each group are 1."""
+    return np.add.reduceat(bits, problem.starts()[:-1], axis=1, dtype=np.int64)
+
+
+def feasible(problem, bits):
+    """bool array: which samples have exactly one variable at 1 in every one-hot group."""
+    return ((_ones(problem, bits) == 1) | ~problem.one_hot()).all(axis=1)
+
+
+def parts(problem):
+    """The variables of each connected part: list of i64 arrays, the largest first."""
+    g, h, _, weight = problem.coupled_pairs()
+    g, h = g[weight != 0], h[weight != 0]
+    least = np.arange(problem.groups)
+    while (least[g] != least[h]).any():
+        low, high = np.minimum(least[g], least[h]), np.maximum(least[g], least[h])
+        np.minimum.at(least, high, low)
+        while (least[least] != least).any():
+            least = least[least]
+    of_variable = np.repeat(least, problem.sizes())
+    order = np.argsort(of_variable, kind="stable")
+    cuts = np.flatnonzero(np.diff(of_variable[order])) + 1
+    return sorted(np.split(order, cuts) if order.size else [], key=lambda part: -part.size)
+
+
+def to_bqm(problem, limit=DEFAULT_LIMIT):
+    """dimod's BinaryQuadraticModel of H, its variables 0 .. n - 1."""
+    import dimod
+
+    return dimod.BinaryQuadraticModel.from_numpy_vectors(*expand(problem, limit=limit), "BINARY")
+
+
+def to_cqm(problem, limit=DEFAULT_LIMIT):
+    """dimod's ConstrainedQuadraticModel: H without penalties, each one-hot group a constraint."""
+    import dimod
+
+    cqm, terms = dimod.ConstrainedQuadraticModel(), expand(problem, penalties=False, limit=limit)
+    cqm.set_objective(dimod.BinaryQuadraticModel.from_numpy_vectors(*terms, "BINARY"))
+    starts = problem.starts()
+    for group in np.flatnonzero(problem.one_hot()).tolist():
+        # add_discrete says the same, but compares each new group with all others.
+        members = [(i, 1) for i in range(starts[group], starts[group + 1])]
+        cqm.add_constraint_from_iterable(members, "==", rhs=1, label=group)
+        # On a group of one variable dimod passes over the mark, and the equality alone says it.
+        cqm.constraints[group].lhs.mark_discrete()
+    return cqm
+
+
+def to_nl(problem, limit=DEFAULT_LIMIT):
+    """dwave.optimization's Model of H.
+
+    Where every group is one-hot, its one decision is an integer for each group, the variable that
+    is 1: no penalty, no constraint, no state that is infeasible. Otherwise it is a bit for each
+    variable, penalties included.
+    """
+    from dwave.optimization import Model
+
+    model = Model()
+    energy = _nl_labels if problem.one_hot().all() else _nl_bits
+    model.minimize(energy(model, problem, limit))
+    return model
+
+
+def _nl_labels(model, problem, limit):
+    sizes = problem.sizes()
+    g, h, block, weight = problem.coupled_pairs()
+    # Indices are checked against the bounds of all labels together: each group has room for the
+    # most labels that any has.
+    most = int(sizes.max())
+    # A constant is held as doubles; of each coupling the model's state keeps a few numbers.
+    check_memory(24 * most * sizes.size + 80 * g.size, limit,
+                 f"a model of {problem.linear.size:,} labels and {g.size:,} couplings")
+    costs = np.zeros((sizes.size, most))
+    costs[np.arange(most) < sizes[:, None]] = problem.linear
+    label = model.integer(sizes.size, lower_bound=0, upper_bound=sizes - 1)
+    at = label + model.constant(np.arange(sizes.size) * most)
+    total = model.constant(costs.ravel())[at].sum() + model.constant(problem.offset)
+    for number, content in enumerate(problem.blocks):
+        these = np.flatnonzero((block == number) & (weight != 0))
+        if these.size:
+            first, second = label[model.constant(g[these])], label[model.constant(h[these])]
+            total = total + _nl_couplings(model, content.dense(), first, second, weight[these],
+                                          most)
+    return total
+
+
+def _nl_couplings(model, table, first, second, weight, most):
+    """weight * table[first, second], summed."""
+    outside, on_diagonal = _two_values(table)
+    if outside is None:
+        padded = np.zeros((most, most))
+        padded[:table.shape[0], :table.shape[1]] = table
+        values, constant = model.constant(padded.ravel())[first * model.constant(most) + second], 0
+    else:
+        values, constant = first == second, int(weight.sum()) * outside
+        weight = weight * (on_diagonal - outside)
+    alike = (weight == weight[0]).all()
+    varying = (values.sum() * model.constant(int(weight[0])) if alike else
+               (values * model.constant(weight)).sum())
+    return varying + model.constant(constant) if constant else varying
+
+
+def _two_values(table):
+    """(the value outside the diagonal, the value on it) of a square table that has no others, else
+    (None, None)."""
+    inside = np.eye(*table.shape, dtype=bool)
+    if table.shape[0] != table.shape[1] or np.ptp(table[inside]):
+        return None, None
+    if table.size > 1 and np.ptp(table[~inside]):
+        return None, None
+    return (0 if table.size == 1 else int(table[0, -1])), int(table[0, 0])
+
+
+def _nl_bits(model, problem, limit):
+    linear, (rows, columns, values), offset = expand(problem, limit=limit)
+    bits = model.binary(linear.size)
+    total = (bits * model.constant(linear)).sum() + model.constant(offset)
+    if rows.size:
+        both = bits[model.constant(rows)] * bits[model.constant(columns)]
+        total = total + (both * model.constant(values)).sum()
+    return total

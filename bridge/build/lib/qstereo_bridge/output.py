@@ -1,0 +1,114 @@
+"""Writing a file whole or not at all."""
+
+import contextlib
+import os
+import secrets
+import stat
+import threading
+import time
+
+
+def sync_folder(path):
+    """Have the names in the folder of `path` on the disk, where the system can."""
+    with contextlib.suppress(OSError):
+        folder = os.open(os.path.dirname(path) or ".", os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+
+
+def hold():
+    """After a signal no other thread goes on: the process is about to end."""
+    while Output.stopping and threading.current_thread() is not threading.main_thread():
+        time.sleep(1)
+
+
+class Output:
+    """The file `path` ("-": stdout), made ready before the solver's work so that nothing forbids
+    writing after it.
+
+    A regular file is written under a short name in the same folder and gets its own with keep(), or
+    is removed at the end
+    of the `with`. All methods raise OSError.
+
+    pending         the temporaries of all outputs
+    stopping        whether a signal has come: threads that still run write and send nothing more
+    kept            whether a signal comes too late: what was to be written is
+    """
+
+    pending, stopping = set(), False
+    kept = False
+
+    def __init__(self, path, last=True):
+        self.path, self.straight, self.last, self.temporary = path, path == "-", last, None
+        if self.straight:
+            return
+        # stat and not os.path.exists, which passes over names that are too long.
+        with contextlib.suppress(FileNotFoundError):
+            mode = os.stat(path or ".").st_mode
+            if stat.S_ISDIR(mode):
+                raise IsADirectoryError("it is a folder; name a file")
+            self.straight = not stat.S_ISREG(mode)
+            if not os.access(path, os.W_OK):
+                raise PermissionError("no permission")
+        if not self.straight:
+            # A link is followed, so that the file it leads to is replaced and not the link.
+            self.path = os.path.realpath(path)
+            self._reserve(os.path.dirname(self.path))
+
+    def _reserve(self, folder):
+        if not os.path.isdir(folder):
+            raise FileNotFoundError(f"there is no folder {folder}; make it first")
+        # Of a name that nobody can have put a link at, and held open from now on.
+        self.temporary = os.path.join(folder, f".qstereo-{secrets.token_hex(8)}.tmp")
+        self.stream = open(self.temporary, "xb")
+        Output.pending.add(self.temporary)
+        self._hold()
+
+    def _hold(self):
+        """hold(), without the temporary that may have been made since the others were removed."""
+        if Output.stopping:
+            with contextlib.suppress(OSError):
+                os.remove(self.temporary)
+            hold()
+
+    def write(self, data):
+        if self.straight:
+            path = self.path
+            with open(1 if path == "-" else path, "wb", closefd=path != "-") as stream:
+                stream.write(data)
+            return
+        self._hold()
+        with self.stream as stream:
+            stream.write(data)
+            # A job is forgotten once its answer is on the disk.
+            stream.flush()
+            os.fsync(stream.fileno())
+
+    def keep(self):
+        if not self.straight:
+            hold()
+            os.replace(self.temporary, self.path)
+            sync_folder(self.path)
+        Output.pending.discard(self.temporary)
+        self.temporary, Output.kept = None, self.last
+
+    @staticmethod
+    def abandon():
+        """Remove all temporaries, and have no more made."""
+        Output.stopping = True
+        for temporary in list(Output.pending):
+            with contextlib.suppress(OSError):
+                os.remove(temporary)
+        Output.pending.clear()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        if self.temporary:
+            self.stream.close()
+            with contextlib.suppress(OSError):
+                os.remove(self.temporary)
+            Output.pending.discard(self.temporary)

@@ -1,0 +1,152 @@
+"""The samples file, .qsf: what a solver returned for one .qcf."""
+
+import json
+import os
+import struct
+import unicodedata
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .container import (DEFAULT_LIMIT, HEADER, MAX_COUNT, Corrupt, check_memory, check_size, pack,
+                        read_chunks, read_header, read_stream)
+from .failure import InputError, io
+from .output import Output
+
+MAGIC = b"\x89QSF\r\n\x1a\n"
+FIELDS = struct.Struct("<II28s")
+REQUIRED = ["PROB", "SOLV", "INFO", "RECS", "BITS"]
+RECORD = np.dtype([("energy", "<i8"), ("occurrences", "<u4"), ("broken", "<u4")])
+BROKEN_UNITS, NO_CHAINS = 10**9, 0xFFFFFFFF
+
+
+def plain(value):
+    """`value` as JSON can hold it: numpy's numbers and arrays as Python's, the unknown as text."""
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple, set, np.ndarray)):
+        return [plain(item) for item in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value if isinstance(value, (bool, int, float, str, type(None))) else str(value)
+
+
+@dataclass
+class Samples:
+    """Samples of one problem.
+
+    digest      SHA-256 of the whole .qcf, 32 bytes
+    solver      the solver's name, 1 to 255 bytes of UTF-8
+    records     RECORD array: energy (H in the .qcf's integer units), occurrences, share of broken
+                chains in 1e-9 or NO_CHAINS
+    bits        u8 array (samples, n) of 0 and 1
+    info        dict that JSON can hold: what the solver says of itself
+    sides       list of (type, bytes): side chunks, kept as they are
+    """
+
+    digest: bytes
+    solver: str
+    records: np.ndarray
+    bits: np.ndarray
+    info: dict = field(default_factory=dict)
+    sides: list = field(default_factory=list)
+
+    def save(self, file):
+        """Write a .qsf to a path, whole or not at all, or to a binary stream. Raises FileError."""
+        if hasattr(file, "write"):
+            file.write(pack_qsf(self))
+            return
+        with io(file, "write"), Output(os.fspath(file), last=False) as output:
+            output.write(pack_qsf(self))
+            output.keep()
+
+    def sampleset(self, problem):
+        """dimod's SampleSet over the problem's variables 0 .. n - 1, BINARY, energies in the
+        .qcf's integer units. Raises InputError where the samples are of another problem."""
+        import dimod
+
+        if problem.digest != self.digest:
+            raise InputError("these samples are of another problem: the SHA-256 of its file "
+                             "differs")
+        more, broken = {}, self.records["broken"]
+        if (broken != NO_CHAINS).any():
+            more["chain_break_fraction"] = np.where(broken == NO_CHAINS, 0, broken / BROKEN_UNITS)
+        return dimod.SampleSet.from_samples(
+            (self.bits.astype(np.int8), range(self.bits.shape[1])), "BINARY", info=self.info,
+            energy=self.records["energy"].astype(float),
+            num_occurrences=self.records["occurrences"].astype(np.int64), sort_labels=False, **more)
+
+
+def _text(chunk, name):
+    try:
+        return bytes(chunk).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise Corrupt(f"chunk {name}, byte {error.start}: not UTF-8") from None
+
+
+def _no_constant(word):
+    raise ValueError(f"{word} is not JSON")
+
+
+def _read_info(chunk):
+    try:
+        info = json.loads(_text(chunk, "INFO"), parse_constant=_no_constant)
+    except (ValueError, RecursionError) as error:
+        raise Corrupt(f"chunk INFO: {error}") from None
+    if not isinstance(info, dict):
+        raise Corrupt("chunk INFO: not a JSON object")
+    return info
+
+
+def parse_qsf(data, limit=DEFAULT_LIMIT):
+    """The Samples in `data`, the bytes of a whole .qsf. Raises FormatError."""
+    header = read_header(data[:HEADER.size], MAGIC, ".qsf")
+    check_size(len(data), header.size)
+    n, count, zero = FIELDS.unpack(header.fields)
+    if n > MAX_COUNT or zero != bytes(28):
+        raise Corrupt("byte 24: the number of variables is impossible, or a reserved field is in "
+                      "use")
+    check_memory(header.size + n * count, limit, f"{count:,} samples of {n:,} variables")
+    chunks, sides = read_chunks(data, header, REQUIRED)
+    row = -(-n // 8)
+    for name, size in (("PROB", 32), ("RECS", RECORD.itemsize * count), ("BITS", row * count)):
+        if len(chunks[name]) != size:
+            raise Corrupt(f"chunk {name}: {len(chunks[name])} bytes, {size} expected")
+    solver = _text(chunks["SOLV"], "SOLV")
+    if not 1 <= len(chunks["SOLV"]) <= 255 or any(unicodedata.category(c) == "Cc" for c in solver):
+        raise Corrupt("chunk SOLV: the solver's name is empty, too long, or has control characters")
+    records = np.frombuffer(chunks["RECS"], RECORD)
+    never = records["occurrences"] < 1
+    if never.any():
+        raise Corrupt(f"chunk RECS: record {never.argmax()} has no occurrences")
+    wrong = (records["broken"] > BROKEN_UNITS) & (records["broken"] != NO_CHAINS)
+    if wrong.any():
+        raise Corrupt(f"chunk RECS: record {wrong.argmax()} has more than all chains broken")
+    packed = np.frombuffer(chunks["BITS"], np.uint8).reshape(count, row)
+    if n % 8 and (packed[:, -1] >> n % 8).any():
+        raise Corrupt("chunk BITS: spare bits are in use")
+    bits = np.unpackbits(packed, axis=1, count=n, bitorder="little")
+    return Samples(bytes(chunks["PROB"]), solver, records, bits, _read_info(chunks["INFO"]),
+                   [(name, bytes(side)) for name, side in sides])
+
+
+def read_qsf(stream, limit=DEFAULT_LIMIT):
+    """Read a .qsf from a binary stream: its Samples. Raises FormatError, OSError."""
+    return parse_qsf(read_stream(stream, MAGIC, ".qsf", limit), limit)
+
+
+def pack_qsf(samples):
+    """The bytes of `samples` as a .qsf. Nothing is checked but that `info` is JSON (ValueError)."""
+    # A service's JSON may hold halves of surrogate pairs, which UTF-8 cannot.
+    info = json.dumps(samples.info, ensure_ascii=False, allow_nan=False).encode("utf-8", "replace")
+    count, n = samples.bits.shape
+    return pack(MAGIC, FIELDS.pack(n, count, bytes(28)), [
+        ("PROB", samples.digest),
+        ("SOLV", samples.solver.encode("utf-8")),
+        ("INFO", info),
+        ("RECS", samples.records.astype(RECORD).tobytes()),
+        ("BITS", np.packbits(samples.bits, axis=1, bitorder="little").tobytes()),
+        *samples.sides,
+    ])
