@@ -11,7 +11,7 @@
  *   limits    the largest numbers of everything
  *   problem   sites, labels, costs: the energy F of a labelling
  *   coding    how labels become bits: encodings and penalties
- *   labels    what a .qcf says of its sites and labels; a labelling as a picture
+ *   labels    what a .qcf says of sites and labels; a labelling in its picture
  *   image     pictures to grey
  *   stereo    a problem from two grey pictures
  *   score     a disparity map beside the true one

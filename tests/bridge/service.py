@@ -15,7 +15,6 @@ import io
 import json
 import re
 import threading
-import time
 import uuid
 import zlib
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -133,20 +132,27 @@ class Solving:
 
 
 class Problem:
-    """One problem at the service. It is PENDING, then IN_PROGRESS, then has its outcome."""
+    """One problem at the service. It is PENDING for as many questions as the service says, then
+    IN_PROGRESS for as many, then has its outcome: no clock is looked at."""
 
     def __init__(self, service, job):
         self.id, self.job, self.service = str(uuid.uuid4()), job, service
-        self.label, self.began, self.cancelled, self.answer = job.get("label"), time.monotonic(), False, None
+        self.label, self.questions, self.cancelled, self.answer = job.get("label"), 0, False, None
 
     @property
     def status(self):
-        age = time.monotonic() - self.began
+        service = self.service
         if self.cancelled:
             return "CANCELLED"
-        if age < self.service.pending:
+        if self.questions <= service.pending and service.pending:
             return "PENDING"
-        return "IN_PROGRESS" if age < self.service.pending + self.service.delay else self.service.outcome
+        running = service.delay and self.questions <= service.pending + service.delay
+        return "IN_PROGRESS" if running else service.outcome
+
+    def asked(self):
+        """The problem, after one more question for it."""
+        self.questions += 1
+        return self
 
     def message(self, answer=False):
         status, stamp = self.status, "2026-01-02T03:04:05.000006Z"
@@ -172,13 +178,14 @@ class Problem:
 
 
 class Service:
-    """The service: set `pending`, `delay` (seconds), `outcome`, `reason`, `spoil` (a function of the answer), `sampler`,
+    """The service: set `pending`, `delay` (how many questions for a problem find it so), `outcome`, `reason`, `spoil` (a function of the answer), `sampler`,
     `patience` (seconds that replies 429 and 503 ask for), `elsewhere` (where a 307 leads to); see fail()."""
 
     def __init__(self, solvers=None, immediate=True):
         self.solvers = default_solvers() if solvers is None else solvers
         self.problems, self.uploads, self.answers, self.requests, self.faults = {}, {}, {}, [], []
-        self.pending, self.delay, self.outcome, self.reason, self.spoil = 0.0, 0.0, "COMPLETED", "it failed", None
+        self.pending, self.delay, self.outcome, self.reason = 0, 0, "COMPLETED", "it failed"
+        self.spoil, self.closed = None, threading.Event()
         self.immediate, self.sampler, self.lock = immediate, None, threading.RLock()
         self.patience, self.elsewhere = None, None
         self.server = ThreadingHTTPServer(("127.0.0.1", 0), type("Handler", (_Handler,), {"service": self}))
@@ -192,18 +199,19 @@ class Service:
         return self
 
     def __exit__(self, *error):
+        self.closed.set()
         self.server.shutdown()
         self.server.server_close()
 
     def fail(self, method, path, how, times=1):
-        """The next `times` requests of `method` whose path matches the expression: `how` is a status of HTTP; "drop" (the connection is
+        """The next `times` requests whose method and path match the expressions: `how` is a status of HTTP; "drop" (the connection is
         closed, the request forgotten); "drop after" and "500 after" (it is carried out first); or a function that is called first and may
-        give one of these."""
+        give one of these. A tuple (headers, parts of a body) is sent as it is, with status 200."""
         self.faults.append([method, re.compile(path), how, times])
 
     def fault(self, method, path):
         for fault in self.faults:
-            if fault[0] == method and fault[1].search(path) and fault[3] > 0:
+            if re.fullmatch(fault[0], method) and fault[1].search(path) and fault[3] > 0:
                 fault[3] -= 1
                 return fault[2]
         return None
@@ -254,6 +262,16 @@ class _Handler(BaseHTTPRequestHandler):
         self.end_headers()
         self.wfile.write(data)
 
+    def _raw(self, headers, parts):
+        """A reply of any content: its headers, and its body in parts that are sent as they are."""
+        self.close_connection = True
+        self.send_response(200)
+        for name, value in {**headers, "Connection": "close"}.items():
+            self.send_header(name, value)
+        self.end_headers()
+        for part in parts:
+            self.wfile.write(part)
+
     def _error(self, status, said):
         self._reply(status, {"error_code": status, "error_msg": said})
 
@@ -264,6 +282,8 @@ class _Handler(BaseHTTPRequestHandler):
         self.service.requests.append((method, self.path, body))
         if callable(how):
             how = how()
+        if isinstance(how, tuple):
+            return self._raw(*how)
         if how == "drop":
             self.close_connection = True
             return self.connection.close()
@@ -348,10 +368,11 @@ class _Handler(BaseHTTPRequestHandler):
     def _list(self, query, body):
         found = list(self.service.problems.values())
         if "id" in query:
-            found = [self.service.problems[name] for name in query["id"].split(",") if name in self.service.problems]
-            stop = time.monotonic() + min(float(query.get("timeout", 0)), 0.5)
-            while time.monotonic() < stop and all(problem.status in ("PENDING", "IN_PROGRESS") for problem in found):
-                time.sleep(0.01)
+            known = self.service.problems
+            found = [known[name].asked() for name in query["id"].split(",") if name in known]
+            if "timeout" in query and all(one.status in ("PENDING", "IN_PROGRESS") for one in found):
+                # A client that polls asks again at once; this only spares the machine.
+                self.service.closed.wait(0.05)
         if "label" in query:
             found = [problem for problem in found if problem.label == query["label"]]
         return 200, [problem.message() for problem in found]
@@ -360,7 +381,7 @@ class _Handler(BaseHTTPRequestHandler):
         problem = self.service.problems.get(name)
         if problem is None:
             return 404, {"error_code": 404, "error_msg": "Problem does not exist or apitoken does not have access"}
-        return 200, problem.message(answer=True), "problem"
+        return 200, problem.asked().message(answer=True), "problem"
 
     def _cancel(self, query, body, name):
         problem = self.service.problems[name]

@@ -17,7 +17,7 @@ import pytest
 from dwave.optimization import Model
 from problems import all_states, entry, grid, make, random_problem
 from service import TOKEN
-from qstereo_bridge import cli, hybrid, models, qcf, qsf, qpu, remote, services, solvers
+from qstereo_bridge import cli, hybrid, models, qcf, qsf, qpu, remote, services, solvers, text
 
 HYBRIDS = ["hybrid-bqm", "hybrid-cqm", "hybrid-nl"]
 SERVICES = ["qpu", *HYBRIDS]
@@ -55,7 +55,7 @@ def sent(service):
 @pytest.mark.parametrize("solver", SERVICES)
 @pytest.mark.parametrize("problem", [SMALL, grid(2, 2, 3, dense=True)], ids=["sparse", "dense"])
 def test_answers(solver, immediate, problem, solve, service, tmp_path):
-    service.immediate, service.pending, service.delay = immediate, 0 if immediate else 0.1, 0 if immediate else 0.1
+    service.immediate, service.pending, service.delay = immediate, 0 if immediate else 1, 0 if immediate else 1
     status, out, err = solve(solver, "--json", problem=problem)
     found, read = json.loads(out), solved(tmp_path / "s.qsf")
     assert status == 0 and "Traceback" not in err and sorted(path.name for path in tmp_path.iterdir()) == ["s.qsf", "tiny.qcf"]
@@ -162,6 +162,15 @@ def test_qpu_parameters(solve, service, tmp_path):
     from dwave.embedding.chain_strength import uniform_torque_compensation
     expected = uniform_torque_compensation(models.to_bqm(SMALL).change_vartype("SPIN", inplace=False))
     assert solved(tmp_path / "s.qsf").info["chain_strength"] == pytest.approx(expected)
+
+
+def test_parameters_by_their_own_names(solve, service, tmp_path):
+    assert solve("qpu", "--param", "auto_scale=false", "--param", "anneal_schedule=[[0, 0], [5, 1]]")[0] == 0
+    params = sent(service)[1]["params"]
+    assert params == {"num_reads": 1000, "auto_scale": False, "anneal_schedule": [[0, 0], [5, 1]]}
+    assert solved(tmp_path / "s.qsf").info["parameters"]["auto_scale"] is False
+    status, _, err = solve("qpu", "--param", "auto_scal=false")
+    assert status == 5 and "no parameter auto_scal; it has anneal_schedule" in err and len(service.problems) == 1
 
 
 def one_future(samples, variables, occurrences=None):
@@ -541,13 +550,13 @@ def test_without_the_nonlinear_models(solve, service, problem_file, main, monkey
         assert (status, out) == (5, "") and "pip install" in err and not service.problems
 
 
-def test_scrub(monkeypatch, tmp_path):
+def test_tokens_of_the_configuration_are_left_out(monkeypatch, tmp_path):
+    monkeypatch.setattr(text, "_hidden", set())
     monkeypatch.setenv("DWAVE_API_TOKEN", "short-secret")
-    assert services.scrub(f"a short-secret and {TOKEN}.") == "a (token) and (token)."
-    monkeypatch.delenv("DWAVE_API_TOKEN")
-    (tmp_path / "dwave.conf").write_text("[defaults]\ntoken = from-the-file\n")
+    (tmp_path / "dwave.conf").write_text("[defaults]\ntoken = from-the-file\n[one]\ntoken = e\n[two]\ntoken =  \n")
     monkeypatch.setenv("DWAVE_CONFIG_FILE", str(tmp_path / "dwave.conf"))
-    assert services.scrub("with from-the-file") == "with (token)"
+    said = services.explain(ValueError(f"a short-secret, {TOKEN} and\nfrom-the-file\x1b[2J \u202e here"))
+    assert said == "ValueError: a (token), (token) and (token)\\x1b[2J \\u202e here"
 
 
 # Lists and plans.

@@ -10,7 +10,7 @@ QUBO = {(0, 0): -1, (0, 1): 2, (1, 1): -1, (1, 2): 1, (0, 2): 1}
 @pytest.fixture(params=[True, False], ids=["at once", "polled"])
 def service(request, monkeypatch):
     with Service(immediate=request.param) as service:
-        service.pending = service.delay = 0 if request.param else 0.05
+        service.pending = service.delay = 0 if request.param else 1
         for name, value in service.environment.items():
             monkeypatch.setenv(name, value)
         yield service

@@ -17,6 +17,7 @@ from test_paper import DISPARITIES, PAPER  # noqa: E402
 @pytest.fixture
 def service(monkeypatch):
     with Service() as service:
+        service.immediate, service.delay = False, 1
         for name, value in service.environment.items():
             monkeypatch.setenv(name, value)
         yield service
