@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "../base/minmax.h"
 #include "../base/simd.h"
 
 /* A site's edges to earlier and later sites, of weight above 0. */
@@ -227,11 +228,8 @@ void qs_trws_graph_labels(const qs_trws_state *state, bool forward, uint16_t *la
     const qs_model *model = state->model;
     int32_t *costs = state->scratch;
     for (uint32_t at = 0; at < model->sites; at++) {
-        uint32_t p = forward ? at : model->sites - 1 - at, best = 0;
+        uint32_t p = forward ? at : model->sites - 1 - at;
         add_around(state, p, forward, labelling, costs);
-        for (uint32_t d = 1; d < model->labels; d++) {
-            best = costs[d] < costs[best] ? d : best;
-        }
-        labelling[p] = (uint16_t)best;
+        labelling[p] = (uint16_t)qs_first_least(costs, model->labels);
     }
 }
