@@ -49,7 +49,7 @@ static int run_reduction(const laid_out *problem, const reducing *asked, void *w
         return fail_status(problem->problem->name, ran);
     }
     /* An optimum is always left. */
-    if (made->found.open == 0) {
+    if (made->found.undecided == 0) {
         made->found.lower_bound = made->found.upper_bound;
     }
     return DONE;
