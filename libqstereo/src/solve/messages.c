@@ -107,7 +107,7 @@ static int32_t least_of(const int32_t *costs, uint32_t labels)
 {
     int32_t least = costs[0];
     for (uint32_t d = 1; d < labels; d++) {
-        least = qs_min32(least, costs[d]);
+        least = qs_min_i32(least, costs[d]);
     }
     return least;
 }
@@ -117,7 +117,7 @@ static void normalise(int32_t *message, const int32_t *costs, uint32_t labels, i
                       int32_t most)
 {
     for (uint32_t d = 0; d < labels; d++) {
-        message[d] = qs_min32(costs[d] - least, most);
+        message[d] = qs_min_i32(costs[d] - least, most);
     }
 }
 
@@ -125,10 +125,10 @@ static void normalise(int32_t *message, const int32_t *costs, uint32_t labels, i
 static void linear(int32_t *costs, uint32_t labels, int32_t weight)
 {
     for (uint32_t d = 1; d < labels; d++) {
-        costs[d] = qs_min32(costs[d], costs[d - 1] + weight);
+        costs[d] = qs_min_i32(costs[d], costs[d - 1] + weight);
     }
     for (uint32_t d = labels - 1; d > 0; d--) {
-        costs[d - 1] = qs_min32(costs[d - 1], costs[d] + weight);
+        costs[d - 1] = qs_min_i32(costs[d - 1], costs[d] + weight);
     }
 }
 
@@ -184,12 +184,12 @@ static void by_table(const qs_model *model, int32_t weight, bool upward, const i
         if (upward) {
             for (uint32_t b = 0; b < labels; b++) {
                 int32_t cost = costs[a] + weight * row[b];
-                message[b] = a > 0 ? qs_min32(message[b], cost) : cost;
+                message[b] = a > 0 ? qs_min_i32(message[b], cost) : cost;
             }
         } else {
             int32_t least = costs[0] + weight * row[0];
             for (uint32_t b = 1; b < labels; b++) {
-                least = qs_min32(least, costs[b] + weight * row[b]);
+                least = qs_min_i32(least, costs[b] + weight * row[b]);
             }
             message[a] = least;
         }

@@ -29,7 +29,7 @@ static void add_all(const qs_trws_state *state, uint32_t site, int32_t *total)
     const qs_model *model = state->model;
     const int32_t *unary = model->unary + (size_t)site * model->labels;
     for (uint32_t d = 0; d < model->labels; d++) {
-        total[d] = qs_min32(unary[d], state->scale.most) << state->scale.shift;
+        total[d] = qs_min_i32(unary[d], state->scale.most) << state->scale.shift;
     }
     for (uint32_t n = model->link_start[site]; n < model->link_start[site + 1]; n++) {
         const int32_t *message = message_of(state, &model->links[n]);
@@ -53,7 +53,7 @@ static int32_t least_part(const int32_t *part, uint32_t labels)
 {
     int32_t least = part[0];
     for (uint32_t d = 1; d < labels; d++) {
-        least = qs_min32(least, part[d]);
+        least = qs_min_i32(least, part[d]);
     }
     return least;
 }
@@ -207,7 +207,7 @@ static void add_around(const qs_trws_state *state, uint32_t site, bool forward,
     const qs_model *model = state->model;
     const int32_t *unary = model->unary + (size_t)site * model->labels;
     for (uint32_t d = 0; d < model->labels; d++) {
-        costs[d] = qs_min32(unary[d], state->scale.most) << state->scale.shift;
+        costs[d] = qs_min_i32(unary[d], state->scale.most) << state->scale.shift;
     }
     for (uint32_t n = model->link_start[site]; n < model->link_start[site + 1]; n++) {
         const qs_link *link = &model->links[n];
