@@ -96,17 +96,17 @@ static inline qs_status recode(fixture *f, qs_encode_options options, bool trunc
     qs_buffer buffer = {f->file, sizeof f->file, 0};
     qs_sink sink = qs_buffer_sink(&buffer);
     uint64_t told = 0, counted = 0;
-    qs_status status =
-        qs_recode(&f->model, &f->source_qubo, &recode_options, &sink, workspace, size, &told);
+    qs_status status = qs_recode(&f->model, &f->source_qubo.labels, &recode_options, &sink,
+                                 workspace, size, &told);
     if (status == QS_OK) {
-        assert_int_equal(
-            qs_recode(&f->model, &f->source_qubo, &recode_options, NULL, workspace, size, &counted),
-            QS_OK);
+        assert_int_equal(qs_recode(&f->model, &f->source_qubo.labels, &recode_options, NULL,
+                                   workspace, size, &counted),
+                         QS_OK);
         assert_int_equal(told, buffer.size);
         assert_int_equal(counted, told);
         if (size > 0) {
-            assert_int_equal(qs_recode(&f->model, &f->source_qubo, &recode_options, NULL, workspace,
-                                       size - 1, NULL),
+            assert_int_equal(qs_recode(&f->model, &f->source_qubo.labels, &recode_options, NULL,
+                                       workspace, size - 1, NULL),
                              QS_E_WORKSPACE);
         }
         f->size = buffer.size;

@@ -303,14 +303,14 @@ static void check_excess(uint64_t *random, bool chain)
     qs_trws_state s = state_of();
     uint32_t iterations = tiny_random(random, 10) + chain;
     size_t size = sizeof *once * qs_trws_messages(&b.model);
-    assert_true(sizeof(uint32_t) * qs_trws_excess_numbers(&b.model) <= sizeof excess);
+    assert_true(sizeof(uint32_t) * qs_trws_marginal_numbers(&b.model) <= sizeof excess);
     qs_trws_iterate(&s, iterations + 1);
     memcpy(once, s.messages, size);
     s = state_of();
     qs_trws_iterate(&s, iterations);
     memset(excess, 0xa5, sizeof excess);
     int64_t bound = 0, shares[TINY_SITES];
-    qs_trws_excess(&s, excess, shares);
+    qs_trws_marginals(&s, excess, shares);
     for (uint32_t p = 0; p < b.model.sites; p++) {
         bound += shares[p];
     }
@@ -445,7 +445,7 @@ static void excess_by_definition(void **unused)
         qs_trws_state s = state_of();
         qs_trws_iterate(&s, tiny_random(&state, 10));
         memcpy(before, s.messages, sizeof *before * qs_trws_messages(&b.model));
-        qs_trws_grid_excess(&s, excess, shares);
+        qs_trws_grid_marginals(&s, excess, shares);
         charge(before, s.messages, false, s.scale, charged);
         for (uint32_t y = 0; y < b.model.height; y++) {
             add_line(charged, y * b.model.width, b.model.width, 1, b.model.right, s.scale.shift,
@@ -543,7 +543,7 @@ static void graph_excess_by_definition(void **unused)
         qs_trws_state s = state_of();
         qs_trws_iterate(&s, tiny_random(&state, 10));
         memcpy(before, s.messages, sizeof *before * qs_trws_messages(&b.model));
-        qs_trws_graph_excess(&s, excess, shares);
+        qs_trws_graph_marginals(&s, excess, shares);
         for (uint32_t p = 0; p < b.model.sites; p++) {
             const qs_link *link = NULL;
             uint32_t lower = links_of(p, false, 0, &link), higher = links_of(p, true, 0, &link);
@@ -999,7 +999,7 @@ static void mended_by_definition(void **unused)
         }
         labelling[site] = old;
         bool was = b.kept[site * b.model.labels + old];
-        assert_int_equal(qs_local_mend(&b.model, labelling, site), !was);
+        assert_int_equal(qs_take_kept_label(&b.model, labelling, site), !was);
         assert_int_equal(labelling[site], was ? old : best);
     }
 }

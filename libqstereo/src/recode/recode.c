@@ -113,10 +113,10 @@ static void put_side_chunks(qs_writer *writer, const void *context)
     }
 }
 
-static qs_status write_file(const qs_recoding *r, const qs_qubo *qubo, const qs_sink *sink,
+static qs_status write_file(const qs_recoding *r, const qs_labels *labels, const qs_sink *sink,
                             uint64_t *size)
 {
-    side_chunks side = {&r->left, qubo->labels,
+    side_chunks side = {&r->left, *labels,
                         r->encoding > QS_ONE_HOT_SPARSE || !r->left.counts.whole};
     side.labels.encoding = r->encoding;
     side.labels.penalty = r->penalty;
@@ -141,10 +141,11 @@ static void fill(qs_recoding *r)
     }
 }
 
-qs_status qs_recode(const qs_model *model, const qs_qubo *qubo, const qs_recode_options *options,
-                    const qs_sink *sink, void *workspace, size_t workspace_size, uint64_t *size)
+qs_status qs_recode(const qs_model *model, const qs_labels *labels,
+                    const qs_recode_options *options, const qs_sink *sink, void *workspace,
+                    size_t workspace_size, uint64_t *size)
 {
-    if (!model || !qubo || !qubo->has_labels || !options || !workspace) {
+    if (!model || !labels || !options || !workspace) {
         return QS_E_ARGUMENT;
     }
     qs_recoding r = {0};
@@ -168,5 +169,5 @@ qs_status qs_recode(const qs_model *model, const qs_qubo *qubo, const qs_recode_
         return QS_E_OVERFLOW;
     }
     fill(&r);
-    return write_file(&r, qubo, sink, size);
+    return write_file(&r, labels, sink, size);
 }

@@ -41,7 +41,7 @@ static void settle(qs_elimination *e, uint32_t site)
         least = kept[d] ? qs_min32(least, unary[d]) : least;
         highest = kept[d] && unary[d] > highest ? unary[d] : highest;
     }
-    int64_t above = (int64_t)highest - least + qs_local_edges(&e->model, site) + 1;
+    int64_t above = (int64_t)highest - least + qs_most_of_edges(&e->model, site) + 1;
     int32_t out = above < INT32_MAX ? (int32_t)above : INT32_MAX;
     for (uint32_t d = 0; d < labels; d++) {
         unary[d] = kept[d] ? unary[d] - least : out;
@@ -83,20 +83,20 @@ static void cut(qs_elimination *e, uint32_t site, uint32_t at)
 
 /* Adds an edge to a site of one label to the costs of its other site; false where they would be too
  * large. */
-static bool add_edge(qs_elimination *e, const qs_beside *beside, uint32_t label)
+static bool add_edge(qs_elimination *e, const qs_edge_seen *edge, uint32_t label)
 {
     uint32_t labels = e->model.labels;
-    const uint8_t *kept = e->kept + (size_t)beside->site * labels;
-    int32_t *unary = e->unary + (size_t)beside->site * labels;
+    const uint8_t *kept = e->kept + (size_t)edge->site * labels;
+    int32_t *unary = e->unary + (size_t)edge->site * labels;
     for (uint32_t d = 0; d < labels; d++) {
         int64_t most = INT32_MAX - (kept[d] ? unary[d] : 0);
-        if (kept[d] && e->model.pairwise_max > 0 && beside->weight > most / e->model.pairwise_max) {
+        if (kept[d] && e->model.pairwise_max > 0 && edge->weight > most / e->model.pairwise_max) {
             return false;
         }
     }
     for (uint32_t d = 0; d < labels; d++) {
-        int64_t cost = beside->weight * (beside->first ? qs_model_pairwise(&e->model, label, d)
-                                                       : qs_model_pairwise(&e->model, d, label));
+        int64_t cost = edge->weight * (edge->first ? qs_model_pairwise(&e->model, label, d)
+                                                   : qs_model_pairwise(&e->model, d, label));
         unary[d] += kept[d] ? (int32_t)cost : 0;
     }
     return true;
@@ -106,10 +106,10 @@ static bool add_edge(qs_elimination *e, const qs_beside *beside, uint32_t label)
 static void leave(qs_elimination *e, uint32_t site)
 {
     settle(e, site);
-    qs_local_mend(&e->model, e->labelling, site);
-    qs_beside beside;
-    for (uint32_t at = 0; qs_local_neighbour(&e->model, site, at, &beside); at++) {
-        e->due[beside.site] = 1;
+    qs_take_kept_label(&e->model, e->labelling, site);
+    qs_edge_seen edge;
+    for (uint32_t at = 0; qs_see_edge(&e->model, site, at, &edge); at++) {
+        e->due[edge.site] = 1;
     }
 }
 
@@ -127,12 +127,12 @@ static uint32_t count_labels(const qs_elimination *e, uint32_t site)
 static bool fold(qs_elimination *e, uint32_t site)
 {
     bool changed = false;
-    qs_beside beside;
-    for (uint32_t at = 0;
-         count_labels(e, site) == 1 && qs_local_neighbour(&e->model, site, at, &beside); at++) {
-        if (beside.weight > 0 && add_edge(e, &beside, e->labelling[site])) {
+    qs_edge_seen edge;
+    for (uint32_t at = 0; count_labels(e, site) == 1 && qs_see_edge(&e->model, site, at, &edge);
+         at++) {
+        if (edge.weight > 0 && add_edge(e, &edge, e->labelling[site])) {
             cut(e, site, at);
-            settle(e, beside.site);
+            settle(e, edge.site);
             changed = true;
         }
     }
@@ -145,15 +145,15 @@ static void find_savings(const qs_elimination *e, uint32_t site)
 {
     uint32_t labels = e->model.labels;
     bool potts = e->model.pairwise.smoothness == QS_POTTS;
-    int64_t edges = potts ? 0 : qs_local_edges(&e->model, site);
+    int64_t edges = potts ? 0 : qs_most_of_edges(&e->model, site);
     for (uint32_t d = 0; d < labels; d++) {
         e->saved[d] = edges;
     }
-    qs_beside beside;
-    for (uint32_t at = 0; potts && qs_local_neighbour(&e->model, site, at, &beside); at++) {
-        const uint8_t *kept = e->kept + (size_t)beside.site * labels;
+    qs_edge_seen edge;
+    for (uint32_t at = 0; potts && qs_see_edge(&e->model, site, at, &edge); at++) {
+        const uint8_t *kept = e->kept + (size_t)edge.site * labels;
         for (uint32_t d = 0; d < labels; d++) {
-            e->saved[d] += kept[d] ? beside.weight : 0;
+            e->saved[d] += kept[d] ? edge.weight : 0;
         }
     }
 }
@@ -199,10 +199,10 @@ static void goldstein(qs_elimination *e)
 
 static bool has_edges(const qs_elimination *e, uint32_t site)
 {
-    qs_beside beside;
+    qs_edge_seen edge;
     bool has = false;
-    for (uint32_t at = 0; !has && qs_local_neighbour(&e->model, site, at, &beside); at++) {
-        has = beside.weight > 0;
+    for (uint32_t at = 0; !has && qs_see_edge(&e->model, site, at, &edge); at++) {
+        has = edge.weight > 0;
     }
     return has;
 }
@@ -289,10 +289,10 @@ static void find_parts(qs_elimination *e)
     for (uint32_t i = 0; i < e->left_count; i++) {
         uint32_t p = e->left[i];
         e->part[p] = p;
-        qs_beside beside;
-        for (uint32_t at = 0; qs_local_neighbour(&e->model, p, at, &beside); at++) {
-            if (beside.weight > 0 && !beside.first) {
-                uint32_t a = first_of(e->part, p), b = first_of(e->part, beside.site);
+        qs_edge_seen edge;
+        for (uint32_t at = 0; qs_see_edge(&e->model, p, at, &edge); at++) {
+            if (edge.weight > 0 && !edge.first) {
+                uint32_t a = first_of(e->part, p), b = first_of(e->part, edge.site);
                 e->part[a > b ? a : b] = a > b ? b : a;
             }
         }
@@ -306,12 +306,11 @@ static void find_parts(qs_elimination *e)
 static int64_t cost_at(const qs_elimination *e, uint32_t site)
 {
     int64_t cost = e->unary[(size_t)site * e->model.labels + e->labelling[site]];
-    qs_beside beside;
-    for (uint32_t at = 0; qs_local_neighbour(&e->model, site, at, &beside); at++) {
-        cost += beside.first
-                    ? 0
-                    : beside.weight * qs_model_pairwise(&e->model, e->labelling[beside.site],
-                                                        e->labelling[site]);
+    qs_edge_seen edge;
+    for (uint32_t at = 0; qs_see_edge(&e->model, site, at, &edge); at++) {
+        cost += edge.first ? 0
+                           : edge.weight * qs_model_pairwise(&e->model, e->labelling[edge.site],
+                                                             e->labelling[site]);
     }
     return cost;
 }

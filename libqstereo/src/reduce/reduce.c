@@ -74,7 +74,7 @@ static bool is_due(reducer *r, const qs_trws_state *state, const qs_solution *so
 static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
 {
     int64_t room, energy = so_far->energy;
-    qs_trws_excess(state, r->excess, r->shares);
+    qs_trws_marginals(state, r->excess, r->shares);
     int64_t bound =
         energy - qs_eliminate_above(&r->sets, r->excess, r->shares, state->scale.shift, &room);
     so_far->lower_bound = bound > so_far->lower_bound ? bound : so_far->lower_bound;
@@ -142,7 +142,7 @@ static layout lay_out(const qs_model *model)
     uint64_t best = qs_best_workspace(model);
     layout l = {.shares = qs_rounded(qs_eliminate_workspace(model))};
     l.excess = l.shares + qs_rounded(sizeof(int64_t) * model->sites);
-    l.best = l.excess + qs_rounded(sizeof(uint32_t) * qs_trws_excess_numbers(model));
+    l.best = l.excess + qs_rounded(sizeof(uint32_t) * qs_trws_marginal_numbers(model));
     l.end = best < SIZE_MAX ? l.best + best : SIZE_MAX;
     return l;
 }

@@ -40,7 +40,7 @@ static bool watch_moves(void *context, const qs_progress *progress)
 {
     supervisor *s = context;
     (void)progress;
-    s->stopped = s->stopped || !qs_told(s->options, &s->solution);
+    s->stopped = s->stopped || !qs_report_progress(s->options, &s->solution);
     return !s->stopped;
 }
 
@@ -70,7 +70,7 @@ static void start_moves(supervisor *s)
 {
     memcpy(s->moved, s->found, sizeof *s->moved * s->model->sites);
     for (uint32_t p = 0; s->guest && p < s->model->sites; p++) {
-        qs_local_mend(s->model, s->moved, p);
+        qs_take_kept_label(s->model, s->moved, p);
     }
 }
 
@@ -92,7 +92,7 @@ static bool watch_messages(void *context, const qs_progress *progress)
     }
     bool done = !s->stopped && s->guest &&
                 !s->guest->between(s->guest->context, &s->state, &s->solution, false);
-    s->stopped = s->stopped || !qs_told(s->options, &s->solution);
+    s->stopped = s->stopped || !qs_report_progress(s->options, &s->solution);
     if (s->stopped && s->guest) {
         s->guest->between(s->guest->context, &s->state, &s->solution, true);
     }
@@ -165,7 +165,7 @@ qs_status qs_best_with(const qs_model *model, const qs_solve_options *options,
         status = improve(&s, s.moved);
     }
     if (status == QS_OK) {
-        s.solution.energy -= qs_local_keep(model, labelling);
+        s.solution.energy -= qs_take_kept_everywhere(model, labelling);
         s.solution.converged = s.solution.energy == s.solution.lower_bound;
         *solution = s.solution;
     }

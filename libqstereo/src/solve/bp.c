@@ -30,17 +30,6 @@ size_t qs_bp_workspace(const qs_model *model)
     return count > SIZE_MAX / sizeof(int32_t) ? SIZE_MAX : (size_t)count * sizeof(int32_t);
 }
 
-void qs_bp_send(const qs_bp_state *state, int32_t weight, bool upward, int32_t *costs,
-                int32_t *message, int32_t *scratch)
-{
-    uint32_t labels = state->model->labels;
-    qs_message_send(state->model, weight, upward, costs, scratch, scratch + labels);
-    for (uint32_t d = 0; d < labels; d++) {
-        message[d] = scratch[d] +
-                     (int32_t)((int64_t)(message[d] - scratch[d]) * QS_KEEP / (1 << QS_KEEP_OF));
-    }
-}
-
 static void sweep(const qs_bp_state *state, bool wide)
 {
     const qs_model *model = state->model;
@@ -65,15 +54,15 @@ static void decode(const qs_bp_state *state, bool wide, uint16_t *labelling)
         qs_bp_graph_labels(state, labelling);
         return;
     }
-    qs_decoder decoder = {state->model,
-                          state->scale,
-                          wide,
-                          true,
-                          state->messages + QS_FROM_RIGHT * labels,
-                          state->messages + QS_FROM_BELOW * labels,
-                          QS_FROM_ALL * labels,
-                          state->scratch};
-    qs_decode_grid(&decoder, labelling);
+    qs_message_reader decoder = {state->model,
+                                 state->scale,
+                                 wide,
+                                 true,
+                                 state->messages + QS_FROM_RIGHT * labels,
+                                 state->messages + QS_FROM_BELOW * labels,
+                                 QS_FROM_ALL * labels,
+                                 state->scratch};
+    qs_label_grid(&decoder, labelling);
 }
 
 qs_status qs_bp(const qs_model *model, const qs_solve_options *options, void *workspace,
@@ -104,9 +93,9 @@ qs_status qs_bp(const qs_model *model, const qs_solve_options *options, void *wo
             memcpy(labelling, trial, sizeof *labelling * model->sites);
         }
         s.iterations++;
-        go = qs_told(options, &s) && !qs_limit_reached(options, &s, DEFAULT_ITERATIONS);
+        go = qs_report_progress(options, &s) && !qs_limit_reached(options, &s, DEFAULT_ITERATIONS);
     }
-    s.energy -= qs_local_keep(model, labelling);
+    s.energy -= qs_take_kept_everywhere(model, labelling);
     *solution = s;
     return QS_OK;
 }

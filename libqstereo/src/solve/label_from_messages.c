@@ -3,7 +3,7 @@
 #include "../base/simd.h"
 
 /* A label of a site, from the messages of later ones. */
-static int32_t cost_alone(const qs_decoder *decoder, uint32_t site, uint32_t label)
+static int32_t cost_alone(const qs_message_reader *decoder, uint32_t site, uint32_t label)
 {
     int32_t unary = qs_min32(decoder->model->unary[(size_t)site * decoder->model->labels + label],
                              decoder->scale.most);
@@ -11,7 +11,8 @@ static int32_t cost_alone(const qs_decoder *decoder, uint32_t site, uint32_t lab
     return (unary << decoder->scale.shift) + decoder->row[at] + decoder->column[at];
 }
 
-void qs_decode_alone(const qs_decoder *decoder, uint32_t first, uint32_t count, uint16_t *labelling)
+void qs_label_alone(const qs_message_reader *decoder, uint32_t first, uint32_t count,
+                    uint16_t *labelling)
 {
     for (uint32_t p = first; p < first + count; p++) {
         int32_t least = INT32_MAX;
@@ -29,7 +30,8 @@ typedef struct earlier {
     uint16_t row, column;
 } earlier;
 
-static earlier earlier_of(const qs_decoder *decoder, uint32_t site, const uint16_t *labelling)
+static earlier earlier_of(const qs_message_reader *decoder, uint32_t site,
+                          const uint16_t *labelling)
 {
     const qs_model *model = decoder->model;
     uint32_t width = model->width, back = decoder->forward ? 1 : 0;
@@ -49,8 +51,8 @@ static earlier earlier_of(const qs_decoder *decoder, uint32_t site, const uint16
 
 /* Beside Potts costs only the earlier neighbours' labels can be better than the best label alone.
  */
-static void consider(const qs_decoder *decoder, uint32_t site, const earlier *e, uint16_t label,
-                     uint16_t *best, int32_t *least)
+static void consider(const qs_message_reader *decoder, uint32_t site, const earlier *e,
+                     uint16_t label, uint16_t *best, int32_t *least)
 {
     int32_t cost = cost_alone(decoder, site, label) + (label == e->row ? 0 : e->row_weight) +
                    (label == e->column ? 0 : e->column_weight);
@@ -58,20 +60,20 @@ static void consider(const qs_decoder *decoder, uint32_t site, const earlier *e,
     *least = qs_min32(cost, *least);
 }
 
-static void decode_alone(const qs_decoder *decoder, uint32_t first, uint32_t count,
+static void decode_alone(const qs_message_reader *decoder, uint32_t first, uint32_t count,
                          uint16_t *labelling)
 {
 #if QS_HAVE_AVX2
     if (decoder->wide && decoder->model->labels >= QS_LANES) {
-        qs_decode_wide(decoder, first, count, labelling);
+        qs_label_alone_avx2(decoder, first, count, labelling);
         return;
     }
 #endif
-    qs_decode_alone(decoder, first, count, labelling);
+    qs_label_alone(decoder, first, count, labelling);
 }
 
 /* A row at a time, so that its messages are still near when its labels are chosen. */
-static void decode_potts(const qs_decoder *decoder, uint16_t *labelling)
+static void decode_potts(const qs_message_reader *decoder, uint16_t *labelling)
 {
     const qs_model *model = decoder->model;
     uint32_t width = model->width;
@@ -89,7 +91,7 @@ static void decode_potts(const qs_decoder *decoder, uint16_t *labelling)
     }
 }
 
-void qs_decode_grid(const qs_decoder *decoder, uint16_t *labelling)
+void qs_label_grid(const qs_message_reader *decoder, uint16_t *labelling)
 {
     const qs_model *model = decoder->model;
     if (model->pairwise.smoothness == QS_POTTS) {

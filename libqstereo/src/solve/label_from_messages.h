@@ -8,7 +8,7 @@
 
 /* Of site p: the message from its later neighbour along the row is at row + p * stride, that along
  * the column at column + p * stride. */
-typedef struct qs_decoder {
+typedef struct qs_message_reader {
     const qs_model *model;
     qs_scale scale;
     bool wide; /* AVX2 */
@@ -17,14 +17,14 @@ typedef struct qs_decoder {
     const int32_t *row, *column;
     size_t stride;
     int32_t *scratch; /* `labels` numbers */
-} qs_decoder;
+} qs_message_reader;
 
-void qs_decode_grid(const qs_decoder *decoder, uint16_t *labelling);
+void qs_label_grid(const qs_message_reader *decoder, uint16_t *labelling);
 
 /* The best label of each of `count` sites from the messages of later ones alone. */
-void qs_decode_alone(const qs_decoder *decoder, uint32_t first, uint32_t count,
-                     uint16_t *labelling);
-void qs_decode_wide(const qs_decoder *decoder, uint32_t first, uint32_t count,
-                    uint16_t *labelling); /* the same of at least 8 labels by AVX2 */
+void qs_label_alone(const qs_message_reader *decoder, uint32_t first, uint32_t count,
+                    uint16_t *labelling);
+void qs_label_alone_avx2(const qs_message_reader *decoder, uint32_t first, uint32_t count,
+                         uint16_t *labelling); /* the same of at least 8 labels by AVX2 */
 
 #endif

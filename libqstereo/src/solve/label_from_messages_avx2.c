@@ -6,7 +6,7 @@
 
 enum { AHEAD = 8 };
 
-QS_WIDE uint16_t label_of(const qs_decoder *decoder, uint32_t site, uint32_t labels,
+QS_WIDE uint16_t label_of(const qs_message_reader *decoder, uint32_t site, uint32_t labels,
                           qs_loose *costs)
 {
     const int32_t *unary = decoder->model->unary + (size_t)labels * site;
@@ -28,7 +28,7 @@ QS_WIDE uint16_t label_of(const qs_decoder *decoder, uint32_t site, uint32_t lab
     return qs_lanes_first(costs, labels, least);
 }
 
-QS_AVX2 static void some_labels(const qs_decoder *decoder, uint32_t first, uint32_t end,
+QS_AVX2 static void some_labels(const qs_message_reader *decoder, uint32_t first, uint32_t end,
                                 uint16_t *labelling)
 {
     enum { TSUKUBA = 16, VENUS = 20, RUNS = 3 };
@@ -43,7 +43,8 @@ QS_AVX2 static void some_labels(const qs_decoder *decoder, uint32_t first, uint3
     }
 }
 
-void qs_decode_wide(const qs_decoder *decoder, uint32_t first, uint32_t count, uint16_t *labelling)
+void qs_label_alone_avx2(const qs_message_reader *decoder, uint32_t first, uint32_t count,
+                         uint16_t *labelling)
 {
     some_labels(decoder, first, first + count, labelling);
 }

@@ -18,7 +18,7 @@ typedef struct qs_scale {
  * site and of one more fit in 31 bits; false where none does. `most` is above what all edges of any
  * one site can cost, so that the least energy stays and no energy rises. Where the model has sets
  * of labels, these may lose labels later, which then cost `most`, and there is room for the two
- * messages more that qs_trws_excess adds. */
+ * messages more that qs_trws_marginals adds. */
 bool qs_scale_choose(const qs_model *model, unsigned shift, qs_scale *scale);
 
 /* Numbers of workspace that qs_message_send needs. */

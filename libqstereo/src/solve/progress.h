@@ -5,7 +5,7 @@
 #include "../../include/qstereo/solve.h"
 
 /* Tells the watch, if there is one; false = stop. */
-static inline bool qs_told(const qs_solve_options *options, const qs_solution *s)
+static inline bool qs_report_progress(const qs_solve_options *options, const qs_solution *s)
 {
     qs_progress progress = {s->energy, s->lower_bound, s->iterations};
     return !options || !options->watch || options->watch(options->context, &progress);

@@ -59,12 +59,12 @@ void qs_trws_visit_only(qs_trws_state *state, const uint32_t *sites, uint32_t co
     }
 }
 
-void qs_trws_excess(const qs_trws_state *state, uint32_t *excess, int64_t *shares)
+void qs_trws_marginals(const qs_trws_state *state, uint32_t *excess, int64_t *shares)
 {
     if (state->model->width > 0) {
-        qs_trws_grid_excess(state, excess, shares);
+        qs_trws_grid_marginals(state, excess, shares);
     } else {
-        qs_trws_graph_excess(state, excess, shares);
+        qs_trws_graph_marginals(state, excess, shares);
     }
     pass(state, false);
 }
@@ -82,21 +82,21 @@ static bool is_inside(const qs_model *model, uint32_t site, const uint16_t *labe
 /* Lets a site take a neighbour's label where that is cheaper; by how much it lowers the energy. */
 static int64_t take_from_neighbours(const qs_model *model, uint32_t site, uint16_t *labelling)
 {
-    if (qs_local_many(model, site)) {
+    if (qs_has_many_neighbours(model, site)) {
         uint16_t own = labelling[site];
-        int64_t before = qs_local_cost(model, labelling, site, own);
-        labelling[site] = qs_local_best(model, labelling, site);
-        return before - qs_local_cost(model, labelling, site, labelling[site]);
+        int64_t before = qs_label_cost(model, labelling, site, own);
+        labelling[site] = qs_best_label(model, labelling, site);
+        return before - qs_label_cost(model, labelling, site, labelling[site]);
     }
-    qs_beside beside;
+    qs_edge_seen edge;
     int64_t cost = INT64_MAX, gain = 0;
-    for (uint32_t at = 0; qs_local_neighbour(model, site, at, &beside); at++) {
-        uint16_t label = labelling[beside.site];
-        if (beside.weight == 0 || label == labelling[site]) {
+    for (uint32_t at = 0; qs_see_edge(model, site, at, &edge); at++) {
+        uint16_t label = labelling[edge.site];
+        if (edge.weight == 0 || label == labelling[site]) {
             continue;
         }
-        cost = cost == INT64_MAX ? qs_local_cost(model, labelling, site, labelling[site]) : cost;
-        int64_t other = qs_local_cost(model, labelling, site, label);
+        cost = cost == INT64_MAX ? qs_label_cost(model, labelling, site, labelling[site]) : cost;
+        int64_t other = qs_label_cost(model, labelling, site, label);
         if (other < cost) {
             gain += cost - other;
             cost = other;
@@ -176,9 +176,9 @@ qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options
             }
         }
         s.converged = s.energy == s.lower_bound;
-        go = qs_told(options, &s) && !last;
+        go = qs_report_progress(options, &s) && !last;
     }
-    s.energy -= qs_local_keep(model, labelling);
+    s.energy -= qs_take_kept_everywhere(model, labelling);
     *solution = s;
     return QS_OK;
 }

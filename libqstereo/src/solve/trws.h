@@ -74,13 +74,13 @@ void qs_trws_visit_only(qs_trws_state *state, const uint32_t *sites, uint32_t co
  * is that less the chain's least, summed over the chains through the site.
  *
  * excess   out: sites x labels (of sites visited), at most UINT32_MAX; then workspace, in all
- * qs_trws_excess_numbers shares   out: each visited site's share in the bound */
-void qs_trws_excess(const qs_trws_state *state, uint32_t *excess, int64_t *shares);
-uint64_t qs_trws_excess_numbers(const qs_model *model);
+ * qs_trws_marginal_numbers shares   out: each visited site's share in the bound */
+void qs_trws_marginals(const qs_trws_state *state, uint32_t *excess, int64_t *shares);
+uint64_t qs_trws_marginal_numbers(const qs_model *model);
 
-void qs_trws_grid_excess(const qs_trws_state *state, uint32_t *excess,
-                         int64_t *shares); /* their forward passes */
-void qs_trws_graph_excess(const qs_trws_state *state, uint32_t *excess, int64_t *shares);
+void qs_trws_grid_marginals(const qs_trws_state *state, uint32_t *excess,
+                            int64_t *shares); /* their forward passes */
+void qs_trws_graph_marginals(const qs_trws_state *state, uint32_t *excess, int64_t *shares);
 
 /* qs_trws, whose state the caller sees: when a watch is called it is that between two iterations.
  * The costs and the constant of the model may be changed there, and the visits set. */

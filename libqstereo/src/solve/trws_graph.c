@@ -180,7 +180,7 @@ static void sweep_site(const qs_trws_state *state, uint32_t site, const pass_rec
     memcpy(total, excess, sizeof *excess * labels);
 }
 
-void qs_trws_graph_excess(const qs_trws_state *state, uint32_t *excess, int64_t *shares)
+void qs_trws_graph_marginals(const qs_trws_state *state, uint32_t *excess, int64_t *shares)
 {
     const qs_model *model = state->model;
     pass_record record = {(int32_t *)excess,

@@ -81,7 +81,7 @@ void qs_trws_grid_labels(const qs_trws_state *state, bool forward, uint16_t *lab
     const int32_t *row = forward ? state->messages : state->messages - site;
     const int32_t *column =
         (forward ? state->messages : state->messages - site * state->model->width) + labels;
-    qs_decoder decoder = {state->model, state->scale, state->wide, forward,
-                          row,          column,       site,        state->scratch};
-    qs_decode_grid(&decoder, labelling);
+    qs_message_reader decoder = {state->model, state->scale, state->wide, forward,
+                                 row,          column,       site,        state->scratch};
+    qs_label_grid(&decoder, labelling);
 }

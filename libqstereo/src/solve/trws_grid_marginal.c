@@ -21,7 +21,7 @@ static uint64_t of_labels(const qs_model *model)
                             : (uint64_t)model->sites + model->edges + 2;
 }
 
-uint64_t qs_trws_excess_numbers(const qs_model *model)
+uint64_t qs_trws_marginal_numbers(const qs_model *model)
 {
     return of_labels(model) * model->labels;
 }
@@ -97,7 +97,7 @@ static void back(const sweep *s)
     }
 }
 
-void qs_trws_grid_excess(const qs_trws_state *state, uint32_t *excess, int64_t *shares)
+void qs_trws_grid_marginals(const qs_trws_state *state, uint32_t *excess, int64_t *shares)
 {
     sweep s = lay_out(state, excess);
     forward(&s, shares);
