@@ -26,6 +26,9 @@ enum {
     QS_TRNC_HEAD = 8
 };
 
+/* The kind of a block, the third number of its head. */
+enum { QS_BLOCK_IS_TABLE = 0, QS_BLOCK_IS_TOEPLITZ = 1 };
+
 /* A run of groups with `size` variables each. */
 typedef struct qs_group_run {
     uint32_t count, size;
