@@ -172,4 +172,6 @@ def test_every_test_that_the_proofs_name_exists():
     for listed in re.findall(r"\*Tests?:\*(.*?)\n\n", text + "\n\n", re.S):
         named |= set(re.findall(r"`([a-z_]+)`", listed))
     assert len(named) > 20
+    for name in set(re.findall(r"\btest_\w+\.(?:c|py)\b", text)):
+        assert list((ROOT / "tests").rglob(name)), name
     assert {name for name in named if not re.search(rf"\b{name}\b", tests)} == set()
