@@ -89,6 +89,8 @@ check-c: $(UNIT) $(BUILD)/libqstereo.a
 	@for test in $(UNIT); do $$test || exit 1; done
 	@scripts/check-symbols $(BUILD)/libqstereo.a
 	@scripts/check-freestanding "$(CC)"
+	@scripts/check-layers
+	@scripts/check-circles $(BUILD)/libqstereo.a
 
 # Tests want a command of each kind, whatever kind build/qstereo is.
 check-python: all examples $(ENV) $(BUILD)/opencv1/qstereo $(BUILD)/opencv0/qstereo

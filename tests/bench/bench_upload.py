@@ -32,11 +32,12 @@ def problem_in(folder):
 def ours(name, folder):
     import dimod  # noqa: F401 - imported before the clock starts on either side
     import dwave.optimization  # noqa: F401
-    from qstereo_bridge import cli
+    from qstereo_bridge import registry
 
     before, began = memory("VmRSS"), time.perf_counter()
-    solver = cli.SOLVERS[name]
-    file = solver.run(name, problem_in(folder), SimpleNamespace(memory_limit=LIMIT)).file()
+    solver = registry.find(name)
+    options = SimpleNamespace(memory_limit=LIMIT)
+    file = solver.run(name, problem_in(folder), options).file()
     print(time.perf_counter() - began, memory("VmHWM") - before, file.seek(0, 2))
 
 
