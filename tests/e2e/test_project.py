@@ -67,6 +67,13 @@ def test_the_overview_names_every_header():
             )
 
 
+def test_the_design_describes_every_room():
+    design = read("docs/DESIGN.md")
+    rooms = {path.name for path in (ROOT / "libqstereo" / "src").iterdir()}
+    drawing = design.split("## The rooms of the library")[1].split("## Decisions")[0]
+    assert set(re.findall(r"^\| ([a-z]+) \| ", drawing, re.M)) == {"room"} | rooms
+
+
 def test_public_machines_run_what_ours_runs():
     workflow = read(".github/workflows/check.yml")
     assert re.search(r"run: \.ci/run$", workflow, re.M)
