@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 
@@ -55,6 +56,18 @@ def test_the_readme_begins_with_what_a_stranger_needs():
         "qstereo score",
     ):
         assert command in read("README.md")
+
+
+def test_the_commands_of_the_readme_work(run, tmp_path):
+    """In its order, on the sample pair, with one read of the annealer."""
+    for name in ("left", "right", "truth"):
+        shutil.copy(ROOT / "samples" / "rendered" / f"{name}.png", tmp_path)
+    text = read("README.md").split("## By hand")[1].split("### With your own")[0]
+    text = text.replace("\\\n", "").replace("--num-reads 50", "--num-reads 1")
+    commands = [line.split() for line in text.splitlines() if re.match("    qstereo", line)]
+    assert len(commands) == 13
+    for command in commands:
+        run(*command)
 
 
 def test_the_overview_names_every_header():
