@@ -57,7 +57,7 @@ endif
 
 UNIT := $(patsubst tests/unit/%.c,$(BUILD)/unit/%, \
     $(wildcard tests/unit/test_*.c tests/unit/*/test_*.c))
-SANITIZE := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all
+SANITIZE := -O1 -g1 -fsanitize=address,undefined -fno-sanitize-recover=all
 UNIT_LIB := $(LIB_SRC:libqstereo/src/%.c=$(BUILD)/unit/lib/%.o)
 
 EXAMPLES := $(patsubst %.c,$(BUILD)/%,$(wildcard examples/*.c))
