@@ -58,7 +58,7 @@ static int run_reduction(const laid_out *problem, const reducing *asked, budget 
         return fail_status(name, ran);
     }
     /* A reduction never removes all optima: if one labelling is left, it is optimal. */
-    if (made->found.open == 0) {
+    if (made->found.undecided == 0) {
         made->found.lower_bound = made->found.upper_bound;
     }
     return DONE;

@@ -137,9 +137,4 @@ QS_WIDE uint16_t qs_lanes_first(const qs_loose *costs, uint32_t labels, qs_lanes
 /* Whether this processor and its system have AVX2. */
 bool qs_lanes_avx2(void);
 
-static inline int32_t qs_min32(int32_t a, int32_t b)
-{
-    return a < b ? a : b;
-}
-
 #endif

@@ -1,5 +1,6 @@
 #include "../../include/qstereo/model.h"
 
+#include "../base/minmax.h"
 #include "../problem/pairwise.h"
 #include "../qubo/sites.h"
 
@@ -48,11 +49,7 @@ void qs_model_winner(const qs_model *model, uint16_t *labelling)
 {
     for (uint32_t p = 0; p < model->sites; p++) {
         const int32_t *costs = model->unary + (size_t)p * model->labels;
-        uint16_t best = 0;
-        for (uint16_t d = 1; d < model->labels; d++) {
-            best = costs[d] < costs[best] ? d : best;
-        }
-        labelling[p] = best;
+        labelling[p] = (uint16_t)qs_first_least(costs, model->labels);
     }
 }
 

@@ -1,9 +1,9 @@
 /* What the encoders of qs_recode share. */
-#ifndef QS_RECODING_H
-#define QS_RECODING_H
+#ifndef QS_RECODER_H
+#define QS_RECODER_H
 
 #include "../../include/qstereo/recode.h"
-#include "../encode/qcf_writer.h"
+#include "draft.h"
 #include "remaining.h"
 
 /* What a block of a draft stands for. */
@@ -14,41 +14,43 @@ typedef enum qs_block_kind {
     QS_SCALAR_BLOCK /* 1: of two single variables */
 } qs_block_kind;
 
-/* A block, by two open sites that it is the block of. */
+/* A block, by two undecided sites that it is the block of. */
 typedef struct qs_block_of {
     qs_block_kind kind;
     uint32_t first, second;
 } qs_block_of;
 
-typedef struct qs_recoding {
-    qs_left left;
+typedef struct qs_recoder {
+    qs_remaining rest;
     qs_draft draft;
     qs_encoding encoding;
     qs_penalty penalty;
     uint64_t alpha, gap;
     int64_t force; /* of st-cut-arcs: what holds an arc's variable to its vertices' */
     qs_block_of *blocks; /* of the draft */
-    uint32_t *set; /* of each open site: the number of its label set */
-    uint32_t *order, *scratch; /* as many as there are open sites or edges, whichever are more */
-} qs_recoding;
+    uint32_t *set; /* of each undecided site: the number of its label set */
+    uint32_t *order,
+        *scratch; /* as many as there are undecided sites or edges, whichever are more */
+} qs_recoder;
 
 /* Numbers the sites' label sets and leaves the sites in `order`, sorted by set. */
-void qs_number_sets(qs_recoding *r);
+void qs_number_sets(qs_recoder *r);
 
 /* Appends a block to the draft and returns its number. */
-uint32_t qs_add_block(qs_recoding *r, qs_block_of block);
+uint32_t qs_add_block(qs_recoder *r, qs_block_of block);
 
 /* Couples the groups of all pairs of neighbours by their pairwise cost, a block for each two sets
  * that meet. Disturbs `order`. */
-void qs_couple_neighbours(qs_recoding *r);
+void qs_couple_neighbours(qs_recoder *r);
 
 /* The winner-takes-all labelling's energy, without the constant. */
-uint64_t qs_winner_energy(const qs_left *left);
+uint64_t qs_winner_energy(const qs_remaining *rest);
 
-/* The encoders. Each fills the draft. */
-void qs_recode_one_hot(qs_recoding *r);
-void qs_recode_wall(qs_recoding *r);
-void qs_recode_multiway(qs_recoding *r);
-void qs_recode_cut(qs_recoding *r);
+/* The encoders. Each fills in the draft of a problem with undecided sites. */
+typedef void qs_recode_into(qs_recoder *r);
+void qs_recode_one_hot(qs_recoder *r);
+void qs_recode_wall(qs_recoder *r);
+void qs_recode_multiway(qs_recoder *r);
+void qs_recode_cut(qs_recoder *r);
 
 #endif
