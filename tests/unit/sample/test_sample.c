@@ -4,8 +4,8 @@
 
 #include <string.h>
 
-#include "../../libqstereo/src/qubo/blocks.h"
-#include "../../libqstereo/src/base/bytes.h"
+#include "qubo/blocks.h"
+#include "base/bytes.h"
 
 enum { ROUNDS = 1500, BITS = 16, FEW = 11, DRAWN = 150, BYTES = SLOW_VARIABLES / 8 };
 

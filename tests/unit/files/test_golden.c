@@ -1,7 +1,7 @@
 /* The golden files: one canonical string of bytes for each of a few problems that between them use
  * the whole format.
  *
- *     QSTEREO_WRITE_GOLDEN=1 build/unit/test_golden
+ *     QSTEREO_WRITE_GOLDEN=1 build/unit/files/test_golden
  *
  * writes them anew; then see with git what has changed, and why. */
 #include "tiny.h"

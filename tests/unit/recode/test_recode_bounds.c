@@ -1,7 +1,7 @@
 /* Counts, bounds that are the least, the paper's example, and the bytes of recoded files. */
 #include "recoded.h"
 
-#include "../../libqstereo/src/base/sort.h"
+#include "base/sort.h"
 
 /* ---- Counts. ---- */
 

@@ -4,8 +4,8 @@
 
 #include <string.h>
 
-#include "../../libqstereo/src/base/bytes.h"
-#include "../../libqstereo/src/files/crc32c.h"
+#include "base/bytes.h"
+#include "files/crc32c.h"
 
 enum { HEADER = 64 };
 
