@@ -32,6 +32,11 @@ static const solver solvers[] = {
 };
 enum { SOLVERS = sizeof solvers / sizeof solvers[0] };
 
+const char *solver_at(size_t index)
+{
+    return index < SOLVERS ? solvers[index].name : NULL;
+}
+
 static int read_name(const char *what, const char *text, const solver **chosen)
 {
     named names[SOLVERS];
