@@ -85,8 +85,8 @@ static void place_sites(const qs_building *b)
 
 /* ---- The edges. ---- */
 
-/* Adds the weights of the couplings to the edges of the grid. Returns false if a coupling is no edge of
- * it, or a sum is too large. */
+/* Adds the weights of the couplings to the edges of the grid. Returns false if a coupling is no
+ * edge of it, or a sum is too large. */
 static bool copy_grid(const qs_building *b)
 {
     const qs_index *index = b->index;

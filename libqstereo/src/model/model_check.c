@@ -30,7 +30,8 @@ static int64_t expected_entry(const qs_building *b, uint32_t before_d, uint32_t 
     }
 }
 
-/* Notes an entry of a table. Returns false if it is below 0, or has been noted with another value. */
+/* Notes an entry of a table. Returns false if it is below 0, or has been noted with another
+ * value. */
 static bool note_entry(const qs_building *b, uint32_t d, uint32_t e, int32_t entry)
 {
     int32_t *noted = &b->table[(size_t)d * b->labels->labels + e];
@@ -80,8 +81,8 @@ static bool block_agrees(const qs_building *b, uint32_t group, const qs_neighbou
     return rows_agree(b, group, near, rows, columns);
 }
 
-/* The chain of a wall: below 0 for each pair of neighbours, else 0. Of a Toeplitz block the first row
- * says all above the diagonal. */
+/* The chain of a wall: below 0 for each pair of neighbours, else 0. Of a Toeplitz block the first
+ * row says all above the diagonal. */
 static bool chain_agrees(const qs_building *b, uint32_t group, const qs_neighbour *near)
 {
     uint32_t variables = b->index->start[group + 1] - b->index->start[group];
@@ -156,8 +157,8 @@ bool qs_couplings_agree(const qs_building *b)
     return true;
 }
 
-/* A whole problem without couplings has its table all the same: it is block 0, which no coupling has
- * led to. Returns false if that is no table of costs. */
+/* A whole problem without couplings has its table all the same: it is block 0, which no coupling
+ * has led to. Returns false if that is no table of costs. */
 static bool note_lone_table(const qs_building *b)
 {
     const qs_index *index = b->index;

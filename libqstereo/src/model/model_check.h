@@ -1,5 +1,5 @@
-/* Proves that the couplings of a .qcf are what its encoding makes of the pairwise cost. Only then is
- * there a model of it. */
+/* Proves that the couplings of a .qcf are what its encoding makes of the pairwise cost. Only then
+ * is there a model of it. */
 #ifndef QS_MODEL_CHECK_H
 #define QS_MODEL_CHECK_H
 
@@ -46,9 +46,9 @@ static inline int64_t qs_value(const qs_building *b, uint32_t d, uint32_t e)
     return qs_pairwise_value(&b->model.pairwise, b->labels->labels, d, e);
 }
 
-/* Compares all blocks with the pairwise cost, those of the chains of walls too. Returns true if they
- * agree. The sites have been placed. A table of pairwise costs is gathered on the way: before, all of
- * b->table is -1. */
+/* Compares all blocks with the pairwise cost, those of the chains of walls too. Returns true if
+ * they agree. The sites have been placed. A table of pairwise costs is gathered on the way: before,
+ * all of b->table is -1. */
 bool qs_couplings_agree(const qs_building *b);
 
 /* Ends the gathering of the table. Returns false if the file holds no table of costs. */

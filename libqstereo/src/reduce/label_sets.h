@@ -12,9 +12,9 @@
 #include "../base/arena.h"
 
 typedef struct qs_elimination {
-    /* The problem as it is. Labellings of kept labels have the same energies as before. The cheapest
-     * kept label of a site costs 0; one that is out costs more than any that is kept, whatever the
-     * neighbours. */
+    /* The problem as it is. Labellings of kept labels have the same energies as before. The
+     * cheapest kept label of a site costs 0; one that is out costs more than any that is kept,
+     * whatever the neighbours. */
     qs_model model;
     int32_t *unary, *right, *down; /* the model's, to be changed */
     qs_link *links;

@@ -7,7 +7,7 @@
 static int32_t cost_alone(const qs_message_reader *reader, uint32_t site, uint32_t label)
 {
     int32_t unary = qs_min_i32(reader->model->unary[(size_t)site * reader->model->labels + label],
-                             reader->scale.most);
+                               reader->scale.most);
     size_t at = site * reader->stride + label;
     return (unary << reader->scale.shift) + reader->row[at] + reader->column[at];
 }

@@ -8,8 +8,8 @@
 
 /* A move of the pair (a, b) is a cut on the sites that have one of the two labels; the source side
  * takes b. At the start the edges between these sites carry as much flow as they can in the
- * direction of the present labelling. Then that labelling costs only the terminal arcs that it cuts:
- * where there is none of them it is the best, and no flow is needed. */
+ * direction of the present labelling. Then that labelling costs only the terminal arcs that it
+ * cuts: where there is none of them it is the best, and no flow is needed. */
 
 enum { RUN = 64 }; /* sites that are skipped together where none of them has a or b */
 
@@ -120,8 +120,8 @@ static void load_member(swapper *s, uint32_t p)
     s->m.cut.excess[p] = unary[s->a] - unary[s->b] + edges;
 }
 
-/* What the terminal arcs cost that the present labelling cuts: from the source to a site with a, and
- * from a site with b to the sink. */
+/* What the terminal arcs cost that the present labelling cuts: from the source to a site with a,
+ * and from a site with b to the sink. */
 static int64_t terminal_cost(const swapper *s)
 {
     int64_t cost = 0;
