@@ -31,8 +31,8 @@ static void end_run(run_maker *m)
     qs_grow(&m->magnitude, run->b, run->count * (labels * (labels - 1) / 2));
 }
 
-/* W: the most that a site's edges can cost, given the sums of the weights of those in which it comes
- * first and second; saturated. */
+/* W: the most that a site's edges can cost, given the sums of the weights of those in which it
+ * comes first and second; saturated. */
 static uint64_t most_cost(const qs_encoder *e, uint64_t first, uint64_t second)
 {
     uint64_t most = 0;

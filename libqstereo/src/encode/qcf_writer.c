@@ -106,8 +106,9 @@ static void put_offset(qs_writer *writer, const void *context)
     qs_put_u64(writer, (uint64_t)*((const qs_qcf *)context)->offset);
 }
 
-static void put_chunks(const qs_qcf *q, qs_writer *writer)
+static void put_chunks(qs_writer *writer, const void *context)
 {
+    const qs_qcf *q = context;
     uint64_t penalties_size = q->penalty_runs * qs_penalty_run_size(q->penalty_bytes);
     qs_put_chunk(writer, "GRPS", q->group_runs * QS_GROUP_RUN, put_groups, q);
     qs_put_chunk(writer, "BLKS", QS_BLOCKS_HEAD + q->blocks_size, put_blocks, q);
@@ -118,29 +119,12 @@ static void put_chunks(const qs_qcf *q, qs_writer *writer)
     q->put_side_chunks(writer, q->context);
 }
 
-static void put_header(const qs_qcf *q, qs_writer *writer)
-{
-    qs_writer count = {0};
-    put_chunks(q, &count);
-    uint8_t fields[36] = {0};
-    qs_store_u32(fields, (uint32_t)q->variables);
-    qs_store_u32(fields + 4, (uint32_t)q->groups);
-    qs_store_u64(fields + 8, q->couplings);
-    qs_put_header(writer, QS_MAGIC_QCF, QS_QCF_CHUNK_COUNT + q->side_chunks,
-                  QS_HEADER_SIZE + count.size, fields);
-}
-
 qs_status qs_qcf_write(const qs_qcf *qcf, const qs_sink *sink, uint64_t *size)
 {
-    qs_writer writer = qs_writer_to(sink);
-    put_header(qcf, &writer);
-    put_chunks(qcf, &writer);
-    qs_flush(&writer);
-    if (writer.failed) {
-        return QS_E_IO;
-    }
-    if (size) {
-        *size = writer.size;
-    }
-    return QS_OK;
+    uint8_t fields[QS_HEADER_OWN] = {0};
+    qs_store_u32(fields, (uint32_t)qcf->variables);
+    qs_store_u32(fields + 4, (uint32_t)qcf->groups);
+    qs_store_u64(fields + 8, qcf->couplings);
+    return qs_write_file(sink, QS_MAGIC_QCF, QS_QCF_CHUNK_COUNT + qcf->side_chunks, fields,
+                         put_chunks, qcf, size);
 }

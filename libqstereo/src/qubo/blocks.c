@@ -70,8 +70,9 @@ static void count_entries(qs_block_facts *facts, uint64_t cells, int64_t value)
     if (cells == 0 || value == 0) {
         return;
     }
-    facts->min = facts->terms == 0 || value < facts->min ? value : facts->min;
-    facts->max = facts->terms == 0 || value > facts->max ? value : facts->max;
+    bool first = facts->terms == 0;
+    facts->min = first ? value : qs_min_i64(facts->min, value);
+    facts->max = first ? value : qs_max_i64(facts->max, value);
     facts->terms += cells;
     facts->absolute =
         cells > (most - facts->absolute) / size ? most : facts->absolute + cells * size;
@@ -81,15 +82,15 @@ static void count_entries(qs_block_facts *facts, uint64_t cells, int64_t value)
 static uint64_t diagonal(const uint8_t *p, int64_t apart)
 {
     int64_t rows = qs_block_rows(p), columns = qs_block_columns(p);
-    int64_t from = apart < 0 ? -apart : 0, to = columns - apart < rows ? columns - apart : rows;
-    return to > from ? (uint64_t)(to - from) : 0;
+    int64_t from = qs_max_i64(-apart, 0), to = qs_min_i64(columns - apart, rows);
+    return (uint64_t)qs_max_i64(to - from, 0);
 }
 
 /* Cells above the diagonal. */
 static uint64_t triangle(const uint8_t *p)
 {
-    uint64_t rows = qs_block_rows(p), columns = qs_block_columns(p),
-             both = rows < columns ? rows : columns;
+    uint64_t rows = qs_block_rows(p), columns = qs_block_columns(p);
+    uint64_t both = qs_min_u64(rows, columns);
     return both * columns - both * (both + 1) / 2;
 }
 
@@ -126,8 +127,8 @@ qs_block_facts qs_block_upper(const uint8_t *p)
     return summary(p, true);
 }
 
-/* From one row to the next the window of diagonals slides by one; so it does from column to column.
- */
+/* From one row to the next the window of diagonals moves by one, so each sum follows from the one
+ * before it. The same holds for columns. */
 static void toeplitz_sums(const uint8_t *p, int64_t *rows, int64_t *columns)
 {
     int64_t height = qs_block_rows(p), width = qs_block_columns(p);

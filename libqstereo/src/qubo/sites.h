@@ -38,7 +38,8 @@ static inline qs_auxiliaries qs_auxiliaries_of(const qs_labels *labels)
                                  : QS_NO_AUXILIARIES;
 }
 
-/* A site. It is a cursor over all sites, too: with `labels` alone set it stands before the first. */
+/* A site. It is a cursor over all sites, too: with `labels` alone set it stands before the
+ * first. */
 typedef struct qs_site {
     const qs_labels *labels;
     uint32_t next; /* number of the site after this one */
@@ -57,7 +58,8 @@ typedef struct qs_site {
 /* The next site; false after the last. */
 bool qs_site_next(qs_site *site);
 
-/* An undecided site by its number among them, with its set alone: enough for the functions below. */
+/* An undecided site by its number among them, with its set alone: enough for the functions
+ * below. */
 static inline qs_site qs_undecided_site(const qs_labels *labels, uint32_t number)
 {
     const uint8_t *set = labels->fixed_bytes > 0

@@ -1,5 +1,5 @@
-/* The problem that remains once labels have been left out: undecided sites, which have two labels or
- * more, and the edges between them. All else is folded into their costs and a constant. */
+/* The problem that remains once labels have been left out: undecided sites, which have two labels
+ * or more, and the edges between them. All else is folded into their costs and a constant. */
 #ifndef QS_REMAINING_H
 #define QS_REMAINING_H
 

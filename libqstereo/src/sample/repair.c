@@ -6,7 +6,8 @@
 #include "../qubo/sites.h"
 #include "terminals.h"
 
-/* Leaves one variable of a group at 1: the cheapest of those at 1 now or, `of_all`, of the group. */
+/* Leaves one variable of a group at 1: the cheapest of those at 1 now or, `of_all`, of the
+ * group. */
 static void keep_cheapest(const qs_index *index, uint8_t *bits, uint32_t group, bool of_all)
 {
     uint32_t from = index->start[group], end = index->start[group + 1], best = end;

@@ -5,8 +5,8 @@
 
 #include "../../include/qstereo/qubo.h"
 
-/* Potts in a domain wall, or in one-hot-sparse without empty groups: one order of all labels decides
- * for all sites. */
+/* Potts in a domain wall, or in one-hot-sparse without empty groups: one order of all labels
+ * decides for all sites. */
 size_t qs_order_workspace(const qs_index *index);
 void qs_repair_order(const qs_index *index, uint8_t *bits, void *workspace);
 

@@ -14,8 +14,8 @@
  *     to the right    u_i becomes u_i-1 and u_i    B_i = the intersection of U_i-1 and U_i
  *
  * The cost of the edges is that of the cuts of all U_i, which is submodular: A and B together cost
- * at most twice what U does. So one of them costs no more than U, and the same holds for going on in
- * that direction, until a step up meets a step down and both vanish, with what they cost
+ * at most twice what U does. So one of them costs no more than U, and the same holds for going on
+ * in that direction, until a step up meets a step down and both vanish, with what they cost
  * (docs/MATHS.md). Sites that have a label stay as they are. So each connected component of the
  * others can be shifted by itself. */
 
@@ -171,8 +171,8 @@ static int64_t scalar(const qs_index *index, const qs_neighbour *near)
 
 static const uint32_t NONE = UINT32_MAX; /* no vertex, no site */
 
-/* An arc, with the variable z = y_tail (1 - y_head). It is coupled with its tail by -2M and with its
- * head by +2M; its linear term is its cost + M. */
+/* An arc, with the variable z = y_tail (1 - y_head). It is coupled with its tail by -2M and with
+ * its head by +2M; its linear term is its cost + M. */
 typedef struct arc {
     uint32_t tail, head;
     int64_t cost;
@@ -199,8 +199,8 @@ static bool is_arc(const search *s, uint32_t variable)
     return s->labels->encoding == QS_ST_CUT_ARCS && variable >= s->end + 2;
 }
 
-/* The vertex of a cut that an edge joins to `vertex`, given one of the couplings of `vertex`: NONE =
- * it is no edge's. Where arcs have variables the edge is that of the arc. */
+/* The vertex of a cut that an edge joins to `vertex`, given one of the couplings of `vertex`: NONE
+ * = it is no edge's. Where arcs have variables the edge is that of the arc. */
 static uint32_t other_vertex(const search *s, uint32_t vertex, const qs_neighbour *near,
                              int64_t *weight)
 {
@@ -217,8 +217,9 @@ static uint32_t other_vertex(const search *s, uint32_t vertex, const qs_neighbou
     return along.tail == vertex ? along.head : NONE;
 }
 
-/* The neighbour that an edge joins to a site, given one of the couplings of the site's group `group`:
- * NONE = it is no edge's. The weight is in a unit that is the same for all edges of the file. */
+/* The neighbour that an edge joins to a site, given one of the couplings of the site's group
+ * `group`: NONE = it is no edge's. The weight is in a unit that is the same for all edges of the
+ * file. */
 static uint32_t other_site(const search *s, uint32_t site, uint32_t group, const qs_neighbour *near,
                            int64_t *weight)
 {
@@ -274,8 +275,8 @@ static uint64_t shift(const search *s, direction to)
     return steps;
 }
 
-/* Puts the component of a site into the queue: all that edges join to it by way of sites that have no
- * label. */
+/* Puts the component of a site into the queue: all that edges join to it by way of sites that have
+ * no label. */
 static void gather(search *s, uint32_t site)
 {
     s->queue[0] = site;

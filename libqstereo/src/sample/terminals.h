@@ -1,4 +1,5 @@
-/* The variables behind those of the sites (coding.h, qs_auxiliaries), and which groups are one-hot. */
+/* The variables behind those of the sites (coding.h, qs_auxiliaries), and which groups are
+ * one-hot. */
 #ifndef QS_TERMINALS_H
 #define QS_TERMINALS_H
 
