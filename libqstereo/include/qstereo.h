@@ -1,16 +1,27 @@
 /* qstereo: labelling problems of computer vision as QUBOs for quantum
  * annealers.
  *
- * The whole library in one include. The stages, in the order of the data; each
- * sees only those before it:
+ * The whole library in one include. Its parts, in the order of the data:
  *
- *   status    what can go wrong               problem   sites, labels, costs,
- * the energy F stream    where bytes go                  stereo    a problem
- * from two pictures image     pictures to grey                encode    a
- * problem into the bytes of a .qcf digest    SHA-256 qubo      those bytes read
- * back: the QUBO, its energy H score     disparity maps and errors       sample
- * bits to labels, feasibility, repair samples   the bytes of a .qsf, written
- * and read
+ *   status    what can go wrong
+ *   stream    where bytes go
+ *   limits    of every problem and file
+ *   problem   sites, labels and costs; the energy F of a labelling
+ *   image     pictures to grey
+ *   stereo    the problem of two pictures
+ *   coding    the encodings and their penalties, and what each can hold
+ *   labels    what a file says about the problem behind its QUBO
+ *   encode    a problem written as a .qcf
+ *   qubo      a .qcf read: the QUBO and its energy H
+ *   sample    bits to labels and back; feasibility; repair
+ *   samples   a .qsf, written and read
+ *   digest    SHA-256, by which a .qsf names its .qcf
+ *   model     a problem, from memory or from a .qcf, laid out for solvers
+ *   solve     the solvers on this machine
+ *   reduce    labels that are in no optimum leave a model
+ *   recode    a model written as a .qcf: any encoding, only the labels left
+ *   score     disparity maps of labellings, and their errors
+ *   version   of the library
  *
  * Common to all: the library allocates nothing, does no I/O, keeps no state
  * (every function may run in any thread at any time on its own arguments) and

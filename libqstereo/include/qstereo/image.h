@@ -28,9 +28,9 @@ typedef struct qs_image {
  * grey      out: height rows of width bytes, without gaps; may be `colour`
  *
  * Returns
- * QS_OK
- * QS_E_ARGUMENT  a null pointer, another number of channels, or a stride below
- *                width * channels */
+ *   QS_OK
+ *   QS_E_ARGUMENT  a null pointer, another number of channels, or a stride
+ *                  below width * channels */
 QS_MUST_CHECK qs_status qs_image_grey(const uint8_t *colour, size_t width,
                                       size_t height, size_t stride,
                                       unsigned channels, uint8_t *grey);

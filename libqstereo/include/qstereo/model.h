@@ -67,13 +67,13 @@ size_t qs_model_of_problem_workspace(const qs_problem *problem);
  *            qs_map_of_labelling
  *
  * Returns
- * QS_OK
- * QS_E_ARGUMENT   a null pointer, or a problem that qs_problem_check refuses
- * QS_E_LIMIT      as qs_problem_check
- * QS_E_WORKSPACE
- * QS_E_OVERFLOW   a unary cost, less the least of its site, or a pairwise cost
- *                 is above 2^31 - 1, or the sums leave QS_MODEL_BITS: see
- *                 qs_model_build */
+ *   QS_OK
+ *   QS_E_ARGUMENT  a null pointer, or a problem that qs_problem_check refuses
+ *   QS_E_LIMIT     as qs_problem_check
+ *   QS_E_WORKSPACE
+ *   QS_E_OVERFLOW  a unary cost, less the least of its site, or a pairwise cost
+ *                  is above 2^31 - 1, or the sums leave QS_MODEL_BITS: see
+ *                  qs_model_build */
 QS_MUST_CHECK qs_status qs_model_of_problem(const qs_problem *problem,
                                             void *workspace,
                                             size_t workspace_size,
@@ -100,16 +100,16 @@ size_t qs_model_workspace(const qs_qubo *qubo);
  * model      out
  *
  * Returns
- * QS_OK
- * QS_E_ARGUMENT     a null pointer
- * QS_E_WORKSPACE
- * QS_E_UNSUPPORTED  the file does not say what its variables mean
- * QS_E_ENCODING     a cut: the same problem in another encoding has a model
- * QS_E_CORRUPT      the couplings are not what the encoding says
- * QS_E_OVERFLOW     a cost is above 2^31 - 1; or the largest V times the sum of
- *                   all weights, and 2^31 - 1 for each site, come to more than
- *                   2^QS_MODEL_BITS. Below that no sum of costs leaves an
- *                   int64_t, whatever the labels */
+ *   QS_OK
+ *   QS_E_ARGUMENT     a null pointer
+ *   QS_E_WORKSPACE
+ *   QS_E_UNSUPPORTED  the file does not say what its variables mean
+ *   QS_E_ENCODING     a cut: the same problem in another encoding has a model
+ *   QS_E_CORRUPT      the couplings are not what the encoding says
+ *   QS_E_OVERFLOW     a cost is above 2^31 - 1; or the largest V times the sum
+ *                     of all weights, and 2^31 - 1 for each site, come to more
+ *                     than 2^QS_MODEL_BITS. Below that no sum of costs leaves
+ *                     an int64_t, whatever the labels */
 QS_MUST_CHECK qs_status qs_model_build(const qs_index *index, void *workspace,
                                        size_t workspace_size, qs_model *model);
 

@@ -100,9 +100,9 @@ typedef struct qs_problem {
 /* Checks all that the comments above demand.
  *
  * Returns
- * QS_OK
- * QS_E_ARGUMENT  something is not as they say
- * QS_E_LIMIT     sites x labels, or edges, are more than QS_VARIABLES_MAX */
+ *   QS_OK
+ *   QS_E_ARGUMENT  something is not as they say
+ *   QS_E_LIMIT     sites x labels, or edges, are more than QS_VARIABLES_MAX */
 QS_MUST_CHECK qs_status qs_problem_check(const qs_problem *problem);
 
 /* The number of sites: of a grid the cells that are not masked. */
@@ -122,12 +122,12 @@ size_t qs_problem_workspace(const qs_problem *problem);
  * energy     out
  *
  * Returns
- * QS_OK
- * QS_E_ARGUMENT   a null pointer, a problem that qs_problem_check refuses, or a
- *                 label that there is not
- * QS_E_LIMIT      as qs_problem_check
- * QS_E_WORKSPACE
- * QS_E_OVERFLOW   the energy, or a part of it, is beyond QS_ENERGY_MAX */
+ *   QS_OK
+ *   QS_E_ARGUMENT  a null pointer, a problem that qs_problem_check refuses, or
+ *                  a label that there is not
+ *   QS_E_LIMIT     as qs_problem_check
+ *   QS_E_WORKSPACE
+ *   QS_E_OVERFLOW  the energy, or a part of it, is beyond QS_ENERGY_MAX */
 QS_MUST_CHECK qs_status qs_problem_energy(const qs_problem *problem,
                                           const uint16_t *labelling,
                                           void *workspace,

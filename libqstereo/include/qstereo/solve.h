@@ -58,11 +58,11 @@ typedef struct qs_solution {
  * solution   out
  *
  * Returns
- * QS_OK           also when stopped
- * QS_E_ARGUMENT   a null pointer, or a start with a label that there is not
- * QS_E_WORKSPACE
- * QS_E_ENCODING   the solver cannot be used with this pairwise cost
- * QS_E_OVERFLOW   the costs are too large for the solver's arithmetic */
+ *   QS_OK          also when stopped
+ *   QS_E_ARGUMENT  a null pointer, or a start with a label that there is not
+ *   QS_E_WORKSPACE
+ *   QS_E_ENCODING  the solver cannot be used with this pairwise cost
+ *   QS_E_OVERFLOW  the costs are too large for the solver's arithmetic */
 typedef qs_status qs_solver(const qs_model *model,
                             const qs_solve_options *options, void *workspace,
                             size_t workspace_size, uint16_t *labelling,

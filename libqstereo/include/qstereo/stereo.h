@@ -41,13 +41,13 @@ typedef struct qs_stereo {
  * problem    out
  *
  * Returns
- * QS_OK
- * QS_E_ARGUMENT   a null pointer, or a value out of range
- * QS_E_WORKSPACE
- * QS_E_LIMIT      more than QS_LABELS_MAX disparities, or more variables than
- *                 QS_VARIABLES_MAX
- * QS_E_GEOMETRY   the sizes of the pictures differ, the window leaves the
- *                 picture, or none of its pixels is left */
+ *   QS_OK
+ *   QS_E_ARGUMENT  a null pointer, or a value out of range
+ *   QS_E_WORKSPACE
+ *   QS_E_LIMIT     more than QS_LABELS_MAX disparities, or more variables than
+ *                  QS_VARIABLES_MAX
+ *   QS_E_GEOMETRY  the sizes of the pictures differ, the window leaves the
+ *                  picture, or none of its pixels is left */
 QS_MUST_CHECK qs_status qs_stereo_problem(const qs_stereo *stereo,
                                           void *workspace,
                                           size_t workspace_size,

@@ -63,19 +63,27 @@ static qs_building begin(const qs_index *index)
 
 /* ---- Sites and their labels. ---- */
 
+static void copy_set(const qs_building *b, uint32_t at, const qs_site *site)
+{
+    uint32_t labels = b->labels->labels;
+    for (uint32_t d = 0; d < labels; d++) {
+        b->kept[(size_t)at * labels + d] = qs_site_has(site, d);
+    }
+}
+
 /* Notes the site of each group, and the labels of each site. */
 static void place_sites(const qs_building *b)
 {
-    uint32_t at = 0, labels = b->labels->labels;
+    uint32_t at = 0;
     if (b->model.kept) {
-        memset(b->kept, 1, (size_t)b->model.sites * labels); /* masked cells, too */
+        memset(b->kept, 1, (size_t)b->model.sites * b->labels->labels); /* masked cells, too */
     }
     for (qs_site site = {.labels = b->labels}; qs_site_next(&site); at++) {
         while (is_grid(b->index->qubo) && qs_is_masked(b->labels->mask, at)) {
             at++;
         }
-        for (uint32_t d = 0; b->model.kept && d < labels; d++) {
-            b->kept[(size_t)at * labels + d] = qs_site_has(&site, d);
+        if (b->model.kept) {
+            copy_set(b, at, &site);
         }
         if (site.is_undecided) {
             b->site_of[site.number] = at;

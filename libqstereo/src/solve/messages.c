@@ -227,7 +227,10 @@ int32_t qs_message_send(const qs_model *model, int32_t weight, bool upward, int3
 void qs_message_pay(const qs_model *model, int32_t weight, bool lower, uint32_t other,
                     int32_t *costs)
 {
-    for (uint32_t d = 0; weight != 0 && d < model->labels; d++) {
+    if (weight == 0) {
+        return;
+    }
+    for (uint32_t d = 0; d < model->labels; d++) {
         costs[d] += weight * (int32_t)(lower ? qs_model_pairwise(model, other, d)
                                              : qs_model_pairwise(model, d, other));
     }

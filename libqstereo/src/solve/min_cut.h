@@ -34,12 +34,11 @@ enum { QS_CUT_RIGHT, QS_CUT_LEFT, QS_CUT_DOWN, QS_CUT_UP };
 /* All memory is the caller's. */
 typedef struct qs_cut {
     uint32_t nodes;
-    qs_cut_node
-        *node; /* of a grid `width` more before the first and after the last, all unloaded */
+    qs_cut_node *node; /* of a grid with `width` more on either side, all unloaded */
     int32_t *excess;
-    int32_t
-        *residual; /* of a grid `nodes` to the right, then `nodes` to the left, down and up; those
-                          that leave the grid are 0. Of a graph one for each link */
+    /* Of a grid `nodes` to the right, then `nodes` to the left, down and up; those that leave the
+     * grid are 0. Of a graph one for each link. */
+    int32_t *residual;
     uint32_t width; /* 0 = a graph: */
     const uint32_t *start; /* as in qs_model */
     const qs_link *links;

@@ -84,10 +84,11 @@ static void turn(const matcher *m, const uint8_t *least, uint32_t count, uint8_t
         interleave_group(m->planes + (size_t)TILE * d, least, together);
         place(together, GROUP, costs + d, labels, count);
     }
-    for (; d < labels && labels >= HALF; d += HALF) {
-        d = d + HALF <= labels ? d : labels - HALF;
+    while (d < labels && labels >= HALF) {
+        d = qs_min_u32(d, labels - HALF);
         interleave_half(m->planes + (size_t)TILE * d, least, together);
         place(together, HALF, costs + d, labels, count);
+        d += HALF;
     }
     for (; d < labels; d++) {
         for (uint32_t i = 0; i < count; i++) {

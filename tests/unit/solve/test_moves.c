@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../../libqstereo/src/solve/min_cut.h"
+#include "solve/min_cut.h"
 
 enum {
     ROUNDS = 1500,

@@ -3,9 +3,9 @@
 
 #include <string.h>
 
-#include "../../libqstereo/src/solve/bp_visit.h"
-#include "../../libqstereo/src/solve/label_from_messages.h"
-#include "../../libqstereo/src/solve/trws.h"
+#include "solve/bp_visit.h"
+#include "solve/label_from_messages.h"
+#include "solve/trws.h"
 
 enum { ROUNDS = 3000, BITS = 12, MEMORY = 1 << 16, MANY_LABELS = 41 };
 

@@ -4,10 +4,10 @@
 
 #include <string.h>
 
-#include "../../libqstereo/src/reduce/label_sets.h"
-#include "../../libqstereo/src/base/simd.h"
-#include "../../libqstereo/src/model/neighbours.h"
-#include "../../libqstereo/src/solve/trws.h"
+#include "reduce/label_sets.h"
+#include "base/simd.h"
+#include "model/neighbours.h"
+#include "solve/trws.h"
 
 enum { ROUNDS = 2000, BITS = 18, MEMORY = 1 << 17 };
 
