@@ -1,6 +1,53 @@
 #include "completion.h"
 
 #include <stdio.h>
+#include <string.h>
+
+#include "solving.h"
+#include "text/names.h"
+
+static const char *smoothness_at(size_t index)
+{
+    return name_at(&smoothness_names, index);
+}
+
+static const char *penalty_at(size_t index)
+{
+    return name_at(&penalty_names, index);
+}
+
+static const char *cost_at(size_t index)
+{
+    return name_at(&cost_names, index);
+}
+
+/* The options that take one of some names. All others take a number or a file. */
+static const struct {
+    const char *option;
+    const char *(*name_at)(size_t index);
+} named_options[] = {
+    {"encoding", encoding_at}, {"smoothness", smoothness_at}, {"penalty", penalty_at},
+    {"cost", cost_at},         {"solver", solver_at},
+};
+enum { NAMED_OPTIONS = sizeof named_options / sizeof named_options[0] };
+
+/* Prints the names that an option takes: `before`, the names with blanks between, `after`. Prints
+ * `instead` if it takes none. */
+static void print_choices(const char *option_name, const char *before, const char *after,
+                          const char *instead)
+{
+    for (size_t i = 0; i < NAMED_OPTIONS; i++) {
+        if (strcmp(named_options[i].option, option_name) == 0) {
+            fputs(before, stdout);
+            for (size_t n = 0; named_options[i].name_at(n) != NULL; n++) {
+                printf(n > 0 ? " %s" : "%s", named_options[i].name_at(n));
+            }
+            fputs(after, stdout);
+            return;
+        }
+    }
+    fputs(instead, stdout);
+}
 
 static void print_names(const command *const *commands, size_t count)
 {
@@ -44,8 +91,17 @@ void completion_bash(const command *const *commands, size_t count)
           stdout);
     print_names(commands, count);
     fputs(" -h --help -V --version --completion\" -- \"$word\"))\n        return\n    fi\n"
-          "    if [ \"$before\" = --completion ]; then\n"
-          "        COMPREPLY=($(compgen -W \"bash zsh\" -- \"$word\"))\n        return\n    fi\n"
+          "    local names=\n"
+          "    case $before in\n"
+          "    --completion) names=\"bash zsh\" ;;\n",
+          stdout);
+    for (size_t i = 0; i < NAMED_OPTIONS; i++) {
+        printf("    --%s) names=", named_options[i].option);
+        print_choices(named_options[i].option, "\"", "\" ;;\n", "");
+    }
+    fputs("    esac\n"
+          "    if [ \"$names\" ]; then\n"
+          "        COMPREPLY=($(compgen -W \"$names\" -- \"$word\"))\n        return\n    fi\n"
           "    case ${COMP_WORDS[1]} in\n",
           stdout);
     for (size_t i = 0; i < count; i++) {
@@ -87,7 +143,7 @@ static void print_zsh_spelling(const option *known, const char *spelling)
     if (known->argument != NULL) {
         putchar(':');
         print_quoted(known->argument);
-        fputs(":_files", stdout);
+        print_choices(known->name, ":(", ")", ":_files");
     }
     putchar('\'');
 }

@@ -11,7 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "progress.h"
+#include "progress_line.h"
 #include "text/fail.h"
 
 /* What a signal handler has to remove. They change only while the signals are blocked. */

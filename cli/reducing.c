@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "progress.h"
+#include "progress_line.h"
 #include "text/fail.h"
 #include "text/json.h"
 #include "text/names.h"

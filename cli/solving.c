@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "progress.h"
+#include "progress_line.h"
 #include "text/fail.h"
 #include "text/json.h"
 #include "text/names.h"
@@ -31,6 +31,11 @@ static const solver solvers[] = {
     {"best", qs_best, qs_best_workspace},
 };
 enum { SOLVERS = sizeof solvers / sizeof solvers[0] };
+
+const char *solver_at(size_t index)
+{
+    return index < SOLVERS ? solvers[index].name : NULL;
+}
 
 static int read_name(const char *what, const char *text, const solver **chosen)
 {

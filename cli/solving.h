@@ -31,6 +31,9 @@ typedef struct solver {
     size_t (*workspace)(const qs_model *model);
 } solver;
 
+/* The names of the solvers, one by one; NULL after the last. */
+const char *solver_at(size_t index);
+
 /* A row for a table of options. */
 #define SOLVER_OPTION                                                                              \
     {"solver", 0, false, "NAME", "best", "icm, anneal, swap, expansion, bp, trws or best"}

@@ -4,7 +4,7 @@
 
 #include "command.h"
 #include "comparison.h"
-#include "pictures/map.h"
+#include "pictures/disparity_map.h"
 #include "pictures/picture_library.h"
 #include "solving.h"
 #include "survey.h"

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "command.h"
-#include "pictures/map.h"
+#include "pictures/disparity_map.h"
 #include "survey.h"
 #include "text/fail.h"
 #include "text/json.h"

@@ -3,7 +3,7 @@
 
 #include "command.h"
 #include "pair.h"
-#include "pictures/map.h"
+#include "pictures/disparity_map.h"
 #include "pictures/map_errors.h"
 #include "text/fail.h"
 #include "text/json.h"

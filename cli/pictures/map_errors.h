@@ -3,7 +3,7 @@
 #ifndef MAP_ERRORS_H
 #define MAP_ERRORS_H
 
-#include "pictures/map.h"
+#include "pictures/disparity_map.h"
 
 enum { ERROR_RMS, ERROR_BAD_HALF, ERROR_BAD_ONE, ERRORS };
 

@@ -32,10 +32,20 @@ const char *name_of(const name_table *table, int value)
     return NULL;
 }
 
+const char *name_at(const name_table *table, size_t index)
+{
+    return index < table->typed ? table->names[index].name : NULL;
+}
+
 const char *encoding_name(qs_encoding encoding)
 {
     const qs_encoding_facts *facts = qs_encoding_facts_of(encoding);
     return facts != NULL ? facts->name : NULL;
+}
+
+const char *encoding_at(size_t index)
+{
+    return index < QS_ENCODINGS ? encoding_name((qs_encoding)(index + 1)) : NULL;
 }
 
 int encoding_read(const char *text, qs_encoding *encoding)

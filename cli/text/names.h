@@ -29,9 +29,13 @@ const char *name_of(const name_table *table, int value);
 /* Looks `text` up. Returns DONE, or BAD_USAGE after printing the known names and then `also`. */
 int name_read(const name_table *table, const char *text, const char *also, int *value);
 
+/* The names that the command line takes, one by one; NULL after the last. */
+const char *name_at(const name_table *table, size_t index);
+
 /* The same for encodings, whose names are the library's. */
 const char *encoding_name(qs_encoding encoding);
 int encoding_read(const char *text, qs_encoding *encoding);
+const char *encoding_at(size_t index);
 
 /* Finds the name that a mistyped one was probably meant to be: suggest_for, then suggest_offer for
  * each known name. */

@@ -126,6 +126,11 @@ def test_completion_of_bash(tmp_path):
     (tmp_path / "p.qcf").touch()
     assert completed_by_bash(tmp_path, "qstereo", "info", "p") == ["p.qcf"]
     assert completed_by_bash(tmp_path, "qstereo", "solve", "-o", "p") == ["p.qcf"]
+    for option in ("--solver", "--encoding", "--smoothness", "--penalty", "--cost"):
+        offered = completed_by_bash(tmp_path, "qstereo", "match", option, "")
+        command = "solve" if option == "--solver" else "encode"
+        listed = run(command, "l", *["r"] * (command == "encode"), "-o", "o", option, "x").err
+        assert " ".join(offered) in listed.split("it can be: ")[1]
     for command in COMMANDS:
         offered = completed_by_bash(tmp_path, "qstereo", command, "-")
         assert {word[2:] for word in offered if word[:2] == "--"} == set(options_in_help(command))
@@ -138,6 +143,7 @@ def test_completion_of_zsh(tmp_path):
     for command in COMMANDS:
         section = re.search(rf"^    {command}\)$(.*?);;$", text, re.M | re.S).group(1)
         assert {*re.findall(r"'\*--([\w.-]+)\[", section), "help"} == set(options_in_help(command))
+    assert re.search(r"'\*--solver\[[^\n]*:NAME:\(icm [a-z ]*best\)'", text)
     (tmp_path / "script").write_text(text)
     if shutil.which("zsh"):
         assert subprocess.run(["zsh", "-n", tmp_path / "script"]).returncode == 0

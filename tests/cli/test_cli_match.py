@@ -286,3 +286,13 @@ def test_a_signal_while_solving(folder, tmp_path):
     assert process.wait(20) == 130
     process.communicate()
     assert not list(folder.iterdir())
+
+
+def test_costs_that_are_too_large(folder, tmp_path):
+    *_, left, right = random_pair(tmp_path, 530, 60)
+    large = ["--smoothness", "quadratic", "--disparity", "0:511", "--lambda", "2147483647"]
+    done = run("match", left, right, "-o", folder / "m.pgm", *large)
+    assert (done.status, done.out) == (3, b"")
+    assert f"{left}: its costs overflow what the solvers can hold" in done.err
+    assert "choose a smaller --lambda or --truncation" in done.err
+    assert not list(folder.iterdir())

@@ -2,8 +2,8 @@
  *
  * As files they hold whole numbers (disparity * scale, 0 = no value) in .pgm and .png, or pixels as
  * floats in .pfm. Each function that can fail returns an exit status and has printed why. */
-#ifndef MAP_H
-#define MAP_H
+#ifndef DISPARITY_MAP_H
+#define DISPARITY_MAP_H
 
 #include "command.h"
 #include "files.h"

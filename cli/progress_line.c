@@ -1,6 +1,6 @@
 #define _XOPEN_SOURCE 700
 
-#include "progress.h"
+#include "progress_line.h"
 
 #include <inttypes.h>
 #include <signal.h>

@@ -1,6 +1,6 @@
 /* A solver at work: how long it may take, and a line on the terminal that shows how far it is. */
-#ifndef PROGRESS_H
-#define PROGRESS_H
+#ifndef PROGRESS_LINE_H
+#define PROGRESS_LINE_H
 
 #include "qstereo.h"
 

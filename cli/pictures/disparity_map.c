@@ -1,4 +1,4 @@
-#include "pictures/map.h"
+#include "pictures/disparity_map.h"
 
 #include <inttypes.h>
 #include <math.h>
