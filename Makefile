@@ -26,7 +26,7 @@ WARN := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror=implicit-function
 C_FLAGS = -std=c99 $(WARN) -MMD -MP $(CPPFLAGS) $(CFLAGS)
 INCLUDE := -Ilibqstereo/include
 
-LIB_SRC := $(wildcard libqstereo/src/*.c)
+LIB_SRC := $(wildcard libqstereo/src/*/*.c)
 LIB_OBJ := $(LIB_SRC:libqstereo/src/%.c=$(BUILD)/lib/%.o)
 PIC_OBJ := $(LIB_SRC:libqstereo/src/%.c=$(BUILD)/pic/%.o)
 
@@ -204,4 +204,4 @@ $(ENV): requirements.txt bridge/pyproject.toml
 	@touch $@
 
 .SECONDARY:
--include $(wildcard $(BUILD)/*/*.d $(BUILD)/*/*/*.d)
+-include $(wildcard $(BUILD)/*/*.d $(BUILD)/*/*/*.d $(BUILD)/*/*/*/*.d)

@@ -11,16 +11,28 @@
 #include "solving.h"
 #include "survey.h"
 
-enum { SOLVER_LIST, SAMPLES, SEARCH, TRUTH = SEARCH + SEARCH_OPTIONS, TRUTH_SCALE, MAPS, SCALE, JSON, MEMORY_LIMIT };
+enum {
+    SOLVER_LIST,
+    SAMPLES,
+    SEARCH,
+    TRUTH = SEARCH + SEARCH_OPTIONS,
+    TRUTH_SCALE,
+    MAPS,
+    SCALE,
+    JSON,
+    MEMORY_LIMIT
+};
 
 static const option options[] = {
     [SOLVER_LIST] = {"solvers", 0, false, "NAMES", "icm,anneal,swap,expansion,bp,trws,best",
                      "the solvers to run, with commas between"},
-    [SAMPLES] = {"samples", 0, false, "S.qsf", NULL, "add the best feasible sample of this file; may be given again"},
+    [SAMPLES] = {"samples", 0, false, "S.qsf", NULL,
+                 "add the best feasible sample of this file; may be given again"},
     [SEARCH] = SEARCH_OPTION_ROWS,
     [TRUTH] = TRUTH_OPTION,
     [TRUTH_SCALE] = TRUTH_SCALE_OPTION,
-    [MAPS] = {"maps", 0, false, "DIR", NULL, "write each map as DIR/SOLVER.png (.pgm in a build without OpenCV)"},
+    [MAPS] = {"maps", 0, false, "DIR", NULL,
+              "write each map as DIR/SOLVER.png (.pgm in a build without OpenCV)"},
     [SCALE] = SCALE_OPTION,
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
@@ -29,13 +41,16 @@ static const option options[] = {
 static const command_line line = {
     .name = "compare",
     .operands = {"P.qcf"},
-    .about = "Runs solvers on one problem, adds the samples of others (a QPU, hybrids), and prints for each its energy, the\n"
-             "gap to the best lower bound of all, its feasible samples, the errors against the truth, and the seconds. A\n"
+    .about = "Runs solvers on one problem, adds the samples of others (a QPU, hybrids), and prints "
+             "for each its energy, the\n"
+             "gap to the best lower bound of all, its feasible samples, the errors against the "
+             "truth, and the seconds. A\n"
              "solver that cannot be used with the pairwise cost is shown as such.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .examples = "  qstereo compare p.qcf --truth truth.png --truth-scale 8\n"
-                "  qstereo compare p.qcf --samples qpu.qsf --samples hybrid.qsf --solvers expansion,trws,best --json\n"
+                "  qstereo compare p.qcf --samples qpu.qsf --samples hybrid.qsf --solvers "
+                "expansion,trws,best --json\n"
                 "  qstereo compare p.qcf --time-limit 5 --maps maps\n",
 };
 
@@ -108,8 +123,8 @@ static map_format map_format_here(void)
     return picture_library_writes_png() ? MAP_PNG : MAP_PGM;
 }
 
-/* DIR/SOLVER.png, where a letter of the solver's name that would be awkward in a file's becomes _, and a name that is there
- * already gets a number. */
+/* DIR/SOLVER.png, where a letter of the solver's name that would be awkward in a file's becomes _,
+ * and a name that is there already gets a number. */
 static int name_map(comparing *at, result *of)
 {
     char stem[sizeof of->solver];
@@ -120,7 +135,9 @@ static int name_map(comparing *at, result *of)
     }
     for (size_t i = 0; i < sizeof stem; i++) {
         unsigned char c = (unsigned char)of->solver[i];
-        stem[i] = (char)(c == '\0' || isalnum(c) || strchr("-_", c) != NULL || (c == '.' && i > 0) ? c : '_');
+        stem[i] =
+            (char)(c == '\0' || isalnum(c) || strchr("-_", c) != NULL || (c == '.' && i > 0) ? c
+                                                                                             : '_');
     }
     const char *ending = map_format_here() == MAP_PNG ? "png" : "pgm";
     (void)snprintf(name, size, "%s/%s.%s", at->asked->maps, stem, ending);
@@ -145,7 +162,8 @@ static int write_map(comparing *at, result *of, const pixel_map *map)
         status = output_open(&at->outs[at->out_count], of->map);
     }
     if (status == DONE) {
-        (void)output_write(&at->outs[at->out_count++], file.bytes, file.size); /* a refusal is reported by the commit */
+        (void)output_write(&at->outs[at->out_count++], file.bytes,
+                           file.size); /* a refusal is reported by the commit */
         of->has_map = true;
     }
     file_free(&file);
@@ -194,14 +212,15 @@ static int look_at_sample(comparing *at, result *of, uint32_t sample, budget lim
 {
     const answer *both = &at->both;
     void *labelling = NULL;
-    int status =
-        budget_allocate(&limit, both->problem.name, sizeof(uint16_t) * both->problem.qubo.labels.sites, &labelling);
+    int status = budget_allocate(&limit, both->problem.name,
+                                 sizeof(uint16_t) * both->problem.qubo.labels.sites, &labelling);
     if (status != DONE) {
         return status;
     }
     const uint8_t *bits = qs_samples_bits(&both->samples.view, sample);
     qs_status decoded = qs_sample_decode(&both->problem.index, bits, labelling);
-    status = decoded == QS_OK ? look_at_map(at, of, labelling, limit) : fail_status(both->samples.name, decoded);
+    status = decoded == QS_OK ? look_at_map(at, of, labelling, limit)
+                              : fail_status(both->samples.name, decoded);
     free(labelling);
     return status;
 }
@@ -257,7 +276,8 @@ static int fill_table(comparing *at, const arguments *given)
     for (size_t i = 0; i < asked->solver_count && status == DONE; i++) {
         status = add_result(at, asked->by[i]->name, strlen(asked->by[i]->name), &added);
     }
-    for (const char *path; status == DONE && (path = options_next(given, SAMPLES, &next)) != NULL;) {
+    for (const char *path;
+         status == DONE && (path = options_next(given, SAMPLES, &next)) != NULL;) {
         status = add_samples(at, path);
     }
     for (size_t i = 0; i < asked->solver_count && status == DONE; i++) {
@@ -277,7 +297,8 @@ static int open_options(comparing *at)
         status = map_check_grid(problem);
     }
     if (status == DONE && asked->truth != NULL) {
-        status = truth_open(asked->truth, asked->truth_scale, frame->picture_width, frame->picture_height, &at->truth);
+        status = truth_open(asked->truth, asked->truth_scale, frame->picture_width,
+                            frame->picture_height, &at->truth);
     }
     return status == DONE && asked->maps != NULL ? output_make_folder(asked->maps) : status;
 }

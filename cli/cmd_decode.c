@@ -15,8 +15,10 @@ enum { OUTPUT, REPAIR, SAMPLE, SCALE, COLOR, JSON, MEMORY_LIMIT };
 
 static const option options[] = {
     [OUTPUT] = MAP_OUTPUT_OPTION,
-    [REPAIR] = {"repair", 0, false, NULL, NULL, "make samples feasible first, each with the labels that cost least"},
-    [SAMPLE] = {"sample", 0, false, "N", NULL, "take this sample, counted from 0 (default the best feasible one)"},
+    [REPAIR] = {"repair", 0, false, NULL, NULL,
+                "make samples feasible first, each with the labels that cost least"},
+    [SAMPLE] = {"sample", 0, false, "N", NULL,
+                "take this sample, counted from 0 (default the best feasible one)"},
     [SCALE] = SCALE_OPTION,
     [COLOR] = COLOR_OPTION,
     [JSON] = JSON_OPTION,
@@ -27,10 +29,12 @@ static const command_line line = {
     .name = "decode",
     .operands = {"P.qcf", "S.qsf"},
     .optional = 1,
-    .about =
-        "Turns a sample into a disparity map of the size of the left picture. 0 means no value (infinity in a .pfm);\n"
-        "a disparity of 0 is held as 1. 8 bits where all values fit, else 16. Exits with 1 if no sample is feasible.\n"
-        "A problem that was reduced gives the whole map too; where nothing was left to solve, S.qsf need not be given.\n",
+    .about = "Turns a sample into a disparity map of the size of the left picture. 0 means no "
+             "value (infinity in a .pfm);\n"
+             "a disparity of 0 is held as 1. 8 bits where all values fit, else 16. Exits with 1 if "
+             "no sample is feasible.\n"
+             "A problem that was reduced gives the whole map too; where nothing was left to solve, "
+             "S.qsf need not be given.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .examples = "  qstereo decode p.qcf s.qsf -o disparity.png --scale 8 --color\n"
@@ -49,11 +53,11 @@ typedef struct request {
 typedef struct chosen {
     bool none; /* there are no samples, as there are no variables */
     uint32_t sample;
-    int64_t energy;    /* F */
+    int64_t energy; /* F */
     uint32_t repaired; /* sites */
     uint8_t *bits;
     uint16_t *labelling; /* of all sites */
-    void *workspace;     /* of the repair */
+    void *workspace; /* of the repair */
     size_t workspace_size;
 } chosen;
 
@@ -63,7 +67,8 @@ static int read_request(const arguments *given, request *asked)
     asked->repair = values[REPAIR] != NULL;
     asked->json = values[JSON] != NULL;
     asked->one_sample = values[SAMPLE] != NULL;
-    int status = map_request_read(values[OUTPUT], values[SCALE], values[COLOR] != NULL, asked->json, &asked->map);
+    int status = map_request_read(values[OUTPUT], values[SCALE], values[COLOR] != NULL, asked->json,
+                                  &asked->map);
     if (status == DONE && asked->one_sample) {
         status = number_read("--sample", values[SAMPLE], 0, UINT32_MAX, &asked->sample);
     }
@@ -79,7 +84,8 @@ static int allocate_chosen(const problem_file *problem, bool repair, budget *lim
     int status = budget_allocate(limit, problem->name, ((size_t)qubo->variables + 7) / 8, &bits);
     made->bits = bits;
     if (status == DONE) {
-        status = budget_allocate(limit, problem->name, sizeof *made->labelling * qubo->labels.sites, &labelling);
+        status = budget_allocate(limit, problem->name, sizeof *made->labelling * qubo->labels.sites,
+                                 &labelling);
     }
     made->labelling = labelling;
     if (status == DONE && repair) {
@@ -99,10 +105,12 @@ static void free_chosen(chosen *freed)
 static qs_status take_sample(const answer *both, uint32_t sample, bool repair, chosen *to)
 {
     const qs_index *index = &both->problem.index;
-    memcpy(to->bits, qs_samples_bits(&both->samples.view, sample), ((size_t)both->samples.view.variables + 7) / 8);
+    memcpy(to->bits, qs_samples_bits(&both->samples.view, sample),
+           ((size_t)both->samples.view.variables + 7) / 8);
     to->sample = sample;
     if (repair) {
-        qs_status status = qs_sample_repair(index, to->bits, to->workspace, to->workspace_size, &to->repaired);
+        qs_status status =
+            qs_sample_repair(index, to->bits, to->workspace, to->workspace_size, &to->repaired);
         if (status != QS_OK) {
             return status;
         }
@@ -131,17 +139,23 @@ static int choose_repaired(const answer *both, const request *asked, chosen *tak
     return status == QS_OK ? DONE : fail_status(both->samples.name, status);
 }
 
-static int choose_feasible(const answer *both, const request *asked, const survey *seen, chosen *taken)
+static int choose_feasible(const answer *both, const request *asked, const survey *seen,
+                           chosen *taken)
 {
     const char *name = both->samples.name;
     if (!asked->one_sample && seen->feasible == 0) {
-        return fail(ANSWER_NO, name, "none of the %" PRIu32 " samples is feasible: --repair makes them so",
+        return fail(ANSWER_NO, name,
+                    "none of the %" PRIu32 " samples is feasible: --repair makes them so",
                     both->samples.view.count);
     }
-    qs_status status = take_sample(both, asked->one_sample ? asked->sample : seen->best, false, taken);
+    qs_status status =
+        take_sample(both, asked->one_sample ? asked->sample : seen->best, false, taken);
     if (status == QS_E_INFEASIBLE) {
-        return fail(ANSWER_NO, name, "sample %" PRIu32 " is not feasible (at %" PRIu32 " places; %s where it is): --repair makes it so",
-                    taken->sample, qs_sample_infeasible(&both->problem.index, taken->bits), feasible_means(&both->problem.qubo));
+        return fail(ANSWER_NO, name,
+                    "sample %" PRIu32 " is not feasible (at %" PRIu32
+                    " places; %s where it is): --repair makes it so",
+                    taken->sample, qs_sample_infeasible(&both->problem.index, taken->bits),
+                    feasible_means(&both->problem.qubo));
     }
     return status == QS_OK ? DONE : fail_status(name, status);
 }
@@ -162,16 +176,19 @@ static int choose(const answer *both, const request *asked, budget limit, chosen
         return fail(ANSWER_NO, name, "holds no sample");
     }
     if (asked->one_sample && asked->sample >= count) {
-        return fail_usage("--sample %" PRIu32 ": %s holds samples 0 to %" PRIu32, asked->sample, name, count - 1);
+        return fail_usage("--sample %" PRIu32 ": %s holds samples 0 to %" PRIu32, asked->sample,
+                          name, count - 1);
     }
-    return asked->repair ? choose_repaired(both, asked, taken) : choose_feasible(both, asked, &seen, taken);
+    return asked->repair ? choose_repaired(both, asked, taken)
+                         : choose_feasible(both, asked, &seen, taken);
 }
 
 /* All sites are fixed, so the sample of no bits is the only one. */
 static int choose_decided(const problem_file *problem, chosen *taken)
 {
     taken->none = true;
-    qs_status status = sample_labels(&problem->index, taken->bits, taken->labelling, &taken->energy);
+    qs_status status =
+        sample_labels(&problem->index, taken->bits, taken->labelling, &taken->energy);
     return status == QS_OK ? DONE : fail_status(problem->name, status);
 }
 
@@ -197,12 +214,14 @@ static void print_result(const answer *both, const request *asked, const chosen 
         printf("nothing was left to solve, energy %s\n", energy);
         return;
     }
-    printf("sample %" PRIu32 " of %" PRIu32 ", energy %s, %" PRIu32 " site%s repaired\n", taken->sample,
-           both->samples.view.count, energy, taken->repaired, plural(taken->repaired));
+    printf("sample %" PRIu32 " of %" PRIu32 ", energy %s, %" PRIu32 " site%s repaired\n",
+           taken->sample, both->samples.view.count, energy, taken->repaired,
+           plural(taken->repaired));
 }
 
 /* Writes the files, prints the result and then makes the files appear. */
-static int write_files(const answer *both, const request *asked, const chosen *taken, const pixel_map *map)
+static int write_files(const answer *both, const request *asked, const chosen *taken,
+                       const pixel_map *map)
 {
     map_outputs outs;
     int status = map_outputs_open(&asked->map, &outs);
@@ -251,7 +270,8 @@ static int open_decided(const char *path, const request *asked, budget *limit, a
     memset(opened, 0, sizeof *opened);
     int status = problem_open(path, limit, &opened->problem);
     if (status == DONE && opened->problem.qubo.variables > 0) {
-        status = fail_usage("the operand S.qsf is missing: samples that say the %" PRIu32 " variables of %s",
+        status = fail_usage("the operand S.qsf is missing: samples that say the %" PRIu32
+                            " variables of %s",
                             opened->problem.qubo.variables, opened->problem.name);
     } else if (status == DONE && asked->one_sample) {
         status = fail_usage("--sample goes with S.qsf");
@@ -281,8 +301,9 @@ int cmd_decode(int argc, char **argv)
     }
     status = read_request(&given, &asked);
     if (status == DONE) {
-        status = given.operands[1] != NULL ? answer_open(given.operands[0], given.operands[1], &limit, &both)
-                                           : open_decided(given.operands[0], &asked, &limit, &both);
+        status = given.operands[1] != NULL
+                     ? answer_open(given.operands[0], given.operands[1], &limit, &both)
+                     : open_decided(given.operands[0], &asked, &limit, &both);
     }
     if (status == DONE) {
         status = decode(&both, &asked, &limit);

@@ -16,12 +16,14 @@ static void print_outside(const encode_request *asked, uint32_t first)
 {
     uint32_t left = asked->pair.whole ? 0 : asked->pair.stereo.x;
     if (first > left) {
-        printf("%" PRIu32 " column%s on the left %s: a match would fall outside %s\n", first - left, plural(first - left),
-               first - left == 1 ? "is no site" : "are no sites", asked->pair.right);
+        printf("%" PRIu32 " column%s on the left %s: a match would fall outside %s\n", first - left,
+               plural(first - left), first - left == 1 ? "is no site" : "are no sites",
+               asked->pair.right);
     }
 }
 
-/* Where the bytes of a stream go: to the output, and to memory too where they are to be described. */
+/* Where the bytes of a stream go: to the output, and to memory too where they are to be described.
+ */
 typedef struct destination {
     output out;
     bool keep;
@@ -42,8 +44,10 @@ static void print_stream(const encode_request *asked, const qs_problem *problem,
 {
     uint32_t sites = qs_problem_sites(problem);
     uint64_t variables = (uint64_t)sites * problem->labels;
-    printf("%s: %" PRIu32 " site%s x %" PRIu32 " label%s = %" PRIu64 " variable%s, %" PRIu64 " bytes\n", asked->output, sites, plural(sites),
-           problem->labels, plural(problem->labels), variables, plural(variables), size);
+    printf("%s: %" PRIu32 " site%s x %" PRIu32 " label%s = %" PRIu64 " variable%s, %" PRIu64
+           " bytes\n",
+           asked->output, sites, plural(sites), problem->labels, plural(problem->labels), variables,
+           plural(variables), size);
     print_outside(asked, problem->frame.x);
 }
 
@@ -91,9 +95,9 @@ static int write_stream(const encode_request *asked, const qs_problem *problem)
 
 /* A problem that is laid out before it is written. */
 typedef struct building {
-    problem_file whole;  /* all labels, one-hot */
+    problem_file whole; /* all labels, one-hot */
     laid_out laid;
-    reduced smaller;     /* where it was asked for */
+    reduced smaller; /* where it was asked for */
     problem_file written;
 } building;
 
@@ -101,8 +105,10 @@ static void print_built(const encode_request *asked, const building *built)
 {
     const qs_labels *labels = &built->written.qubo.labels;
     uint32_t variables = built->written.qubo.variables;
-    printf("%s: %" PRIu32 " site%s x %" PRIu32 " label%s, %" PRIu32 " variable%s in %s, %zu bytes\n", asked->output, labels->sites,
-           plural(labels->sites), labels->labels, plural(labels->labels), variables, plural(variables),
+    printf("%s: %" PRIu32 " site%s x %" PRIu32 " label%s, %" PRIu32
+           " variable%s in %s, %zu bytes\n",
+           asked->output, labels->sites, plural(labels->sites), labels->labels,
+           plural(labels->labels), variables, plural(variables),
            name_of(&encoding_names, (int)labels->encoding), built->written.file.size);
     print_outside(asked, labels->frame.x);
     if (asked->reduce) {
@@ -132,7 +138,9 @@ static int build(const encode_request *asked, building *built, budget *limit)
         status = reduce_problem(&built->laid, &asked->how, limit, &built->smaller);
         options.kept = built->smaller.kept;
     }
-    return status == DONE ? recode_problem(&built->laid, &options, ENCODE_WEIGHTS, limit, &built->written) : status;
+    return status == DONE
+               ? recode_problem(&built->laid, &options, ENCODE_WEIGHTS, limit, &built->written)
+               : status;
 }
 
 /* Opens the output before the work, so that a long reduction is not in vain. */
@@ -145,7 +153,8 @@ static int write_built(const encode_request *asked, building *built, budget *lim
     }
     status = build(asked, built, limit);
     if (status == DONE) {
-        (void)output_write(&out, built->written.file.bytes, built->written.file.size); /* a refusal is reported by the commit */
+        (void)output_write(&out, built->written.file.bytes,
+                           built->written.file.size); /* a refusal is reported by the commit */
     }
     if (status == DONE && asked->json) {
         status = describe_built(asked, built, limit);
@@ -159,11 +168,13 @@ static int write_built(const encode_request *asked, building *built, budget *lim
     return output_commit(&out, 1);
 }
 
-/* The problem itself, in the form with the fewest terms and the smallest coefficients that it has. */
+/* The problem itself, in the form with the fewest terms and the smallest coefficients that it has.
+ */
 static qs_encode_options plain_encoding(const qs_problem *problem)
 {
     bool sparse = encoding_holds(QS_ONE_HOT_SPARSE, &problem->pairwise, problem->labels);
-    return (qs_encode_options){.encoding = sparse ? QS_ONE_HOT_SPARSE : QS_ONE_HOT, .penalty = QS_PENALTY_MINIMAL};
+    return (qs_encode_options){.encoding = sparse ? QS_ONE_HOT_SPARSE : QS_ONE_HOT,
+                               .penalty = QS_PENALTY_MINIMAL};
 }
 
 static int encode_built(encode_request *asked, const qs_problem *problem)
@@ -186,7 +197,8 @@ static int encode_built(encode_request *asked, const qs_problem *problem)
 static bool can_stream(const encode_request *asked)
 {
     qs_encoding encoding = asked->options.encode.encoding;
-    return (encoding == QS_ONE_HOT || encoding == QS_ONE_HOT_SPARSE) && !asked->options.truncate && !asked->reduce;
+    return (encoding == QS_ONE_HOT || encoding == QS_ONE_HOT_SPARSE) && !asked->options.truncate &&
+           !asked->reduce;
 }
 
 int cmd_encode(int argc, char **argv)
@@ -199,7 +211,8 @@ int cmd_encode(int argc, char **argv)
     }
     status = pair_open(&asked.pair, &problem);
     if (status == DONE) {
-        status = can_stream(&asked) ? write_stream(&asked, &problem) : encode_built(&asked, &problem);
+        status =
+            can_stream(&asked) ? write_stream(&asked, &problem) : encode_built(&asked, &problem);
     }
     pair_close(&asked.pair);
     return status;

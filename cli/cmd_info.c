@@ -6,7 +6,8 @@
 enum { COMPLEXITY, JSON, MEMORY_LIMIT };
 
 static const option options[] = {
-    [COMPLEXITY] = {"complexity", 0, false, NULL, NULL, "print what the problem of a .qcf takes in every encoding"},
+    [COMPLEXITY] = {"complexity", 0, false, NULL, NULL,
+                    "print what the problem of a .qcf takes in every encoding"},
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -14,8 +15,10 @@ static const option options[] = {
 static const command_line line = {
     .name = "info",
     .operands = {"FILE"},
-    .about = "Says what a QUBO file (.qcf) or a samples file (.qsf) holds, after checking all of it. Energies and\n"
-             "coefficients are in real units; those of a .qsf alone are in the integer units of its .qcf.\n",
+    .about = "Says what a QUBO file (.qcf) or a samples file (.qsf) holds, after checking all of "
+             "it. Energies and\n"
+             "coefficients are in real units; those of a .qsf alone are in the integer units of "
+             "its .qcf.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .examples = "  qstereo info p.qcf\n"
@@ -96,5 +99,6 @@ int cmd_info(int argc, char **argv)
         return info_samples(path, file, json);
     }
     file_free(&file);
-    return fail(BAD_INPUT, input_name(path), complexity ? "is not a .qcf file" : "is not a .qcf or .qsf file");
+    return fail(BAD_INPUT, input_name(path),
+                complexity ? "is not a .qcf file" : "is not a .qcf or .qsf file");
 }

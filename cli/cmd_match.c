@@ -24,28 +24,26 @@ enum {
 };
 
 static const option options[] = {
-    [OUTPUT] = MAP_OUTPUT_OPTION,
-    [PAIR] = PAIR_OPTION_ROWS,
-    [SOLVER] = SOLVER_OPTION,
-    [SEARCH] = SEARCH_OPTION_ROWS,
-    [SCALE] = SCALE_OPTION,
-    [COLOR] = COLOR_OPTION,
-    [TRUTH] = TRUTH_OPTION,
-    [TRUTH_SCALE] = TRUTH_SCALE_OPTION,
-    [JSON] = JSON_OPTION,
-    [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
+    [OUTPUT] = MAP_OUTPUT_OPTION, [PAIR] = PAIR_OPTION_ROWS,
+    [SOLVER] = SOLVER_OPTION,     [SEARCH] = SEARCH_OPTION_ROWS,
+    [SCALE] = SCALE_OPTION,       [COLOR] = COLOR_OPTION,
+    [TRUTH] = TRUTH_OPTION,       [TRUTH_SCALE] = TRUTH_SCALE_OPTION,
+    [JSON] = JSON_OPTION,         [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
 
 static const command_line line = {
     .name = "match",
     .operands = {"LEFT", "RIGHT"},
-    .about = "Turns a rectified stereo pair into a disparity map on this machine: encode, solve and decode in one go,\n"
+    .about = "Turns a rectified stereo pair into a disparity map on this machine: encode, solve "
+             "and decode in one go,\n"
              "without files between. qstereo solve --help says what the solvers are.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .examples = "  qstereo match left.png right.png -o disparity.png\n"
-                "  qstereo match left.png right.png -o disparity.png --disparity 0:19 --lambda 20 --time-limit 2 --color\n"
-                "  qstereo match left.png right.png -o disparity.png --truth truth.png --truth-scale 8 --json\n",
+                "  qstereo match left.png right.png -o disparity.png --disparity 0:19 --lambda 20 "
+                "--time-limit 2 --color\n"
+                "  qstereo match left.png right.png -o disparity.png --truth truth.png "
+                "--truth-scale 8 --json\n",
 };
 
 typedef struct request {
@@ -63,7 +61,8 @@ static int read_request(const arguments *given, request *asked)
     const char *const *values = given->values;
     asked->truth = values[TRUTH];
     asked->json = values[JSON] != NULL;
-    int status = pair_read(given->operands[0], given->operands[1], &values[PAIR], "--lambda or --truncation", &asked->pair);
+    int status = pair_read(given->operands[0], given->operands[1], &values[PAIR],
+                           "--lambda or --truncation", &asked->pair);
     if (status == DONE) {
         status = solver_read(values[SOLVER], &asked->by);
     }
@@ -74,12 +73,14 @@ static int read_request(const arguments *given, request *asked)
         status = truth_scale_read(values[TRUTH_SCALE], &asked->truth_scale);
     }
     if (status == DONE) {
-        status = map_request_read(values[OUTPUT], values[SCALE], values[COLOR] != NULL, asked->json, &asked->map);
+        status = map_request_read(values[OUTPUT], values[SCALE], values[COLOR] != NULL, asked->json,
+                                  &asked->map);
     }
     return status;
 }
 
-static void print_result(const request *asked, uint32_t scale, const solved *found, const map_errors *errors)
+static void print_result(const request *asked, uint32_t scale, const solved *found,
+                         const map_errors *errors)
 {
     if (asked->json) {
         json_begin();
@@ -100,8 +101,8 @@ static void print_result(const request *asked, uint32_t scale, const solved *fou
     }
 }
 
-static int write_found(const request *asked, const laid_out *problem, budget *limit, const true_map *truth,
-                       const solved *found, map_outputs *outs)
+static int write_found(const request *asked, const laid_out *problem, budget *limit,
+                       const true_map *truth, const solved *found, map_outputs *outs)
 {
     uint32_t *disparities = NULL;
     pixel_map map;
@@ -120,8 +121,8 @@ static int write_found(const request *asked, const laid_out *problem, budget *li
     return status;
 }
 
-static int solve_and_write(const request *asked, const laid_out *problem, budget *limit, const true_map *truth,
-                           map_outputs *outs)
+static int solve_and_write(const request *asked, const laid_out *problem, budget *limit,
+                           const true_map *truth, map_outputs *outs)
 {
     solved found;
     int status = solve_problem(problem, asked->by, &asked->how, *limit, &found);
@@ -137,7 +138,8 @@ static int solve_and_write(const request *asked, const laid_out *problem, budget
 }
 
 /* Opens the outputs before the work, so that a long search is not in vain. */
-static int match_encoded(const request *asked, problem_file *problem, budget *limit, const true_map *truth)
+static int match_encoded(const request *asked, problem_file *problem, budget *limit,
+                         const true_map *truth)
 {
     laid_out laid;
     map_outputs outs;
@@ -166,8 +168,9 @@ static int match_pair(request *asked, budget *limit)
     memset(&encoded, 0, sizeof encoded);
     int status = pair_open(&asked->pair, &problem);
     if (status == DONE && asked->truth != NULL) {
-        status = truth_open(asked->truth, asked->truth_scale, (uint32_t)asked->pair.stereo.left.width,
-                            (uint32_t)asked->pair.stereo.left.height, &truth);
+        status =
+            truth_open(asked->truth, asked->truth_scale, (uint32_t)asked->pair.stereo.left.width,
+                       (uint32_t)asked->pair.stereo.left.height, &truth);
     }
     if (status == DONE) {
         status = pair_hold(&asked->pair, &problem, &defaults, limit, &encoded);

@@ -22,11 +22,15 @@ enum {
 };
 
 static const option options[] = {
-    [OUTPUT] = {"output", 'o', true, "SMALLER.qcf", NULL, "the QUBO file to write, - is standard output"},
+    [OUTPUT] = {"output", 'o', true, "SMALLER.qcf", NULL,
+                "the QUBO file to write, - is standard output"},
     [REDUCING] = REDUCING_OPTION_ROWS,
-    [ITERATIONS] = {"iterations", 0, false, "N", NULL, "stop after N iterations of trws (default 2000)"},
-    [ENCODING] = {"encoding", 0, false, "NAME", NULL, "write this encoding, one of those of encode (default that of P.qcf)"},
-    [CODING] = CODING_OPTION_ROWS(" (default P.qcf's, else local)", " (default P.qcf's)", " (default as P.qcf is)"),
+    [ITERATIONS] = {"iterations", 0, false, "N", NULL,
+                    "stop after N iterations of trws (default 2000)"},
+    [ENCODING] = {"encoding", 0, false, "NAME", NULL,
+                  "write this encoding, one of those of encode (default that of P.qcf)"},
+    [CODING] = CODING_OPTION_ROWS(" (default P.qcf's, else local)", " (default P.qcf's)",
+                                  " (default as P.qcf is)"),
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -34,14 +38,19 @@ static const option options[] = {
 static const command_line line = {
     .name = "reduce",
     .operands = {"P.qcf"},
-    .about = "Leaves out what needs no solver: labels that are proven to be in no optimum. Every optimum stays, energies stay\n"
-             "those of the whole problem, and decode gives the whole map. What is left is ties once the bound is tight; with\n"
-             "--target a hard core of that size is left for an annealer. Reads one-hot, one-hot-sparse and domain-wall.\n"
-             "For the bridge's --solver ilp write one-hot-sparse: --encoding turns a domain-wall core over.\n",
+    .about = "Leaves out what needs no solver: labels that are proven to be in no optimum. Every "
+             "optimum stays, energies stay\n"
+             "those of the whole problem, and decode gives the whole map. What is left is ties "
+             "once the bound is tight; with\n"
+             "--target a hard core of that size is left for an annealer. Reads one-hot, "
+             "one-hot-sparse and domain-wall.\n"
+             "For the bridge's --solver ilp write one-hot-sparse: --encoding turns a domain-wall "
+             "core over.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .examples = "  qstereo reduce p.qcf -o small.qcf\n"
-                "  qstereo reduce p.qcf -o small.qcf --target 500 --encoding domain-wall --truncate --json\n"
+                "  qstereo reduce p.qcf -o small.qcf --target 500 --encoding domain-wall "
+                "--truncate --json\n"
                 "  qstereo reduce core.qcf -o core-sparse.qcf --encoding one-hot-sparse\n",
 };
 
@@ -62,11 +71,14 @@ static int read_request(const arguments *given, request *asked)
         return fail_usage("--json and the file cannot both go to standard output");
     }
     const char *iterations = given->values[ITERATIONS];
-    return iterations != NULL ? number64_read("--iterations", iterations, 1, UINT64_MAX, &asked->iterations) : DONE;
+    return iterations != NULL
+               ? number64_read("--iterations", iterations, 1, UINT64_MAX, &asked->iterations)
+               : DONE;
 }
 
 /* What goes with what depends on the problem. */
-static int read_for(const request *asked, const problem_file *problem, reducing *how, qs_recode_options *coding)
+static int read_for(const request *asked, const problem_file *problem, reducing *how,
+                    qs_recode_options *coding)
 {
     const coded_problem of = coded_in_file(problem);
     int status = coding_read(asked->values[ENCODING], &asked->values[CODING], &of, coding);
@@ -77,7 +89,8 @@ static int read_for(const request *asked, const problem_file *problem, reducing 
     return status;
 }
 
-static void print_result(const request *asked, const reduced *smaller, const problem_file *before, const problem_file *after)
+static void print_result(const request *asked, const reduced *smaller, const problem_file *before,
+                         const problem_file *after)
 {
     if (asked->json) {
         json_begin();
@@ -85,12 +98,13 @@ static void print_result(const request *asked, const reduced *smaller, const pro
         json_end();
     } else if (!output_is_standard(asked->output)) {
         printf("%s: %zu bytes\n", asked->output, after->file.size);
-        reduced_print(smaller, before, name_of(&encoding_names, (int)before->qubo.labels.encoding), after);
+        reduced_print(smaller, before, name_of(&encoding_names, (int)before->qubo.labels.encoding),
+                      after);
     }
 }
 
-static int reduce_and_write(const request *asked, const laid_out *laid, const reducing *how, qs_recode_options *coding, budget *limit,
-                            output *out)
+static int reduce_and_write(const request *asked, const laid_out *laid, const reducing *how,
+                            qs_recode_options *coding, budget *limit, output *out)
 {
     reduced smaller;
     problem_file made;
@@ -101,7 +115,8 @@ static int reduce_and_write(const request *asked, const laid_out *laid, const re
         status = recode_problem(laid, coding, "--penalty or --gap", limit, &made);
     }
     if (status == DONE) {
-        (void)output_write(out, made.file.bytes, made.file.size); /* a refusal is reported by the commit */
+        (void)output_write(out, made.file.bytes,
+                           made.file.size); /* a refusal is reported by the commit */
         print_result(asked, &smaller, laid->problem, &made);
     }
     problem_close(&made);

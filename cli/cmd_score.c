@@ -10,43 +10,48 @@
 enum { SCALE, TRUTH_SCALE, MAX_RMS, MAX_BAD_HALF, MAX_BAD_ONE, JSON };
 
 static const option options[] = {
-    [SCALE] = {"scale", 0, false, "S", "8", "MAP holds disparity x S; a .pfm holds pixels whatever S is"},
+    [SCALE] = {"scale", 0, false, "S", "8",
+               "MAP holds disparity x S; a .pfm holds pixels whatever S is"},
     [TRUTH_SCALE] = {"truth-scale", 0, false, "S", "8", "the same of TRUTH"},
     [MAX_RMS] = {"max-rms", 0, false, "X", NULL, "exit with 1 if the rms error is above X pixels"},
     [MAX_BAD_HALF] = {"max-bad-0.5", 0, false, "P", NULL,
                       "exit with 1 if more than P percent are off by more than 0.5"},
-    [MAX_BAD_ONE] = {"max-bad-1.0", 0, false, "P", NULL, "exit with 1 if more than P percent are off by more than 1"},
+    [MAX_BAD_ONE] = {"max-bad-1.0", 0, false, "P", NULL,
+                     "exit with 1 if more than P percent are off by more than 1"},
     [JSON] = JSON_OPTION,
 };
 
 static const command_line line = {
     .name = "score",
     .operands = {"MAP", "TRUTH"},
-    .about =
-        "Compares a disparity map with the truth, over the pixels that have a value in both: the root mean square\n"
-        "error in pixels (rms), and the percentage of pixels that are off by more than 0.5 and 1 pixel (bad-0.5,\n"
-        "bad-1.0).\n",
+    .about = "Compares a disparity map with the truth, over the pixels that have a value in both: "
+             "the root mean square\n"
+             "error in pixels (rms), and the percentage of pixels that are off by more than 0.5 "
+             "and 1 pixel (bad-0.5,\n"
+             "bad-1.0).\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .examples = "  qstereo score disparity.png truth.png --scale 8 --truth-scale 8\n"
                 "  qstereo score disparity.pfm truth.png --truth-scale 16 --max-bad-1.0 10\n",
 };
 
-/* The options of the most errors allowed stand in the order of the errors. Returns ANSWER_NO where an error is above what is allowed. */
+/* The options of the most errors allowed stand in the order of the errors. Returns ANSWER_NO where
+ * an error is above what is allowed. */
 static int check_limits(const char *name, const arguments *given, const double errors[ERRORS],
                         const double most[ERRORS])
 {
     int status = DONE;
     for (size_t i = 0; i < ERRORS; i++) {
         if (given->values[MAX_RMS + i] != NULL && errors[i] > most[i]) {
-            status = fail(ANSWER_NO, name, "%s is %.6g, above %s", options[MAX_RMS + i].name + 4, errors[i],
-                          given->values[MAX_RMS + i]);
+            status = fail(ANSWER_NO, name, "%s is %.6g, above %s", options[MAX_RMS + i].name + 4,
+                          errors[i], given->values[MAX_RMS + i]);
         }
     }
     return status;
 }
 
-static int score_maps(const arguments *given, const qs_map *map, const qs_map *truth, const double most[ERRORS])
+static int score_maps(const arguments *given, const qs_map *map, const qs_map *truth,
+                      const double most[ERRORS])
 {
     const char *name = input_name(given->operands[0]), *truth_name = input_name(given->operands[1]);
     map_errors errors;
@@ -67,7 +72,8 @@ static int score_maps(const arguments *given, const qs_map *map, const qs_map *t
     return check_limits(name, given, errors.of, most);
 }
 
-static int read_and_score(const arguments *given, uint32_t scale, uint32_t truth_scale, const double most[ERRORS])
+static int read_and_score(const arguments *given, uint32_t scale, uint32_t truth_scale,
+                          const double most[ERRORS])
 {
     qs_map map, truth;
     int32_t *values = NULL, *truth_values = NULL;

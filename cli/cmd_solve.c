@@ -12,7 +12,8 @@
 enum { OUTPUT, SOLVER, SEARCH, JSON = SEARCH + SEARCH_OPTIONS, MEMORY_LIMIT };
 
 static const option options[] = {
-    [OUTPUT] = {"output", 'o', true, "S.qsf", NULL, "the samples file to write, - is standard output"},
+    [OUTPUT] = {"output", 'o', true, "S.qsf", NULL,
+                "the samples file to write, - is standard output"},
     [SOLVER] = SOLVER_OPTION,
     [SEARCH] = SEARCH_OPTION_ROWS,
     [JSON] = JSON_OPTION,
@@ -22,12 +23,15 @@ static const option options[] = {
 static const command_line line = {
     .name = "solve",
     .operands = {"P.qcf"},
-    .about =
-        "Solves a QUBO of qstereo encode or reduce (one-hot, one-hot-sparse, domain-wall) on this machine, as the labelling\n"
-        "problem that it is, and writes the answer as a samples file of one sample. icm, anneal, swap and expansion move\n"
-        "from labelling to labelling, bp and trws pass messages; trws and best (expansion, trws and moves together) also\n"
-        "give a lower bound of every energy, which is exact: where it meets the energy, that is proven optimal. swap and\n"
-        "expansion do not take every pairwise cost. Ctrl-C ends the command without a file.\n",
+    .about = "Solves a QUBO of qstereo encode or reduce (one-hot, one-hot-sparse, domain-wall) on "
+             "this machine, as the labelling\n"
+             "problem that it is, and writes the answer as a samples file of one sample. icm, "
+             "anneal, swap and expansion move\n"
+             "from labelling to labelling, bp and trws pass messages; trws and best (expansion, "
+             "trws and moves together) also\n"
+             "give a lower bound of every energy, which is exact: where it meets the energy, that "
+             "is proven optimal. swap and\n"
+             "expansion do not take every pairwise cost. Ctrl-C ends the command without a file.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .examples = "  qstereo solve p.qcf -o s.qsf\n"
@@ -62,7 +66,8 @@ enum { INFO_SIZE = 512 };
 /* What the samples file says of the solver; energies in integer units as everywhere in the file. */
 static size_t write_info(const request *asked, const solved *found, char info[INFO_SIZE])
 {
-    char iterations[24] = "null", limit[DECIMAL_SIZE] = "null", bound[24] = "null", seconds[DECIMAL_SIZE];
+    char iterations[24] = "null", limit[DECIMAL_SIZE] = "null", bound[24] = "null",
+         seconds[DECIMAL_SIZE];
     if (asked->how.iterations > 0) {
         (void)snprintf(iterations, sizeof iterations, "%" PRIu64, asked->how.iterations);
     }
@@ -73,11 +78,13 @@ static size_t write_info(const request *asked, const solved *found, char info[IN
         (void)snprintf(bound, sizeof bound, "%" PRId64, found->solution.lower_bound);
     }
     decimal_write(found->microseconds, 1000000, seconds);
-    int size = snprintf(info, INFO_SIZE,
-                        "{\"parameters\": {\"iterations\": %s, \"time_limit\": %s, \"seed\": %" PRIu64 "}, "
-                        "\"lower_bound\": %s, \"proven_optimal\": %s, \"iterations\": %" PRIu64 ", \"seconds\": %s}",
-                        iterations, limit, asked->how.seed, bound, solved_is_proven(found) ? "true" : "false",
-                        found->solution.iterations, seconds);
+    int size = snprintf(
+        info, INFO_SIZE,
+        "{\"parameters\": {\"iterations\": %s, \"time_limit\": %s, \"seed\": %" PRIu64 "}, "
+        "\"lower_bound\": %s, \"proven_optimal\": %s, \"iterations\": %" PRIu64
+        ", \"seconds\": %s}",
+        iterations, limit, asked->how.seed, bound, solved_is_proven(found) ? "true" : "false",
+        found->solution.iterations, seconds);
     return (size_t)size;
 }
 
@@ -86,7 +93,8 @@ static bool write_bytes(void *context, const void *bytes, size_t size)
     return output_write(context, bytes, size);
 }
 
-static int write_samples(const request *asked, const problem_file *problem, const solved *found, output *out)
+static int write_samples(const request *asked, const problem_file *problem, const solved *found,
+                         output *out)
 {
     char info[INFO_SIZE];
     const qs_record record = {found->qubo_energy, 1, QS_NO_CHAINS};
@@ -119,7 +127,8 @@ static void print_result(const request *asked, const problem_file *problem, cons
     }
 }
 
-static int solve_and_write(const request *asked, const laid_out *problem, const budget *limit, output *out)
+static int solve_and_write(const request *asked, const laid_out *problem, const budget *limit,
+                           output *out)
 {
     solved found;
     int status = solve_problem(problem, asked->by, &asked->how, *limit, &found);

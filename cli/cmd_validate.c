@@ -18,9 +18,12 @@ static const option options[] = {
 static const command_line line = {
     .name = "validate",
     .operands = {"P.qcf", "S.qsf"},
-    .about = "Checks the samples of a QUBO: that they answer this very problem, how many are feasible (one-hot: every site has\n"
-             "exactly one label; the other encodings: the bits are those of a labelling), and whether each energy is what\n"
-             "the problem gives. Exits with 1 if no sample is feasible, with 3 if an energy is wrong.\n",
+    .about =
+        "Checks the samples of a QUBO: that they answer this very problem, how many are feasible "
+        "(one-hot: every site has\n"
+        "exactly one label; the other encodings: the bits are those of a labelling), and whether "
+        "each energy is what\n"
+        "the problem gives. Exits with 1 if no sample is feasible, with 3 if an energy is wrong.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .examples = "  qstereo validate p.qcf s.qsf\n"
@@ -55,8 +58,9 @@ static void print_lines(const answer *both, const survey *seen)
 {
     const qs_samples_view *samples = &both->samples.view;
     char energy[DECIMAL_SIZE];
-    printf("%" PRIu32 " sample%s (%" PRIu64 " occurrence%s) by %.*s\n", samples->count, plural(samples->count), seen->occurrences,
-           plural(seen->occurrences), (int)samples->solver_size, samples->solver);
+    printf("%" PRIu32 " sample%s (%" PRIu64 " occurrence%s) by %.*s\n", samples->count,
+           plural(samples->count), seen->occurrences, plural(seen->occurrences),
+           (int)samples->solver_size, samples->solver);
     printf("%" PRIu32 " feasible: %s\n", seen->feasible, feasible_means(&both->problem.qubo));
     if (seen->feasible > 0) {
         decimal_write(seen->best_energy, both->problem.scale, energy);

@@ -1,6 +1,7 @@
 #include "colour.h"
 
-/* Straight lines between nine points of a map after Google's Turbo, in integers, so that every machine draws the same.
+/* Straight lines between nine points of a map after Google's Turbo, in integers, so that every
+ * machine draws the same.
  */
 void colour_of(uint32_t value, uint32_t most, uint16_t rgb[3])
 {

@@ -5,15 +5,16 @@
 /* Exit statuses, told apart by who can mend it. */
 enum {
     DONE = 0,
-    ANSWER_NO = 1,  /* the question was well posed and the answer is no */
-    BAD_USAGE = 2,  /* the command line */
-    BAD_INPUT = 3,  /* what the files hold */
+    ANSWER_NO = 1, /* the question was well posed and the answer is no */
+    BAD_USAGE = 2, /* the command line */
+    BAD_INPUT = 3, /* what the files hold */
     NO_RESOURCE = 4 /* files that cannot be read or written, room, memory */
 };
 
 typedef struct command {
     const char *name;
-    int (*run)(int argc, char **argv); /* the arguments after the command's name; returns an exit status */
+    int (*run)(int argc,
+               char **argv); /* the arguments after the command's name; returns an exit status */
     const char *summary;
 } command;
 

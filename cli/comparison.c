@@ -68,7 +68,8 @@ static void json_result(const comparison *of, const result *shown, int64_t bound
     } else {
         json_null("gap");
     }
-    json_units_or_null("lower_bound", shown->lower_bound != QS_NO_BOUND, shown->lower_bound, of->scale);
+    json_units_or_null("lower_bound", shown->lower_bound != QS_NO_BOUND, shown->lower_bound,
+                       of->scale);
     json_count("feasible", shown->feasible);
     json_count("samples", shown->samples);
     json_truth("proven_optimal", is_proven(shown, bound));
@@ -109,10 +110,13 @@ static void fill_row(const comparison *of, const result *shown, int64_t bound, t
     }
     (void)snprintf(cells[METHOD], TABLE_CELL_SIZE, "%s", shown->solver);
     if (shown->refusal != QS_OK) {
-        (void)snprintf(cells[NOTE], TABLE_CELL_SIZE, shown->refusal == QS_E_ENCODING ? "not for this pairwise cost" : "costs too large");
+        (void)snprintf(cells[NOTE], TABLE_CELL_SIZE,
+                       shown->refusal == QS_E_ENCODING ? "not for this pairwise cost"
+                                                       : "costs too large");
         return;
     }
-    (void)snprintf(cells[FEASIBLE], TABLE_CELL_SIZE, "%" PRIu32 "/%" PRIu32, shown->feasible, shown->samples);
+    (void)snprintf(cells[FEASIBLE], TABLE_CELL_SIZE, "%" PRIu32 "/%" PRIu32, shown->feasible,
+                   shown->samples);
     if (shown->microseconds >= 0) {
         (void)snprintf(cells[SECONDS], TABLE_CELL_SIZE, "%.3f", (double)shown->microseconds / 1e6);
     }
@@ -123,7 +127,8 @@ static void fill_row(const comparison *of, const result *shown, int64_t bound, t
     if (bound != QS_NO_BOUND) {
         decimal_write(shown->energy - bound, of->scale, cells[GAP]);
         if (shown->energy != 0) {
-            (void)snprintf(cells[PERCENT], TABLE_CELL_SIZE, "%.4f", gap_percent(shown->energy, bound));
+            (void)snprintf(cells[PERCENT], TABLE_CELL_SIZE, "%.4f",
+                           gap_percent(shown->energy, bound));
         }
     }
     fill_errors(&shown->errors, cells);
@@ -134,8 +139,8 @@ static void fill_row(const comparison *of, const result *shown, int64_t bound, t
 
 void comparison_print(const comparison *shown)
 {
-    static const table_cell heading[COLUMNS] = {"method",  "energy",  "gap",     "gap %", "feasible", "rms",
-                                                "bad-0.5", "bad-1.0", "seconds", ""};
+    static const table_cell heading[COLUMNS] = {
+        "method", "energy", "gap", "gap %", "feasible", "rms", "bad-0.5", "bad-1.0", "seconds", ""};
     static table_cell cells[(RESULTS_MAX + 1) * COLUMNS];
     bool hidden[COLUMNS] = {false};
     char text[DECIMAL_SIZE];

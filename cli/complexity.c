@@ -17,9 +17,10 @@ static const struct {
     qs_encoding encoding;
     qs_penalty penalty;
 } forms[] = {
-    {QS_ONE_HOT, QS_PENALTY_LOCAL},           {QS_ONE_HOT, QS_PENALTY_PAPER},       {QS_ONE_HOT_SPARSE, QS_PENALTY_LOCAL},
-    {QS_ONE_HOT_SPARSE, QS_PENALTY_MINIMAL},  {QS_DOMAIN_WALL, QS_PENALTY_LOCAL},   {QS_MULTIWAY_CUT, QS_PENALTY_LOCAL},
-    {QS_ST_CUT, QS_PENALTY_LOCAL},            {QS_ST_CUT_ARCS, QS_PENALTY_LOCAL},
+    {QS_ONE_HOT, QS_PENALTY_LOCAL},        {QS_ONE_HOT, QS_PENALTY_PAPER},
+    {QS_ONE_HOT_SPARSE, QS_PENALTY_LOCAL}, {QS_ONE_HOT_SPARSE, QS_PENALTY_MINIMAL},
+    {QS_DOMAIN_WALL, QS_PENALTY_LOCAL},    {QS_MULTIWAY_CUT, QS_PENALTY_LOCAL},
+    {QS_ST_CUT, QS_PENALTY_LOCAL},         {QS_ST_CUT_ARCS, QS_PENALTY_LOCAL},
 };
 enum { FORMS = sizeof forms / sizeof forms[0] };
 
@@ -27,7 +28,7 @@ enum { FORMS = sizeof forms / sizeof forms[0] };
 typedef struct figures {
     const char *why_not; /* NULL = it was made; else nothing but the counts is known: */
     uint64_t variables, terms; /* then 0 = not counted */
-    bool as_linear;            /* the counts are those that linear smoothness would have */
+    bool as_linear; /* the counts are those that linear smoothness would have */
     qs_qubo_summary summary;
     double unit; /* 0 = every coefficient is 0 */
 } figures;
@@ -48,8 +49,9 @@ static uint64_t count_edges(const qs_model *model)
     return count;
 }
 
-/* The cuts of Ishikawa's graph, as if the smoothness were linear: k + 1 vertices a site, source and sink; k + 2 edges a site and k + 1
- * an edge of the problem. Each edge is a term, and where its two arcs have variables, five. */
+/* The cuts of Ishikawa's graph, as if the smoothness were linear: k + 1 vertices a site, source and
+ * sink; k + 2 edges a site and k + 1 an edge of the problem. Each edge is a term, and where its two
+ * arcs have variables, five. */
 static void count_cut(const laid_out *problem, bool arcs, figures *counted)
 {
     const qs_labels *labels = &problem->problem->qubo.labels;
@@ -65,7 +67,8 @@ static uint64_t labels_to_open(const qs_labels *labels)
     return labels_left(labels) - (labels->sites - labels->open);
 }
 
-/* What is known of a QUBO without making it; of the cuts of Ishikawa's graph only while no label has left. */
+/* What is known of a QUBO without making it; of the cuts of Ishikawa's graph only while no label
+ * has left. */
 static void count(const laid_out *problem, qs_encoding encoding, figures *counted)
 {
     const qs_labels *labels = &problem->problem->qubo.labels;
@@ -77,15 +80,17 @@ static void count(const laid_out *problem, qs_encoding encoding, figures *counte
     } else if (encoding == QS_DOMAIN_WALL) {
         counted->variables = left - labels->open;
     } else {
-        counted->variables = encoding == QS_MULTIWAY_CUT ? left + (uint64_t)labels->labels * labels->labels : left;
+        counted->variables =
+            encoding == QS_MULTIWAY_CUT ? left + (uint64_t)labels->labels * labels->labels : left;
     }
 }
 
-/* What is left of one real unit when h is brought into [-4, 4] and J into [-2, 1], the ranges of a quantum processor. */
+/* What is left of one real unit when h is brought into [-4, 4] and J into [-2, 1], the ranges of a
+ * quantum processor. */
 static double scaled_unit(const qs_ising *ising, uint32_t scale)
 {
-    const double least[] = {(double)ising->field_min / -4, (double)ising->field_max / 4, (double)ising->coupling_min / -2,
-                            (double)ising->coupling_max};
+    const double least[] = {(double)ising->field_min / -4, (double)ising->field_max / 4,
+                            (double)ising->coupling_min / -2, (double)ising->coupling_max};
     double largest = 0;
     for (size_t i = 0; i < sizeof least / sizeof least[0]; i++) {
         largest = least[i] > largest ? least[i] : largest;
@@ -108,7 +113,9 @@ static qs_status look_at(const file_bytes *file, uint64_t left, figures *seen)
     }
     void *workspace = malloc(index_size + 1);
     void *sums = malloc(ising_size + 1);
-    status = workspace != NULL && sums != NULL ? qs_index_build(&qubo, workspace, index_size, &index) : QS_E_LIMIT;
+    status = workspace != NULL && sums != NULL
+                 ? qs_index_build(&qubo, workspace, index_size, &index)
+                 : QS_E_LIMIT;
     if (status == QS_OK) {
         status = qs_qubo_ising(&index, sums, ising_size, &ising);
     }
@@ -126,21 +133,27 @@ static qs_status look_at(const file_bytes *file, uint64_t left, figures *seen)
 static const char *reason(qs_status status, uint64_t variables)
 {
     if (status == QS_E_LIMIT) {
-        return variables > QS_VARIABLES_MAX ? "over 2147483647 variables" : "over the memory limit, so that the rest cannot be measured";
+        return variables > QS_VARIABLES_MAX
+                   ? "over 2147483647 variables"
+                   : "over the memory limit, so that the rest cannot be measured";
     }
     return status == QS_E_OVERFLOW ? "coefficients above 2^53" : qs_status_text(status);
 }
 
-static void measure(const laid_out *problem, size_t form, bool truncate, budget limit, figures *measured)
+static void measure(const laid_out *problem, size_t form, bool truncate, budget limit,
+                    figures *measured)
 {
     const qs_labels *labels = &problem->problem->qubo.labels;
     qs_encoding encoding = forms[form].encoding;
-    const qs_recode_options options = {{encoding, forms[form].penalty, 0, labels->gap}, truncate, NULL};
+    const qs_recode_options options = {
+        {encoding, forms[form].penalty, 0, labels->gap}, truncate, NULL};
     file_bytes file = {NULL, 0};
     memset(measured, 0, sizeof *measured);
     if (!encoding_holds(encoding, &labels->pairwise, labels->labels)) {
         bool cut = encoding == QS_ST_CUT || encoding == QS_ST_CUT_ARCS;
-        measured->why_not = cut ? "linear smoothness without truncation only" : encoding == QS_MULTIWAY_CUT ? "potts only" : "potts and linear only";
+        measured->why_not = cut ? "linear smoothness without truncation only"
+                            : encoding == QS_MULTIWAY_CUT ? "potts only"
+                                                          : "potts and linear only";
         if (cut) {
             count(problem, encoding, measured);
             measured->as_linear = measured->terms > 0;
@@ -187,20 +200,24 @@ static void write_unit(const figures *of, table_cell cell)
     }
 }
 
-static void fill_row(size_t form, const figures *whole, const figures *truncated, uint32_t scale, table_cell *cells)
+static void fill_row(size_t form, const figures *whole, const figures *truncated, uint32_t scale,
+                     table_cell *cells)
 {
     qs_penalty penalty = forms[form].penalty;
     for (size_t i = 0; i < NOTE; i++) {
         (void)snprintf(cells[i], TABLE_CELL_SIZE, "-");
     }
-    (void)snprintf(cells[NAME], TABLE_CELL_SIZE, "%s%s%s", name_of(&encoding_names, (int)forms[form].encoding),
-                   penalty == QS_PENALTY_LOCAL ? "" : ", ", penalty == QS_PENALTY_LOCAL ? "" : name_of(&penalty_names, (int)penalty));
+    (void)snprintf(cells[NAME], TABLE_CELL_SIZE, "%s%s%s",
+                   name_of(&encoding_names, (int)forms[form].encoding),
+                   penalty == QS_PENALTY_LOCAL ? "" : ", ",
+                   penalty == QS_PENALTY_LOCAL ? "" : name_of(&penalty_names, (int)penalty));
     (void)snprintf(cells[NOTE], TABLE_CELL_SIZE, "%s", "");
     write_count(whole, whole->variables, cells[VARIABLES]);
     write_count(whole, whole->terms, cells[TERMS]);
     if (whole->why_not == NULL) {
         write_range(whole->summary.linear_min, whole->summary.linear_max, scale, cells[LINEAR]);
-        write_range(whole->summary.quadratic_min, whole->summary.quadratic_max, scale, cells[QUADRATIC]);
+        write_range(whole->summary.quadratic_min, whole->summary.quadratic_max, scale,
+                    cells[QUADRATIC]);
     }
     write_unit(whole, cells[UNIT]);
     write_unit(truncated, cells[TRUNCATED]);
@@ -208,17 +225,20 @@ static void fill_row(size_t form, const figures *whole, const figures *truncated
 
 void complexity_print(const laid_out *problem, budget limit)
 {
-    static const table_cell heading[COLUMNS] = {"encoding", "variables", "terms", "linear", "quadratic", "unit", "truncated", ""};
+    static const table_cell heading[COLUMNS] = {"encoding",  "variables", "terms",     "linear",
+                                                "quadratic", "unit",      "truncated", ""};
     static table_cell cells[(FORMS + 1) * COLUMNS];
     const qs_labels *labels = &problem->problem->qubo.labels;
     char smoothness[SMOOTHNESS_SIZE];
     figures whole[FORMS], truncated;
     smoothness_write(&labels->pairwise, smoothness);
-    printf("%s: %" PRIu32 " open sites, %" PRIu64 " labels left to them, %s smoothness\n"
-           "Coefficients in real units; penalties local where nothing else is said, with the file's gap %" PRIu32 ".\n"
-           "unit: what is left of an energy of 1 when h is scaled into [-4, 4] and J into [-2, 1].\n"
-           "truncated: the same with --truncate.\n\n",
-           problem->problem->name, labels->open, labels_to_open(labels), smoothness, labels->gap);
+    printf(
+        "%s: %" PRIu32 " open sites, %" PRIu64 " labels left to them, %s smoothness\n"
+        "Coefficients in real units; penalties local where nothing else is said, with the file's "
+        "gap %" PRIu32 ".\n"
+        "unit: what is left of an energy of 1 when h is scaled into [-4, 4] and J into [-2, 1].\n"
+        "truncated: the same with --truncate.\n\n",
+        problem->problem->name, labels->open, labels_to_open(labels), smoothness, labels->gap);
     memcpy(cells, heading, sizeof heading);
     for (size_t form = 0; form < FORMS; form++) {
         measure(problem, form, false, limit, &whole[form]);
@@ -228,8 +248,8 @@ void complexity_print(const laid_out *problem, budget limit)
     table_print(cells, FORMS + 1, COLUMNS, NULL);
     for (size_t form = 0; form < FORMS; form++) {
         if (whole[form].why_not != NULL) {
-            printf("%s: %s%s\n", cells[(form + 1) * COLUMNS + NAME],
-                   whole[form].why_not, whole[form].as_linear ? "; counted as for that" : "");
+            printf("%s: %s%s\n", cells[(form + 1) * COLUMNS + NAME], whole[form].why_not,
+                   whole[form].as_linear ? "; counted as for that" : "");
         }
     }
 }
@@ -247,7 +267,8 @@ static void json_ranges(const figures *of, uint32_t scale)
 {
     const qs_qubo_summary *s = &of->summary;
     const int64_t values[] = {s->linear_min, s->linear_max, s->quadratic_min, s->quadratic_max};
-    static const char *const keys[] = {"linear_min", "linear_max", "quadratic_min", "quadratic_max"};
+    static const char *const keys[] = {"linear_min", "linear_max", "quadratic_min",
+                                       "quadratic_max"};
     for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
         if (of->why_not == NULL) {
             json_units(keys[i], values[i], scale);

@@ -11,7 +11,7 @@ typedef struct digits {
     int count;
     int point;
     int zeros; /* seen since the last digit kept */
-    bool cut;  /* there were more than DIGITS_MAX */
+    bool cut; /* there were more than DIGITS_MAX */
 } digits;
 
 static void keep_digit(digits *number, char digit)
@@ -47,8 +47,8 @@ static const char *read_digits(const char *at, digits *number)
         }
         any = true;
         keep_digit(number, *at);
-        /* The first digit that is not 0 sets the point: each digit before the decimal point moves it up, each 0
-         * between the decimal point and that digit down. */
+        /* The first digit that is not 0 sets the point: each digit before the decimal point moves
+         * it up, each 0 between the decimal point and that digit down. */
         if (!after_point && number->count > 0 && number->point < EXPONENT_MAX) {
             number->point++;
         }
@@ -90,8 +90,9 @@ static uint64_t common_divisor(uint64_t a, uint64_t b)
     return a;
 }
 
-/* The digits behind the point as a fraction in lowest terms. A decimal of n places has a denominator of at least 2^n
- * (its last digit is not 0), so 19 places, which 64 bits hold, are all that DECIMAL_DENOMINATOR_MAX lets through. */
+/* The digits behind the point as a fraction in lowest terms. A decimal of n places has a
+ * denominator of at least 2^n (its last digit is not 0), so 19 places, which 64 bits hold, are all
+ * that DECIMAL_DENOMINATOR_MAX lets through. */
 static bool read_places(const digits *number, uint32_t most, fraction *read)
 {
     uint64_t numerator = 0, denominator = 1;
@@ -111,8 +112,8 @@ static bool read_places(const digits *number, uint32_t most, fraction *read)
     return true;
 }
 
-static decimal_status to_fraction(const digits *number, uint64_t most_numerator, uint32_t most_denominator,
-                                  fraction *read)
+static decimal_status to_fraction(const digits *number, uint64_t most_numerator,
+                                  uint32_t most_denominator, fraction *read)
 {
     fraction places = {0, 1};
     uint64_t whole = 0;
@@ -129,14 +130,16 @@ static decimal_status to_fraction(const digits *number, uint64_t most_numerator,
     if (number->cut || !read_places(number, most_denominator, &places)) {
         return DECIMAL_TOO_FINE;
     }
-    if (places.numerator > most_numerator || whole > (most_numerator - places.numerator) / places.denominator) {
+    if (places.numerator > most_numerator ||
+        whole > (most_numerator - places.numerator) / places.denominator) {
         return DECIMAL_TOO_LARGE;
     }
     *read = (fraction){whole * places.denominator + places.numerator, places.denominator};
     return DECIMAL_OK;
 }
 
-decimal_status decimal_read(const char *text, uint64_t most_numerator, uint32_t most_denominator, fraction *read)
+decimal_status decimal_read(const char *text, uint64_t most_numerator, uint32_t most_denominator,
+                            fraction *read)
 {
     digits number = {{0}, 0, 0, 0, false};
     bool negative = *text == '-';
@@ -158,7 +161,8 @@ void decimal_write(int64_t units, uint32_t scale, char text[DECIMAL_SIZE])
 {
     uint64_t size = units < 0 ? 0 - (uint64_t)units : (uint64_t)units;
     uint64_t rest = size % scale;
-    int used = snprintf(text, DECIMAL_SIZE, "%s%llu", units < 0 ? "-" : "", (unsigned long long)(size / scale));
+    int used = snprintf(text, DECIMAL_SIZE, "%s%llu", units < 0 ? "-" : "",
+                        (unsigned long long)(size / scale));
     if (rest == 0) {
         return;
     }

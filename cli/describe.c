@@ -32,13 +32,15 @@ static void print_range(const char *name, int64_t least, int64_t most, uint32_t 
     }
 }
 
-/* What breaking the rules of an encoding costs: a and b of one-hot groups, or kappa of walls. The cuts' penalties are their arcs. */
+/* What breaking the rules of an encoding costs: a and b of one-hot groups, or kappa of walls. The
+ * cuts' penalties are their arcs. */
 typedef struct penalties {
     bool single, pair; /* which of the two there are */
     int64_t single_min, single_max, pair_min, pair_max;
 } penalties;
 
-/* kappa is the weight of the couplings of a chain with itself: there are none where no site has three labels left. */
+/* kappa is the weight of the couplings of a chain with itself: there are none where no site has
+ * three labels left. */
 static penalties chain_penalties(const qs_index *index)
 {
     penalties found = {.single = false};
@@ -48,7 +50,8 @@ static penalties chain_penalties(const qs_index *index)
             if (near->group != group) {
                 continue;
             }
-            int64_t kappa = llabs((long long)near->weight * qs_index_block(index, near->block & ~QS_TRANSPOSED, 0, 1));
+            int64_t kappa = llabs((long long)near->weight *
+                                  qs_index_block(index, near->block & ~QS_TRANSPOSED, 0, 1));
             found.single_min = !found.single || kappa < found.single_min ? kappa : found.single_min;
             found.single_max = !found.single || kappa > found.single_max ? kappa : found.single_max;
             found.single = true;
@@ -65,13 +68,19 @@ static penalties find_penalties(const problem_file *described, const qs_qubo_sum
         return chain_penalties(&described->index);
     }
     bool there = encoding != QS_ST_CUT && encoding != QS_ST_CUT_ARCS;
-    return (penalties){there, there, summary->penalty_min, summary->penalty_max, summary->pair_penalty_min, summary->pair_penalty_max};
+    return (penalties){there,
+                       there,
+                       summary->penalty_min,
+                       summary->penalty_max,
+                       summary->pair_penalty_min,
+                       summary->pair_penalty_max};
 }
 
 static void print_penalties(const penalties *printed, bool walls, uint32_t scale)
 {
     if (printed->single) {
-        print_range(walls ? "penalty kappa" : "penalty a", printed->single_min, printed->single_max, scale);
+        print_range(walls ? "penalty kappa" : "penalty a", printed->single_min, printed->single_max,
+                    scale);
     }
     if (printed->pair) {
         print_range("penalty b", printed->pair_min, printed->pair_max, scale);
@@ -87,14 +96,17 @@ static void print_labels(const qs_labels *labels)
     }
     printf("%-17s%" PRIu32, "sites", labels->sites);
     if (labels->width > 0) {
-        printf(", grid %" PRIu32 " x %" PRIu32 " at (%" PRIu32 ", %" PRIu32 ") of a picture %" PRIu32 " x %" PRIu32,
-               labels->width, labels->height, frame->x, frame->y, frame->picture_width, frame->picture_height);
+        printf(", grid %" PRIu32 " x %" PRIu32 " at (%" PRIu32 ", %" PRIu32
+               ") of a picture %" PRIu32 " x %" PRIu32,
+               labels->width, labels->height, frame->x, frame->y, frame->picture_width,
+               frame->picture_height);
     }
     if (labels->fixed_bytes > 0) {
-        printf("\n%-17s%" PRIu32 ", fixed %" PRIu32, "sites open", labels->open, labels->sites - labels->open);
+        printf("\n%-17s%" PRIu32 ", fixed %" PRIu32, "sites open", labels->open,
+               labels->sites - labels->open);
     }
-    printf("\n%-17s%" PRIu32 ", disparities %" PRIu32 " to %" PRIu64 "\n", "labels", labels->labels, frame->first,
-           (uint64_t)frame->first + labels->labels - 1);
+    printf("\n%-17s%" PRIu32 ", disparities %" PRIu32 " to %" PRIu64 "\n", "labels", labels->labels,
+           frame->first, (uint64_t)frame->first + labels->labels - 1);
     printf("%-17s%s", "smoothness", name_of(&smoothness_names, (int)labels->pairwise.smoothness));
     if (labels->pairwise.truncation > 0) {
         printf(", truncated at %" PRIu32, labels->pairwise.truncation);
@@ -103,7 +115,8 @@ static void print_labels(const qs_labels *labels)
     if (labels->scale > 1) {
         printf("%-17s1/%" PRIu32 "\n", "integer unit", labels->scale);
     }
-    printf("%-17s%s, penalty %s, gap %" PRIu32 "\n", "encoding", name_of(&encoding_names, (int)labels->encoding),
+    printf("%-17s%s, penalty %s, gap %" PRIu32 "\n", "encoding",
+           name_of(&encoding_names, (int)labels->encoding),
            name_of(&penalty_names, (int)labels->penalty), labels->gap);
     if (labels->excess_bytes > 0) {
         printf("%-17scosts that no optimum pays are cut\n", "truncated");
@@ -120,13 +133,15 @@ void describe_problem(const problem_file *described)
     qs_qubo_summarise(qubo, &summary);
     qs_digest(described->file.bytes, described->file.size, digest);
     to_hex(digest, hex);
-    printf("%s: a QUBO (.qcf version %d), %zu bytes\n", described->name, QS_FORMAT_VERSION, described->file.size);
+    printf("%s: a QUBO (.qcf version %d), %zu bytes\n", described->name, QS_FORMAT_VERSION,
+           described->file.size);
     if (qubo->has_labels) {
         print_labels(&qubo->labels);
     }
-    printf("%-17s%" PRIu32 " in %" PRIu32 " group%s\n", "variables", qubo->variables, qubo->groups, plural(qubo->groups));
-    printf("%-17s%" PRIu64 ", from %" PRIu64 " couplings of groups\n", "quadratic terms", summary.quadratic_terms,
-           qubo->couplings);
+    printf("%-17s%" PRIu32 " in %" PRIu32 " group%s\n", "variables", qubo->variables, qubo->groups,
+           plural(qubo->groups));
+    printf("%-17s%" PRIu64 ", from %" PRIu64 " couplings of groups\n", "quadratic terms",
+           summary.quadratic_terms, qubo->couplings);
     penalties found = find_penalties(described, &summary);
     print_penalties(&found, qubo->has_labels && qubo->labels.encoding == QS_DOMAIN_WALL, scale);
     print_range("offset", summary.offset, summary.offset, scale);
@@ -138,7 +153,8 @@ void describe_problem(const problem_file *described)
 static void json_grid(const qs_qubo *qubo)
 {
     const qs_labels *labels = &qubo->labels;
-    static const char *const keys[] = {"width", "height", "x", "y", "picture_width", "picture_height"};
+    static const char *const keys[] = {"width", "height",        "x",
+                                       "y",     "picture_width", "picture_height"};
     const uint32_t values[] = {labels->width,
                                labels->height,
                                labels->frame.x,
@@ -177,14 +193,16 @@ static void json_meaning(const qs_labels *labels)
 /* A file whose variables have no stated meaning has the same keys. */
 static void json_no_meaning(void)
 {
-    static const char *const keys[] = {"sites",      "sites_open", "labels", "disparity_min", "disparity_max", "encoding",
-                                       "smoothness", "truncation", "penalty", "gap",          "truncated",     "lambda"};
+    static const char *const keys[] = {"sites",         "sites_open", "labels",     "disparity_min",
+                                       "disparity_max", "encoding",   "smoothness", "truncation",
+                                       "penalty",       "gap",        "truncated",  "lambda"};
     for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
         json_null(keys[i]);
     }
 }
 
-static void json_range(const char *least_key, const char *most_key, bool there, int64_t least, int64_t most, uint32_t scale)
+static void json_range(const char *least_key, const char *most_key, bool there, int64_t least,
+                       int64_t most, uint32_t scale)
 {
     if (there) {
         json_units(least_key, least, scale);
@@ -202,11 +220,14 @@ static void json_summary(const problem_file *described)
     qs_qubo_summarise(&described->qubo, &summary);
     penalties found = find_penalties(described, &summary);
     json_count("quadratic_terms", summary.quadratic_terms);
-    json_range("penalty_min", "penalty_max", found.single, found.single_min, found.single_max, scale);
-    json_range("pair_penalty_min", "pair_penalty_max", found.pair, found.pair_min, found.pair_max, scale);
+    json_range("penalty_min", "penalty_max", found.single, found.single_min, found.single_max,
+               scale);
+    json_range("pair_penalty_min", "pair_penalty_max", found.pair, found.pair_min, found.pair_max,
+               scale);
     json_units("offset", summary.offset, scale);
     json_range("linear_min", "linear_max", true, summary.linear_min, summary.linear_max, scale);
-    json_range("quadratic_min", "quadratic_max", true, summary.quadratic_min, summary.quadratic_max, scale);
+    json_range("quadratic_min", "quadratic_max", true, summary.quadratic_min, summary.quadratic_max,
+               scale);
 }
 
 static void json_digest(const char *key, const uint8_t digest[QS_DIGEST_SIZE])
@@ -286,7 +307,8 @@ static void print_broken_chains(const qs_samples_view *samples)
         }
     }
     if (reads > 0) {
-        printf("%-17s%.2f %% on average; none in %" PRIu64 " of %" PRIu64 " reads\n", "broken chains", 100 * broken / (double)reads, whole, reads);
+        printf("%-17s%.2f %% on average; none in %" PRIu64 " of %" PRIu64 " reads\n",
+               "broken chains", 100 * broken / (double)reads, whole, reads);
     }
 }
 
@@ -296,11 +318,14 @@ void describe_samples(const samples_file *described)
     char hex[HEX_SIZE];
     int64_t best;
     to_hex(samples->problem, hex);
-    printf("%s: samples (.qsf version %d), %zu bytes\n", described->name, QS_FORMAT_VERSION, described->file.size);
-    printf("%-17s%" PRIu32 " of %" PRIu32 " variable%s\n", "samples", samples->count, samples->variables, plural(samples->variables));
+    printf("%s: samples (.qsf version %d), %zu bytes\n", described->name, QS_FORMAT_VERSION,
+           described->file.size);
+    printf("%-17s%" PRIu32 " of %" PRIu32 " variable%s\n", "samples", samples->count,
+           samples->variables, plural(samples->variables));
     printf("%-17s%.*s\n", "solver", (int)samples->solver_size, samples->solver);
     if (best_stated(samples, &best)) {
-        printf("%-17s%" PRId64 ", in the integer units of its .qcf (validate gives real ones)\n", "best energy", best);
+        printf("%-17s%" PRId64 ", in the integer units of its .qcf (validate gives real ones)\n",
+               "best energy", best);
     }
     print_broken_chains(samples);
     /* What D-Wave's services time, they time in microseconds. */

@@ -26,7 +26,8 @@ static int hold_floats(const char *path, const float_picture *floats, int32_t *v
 {
     for (size_t i = 0; i < floats->width * floats->height; i++) {
         if (!hold_float(floats->values[i], &values[i])) {
-            return fail(BAD_INPUT, input_name(path), "pixel (%zu, %zu) holds %g, which is no disparity in pixels",
+            return fail(BAD_INPUT, input_name(path),
+                        "pixel (%zu, %zu) holds %g, which is no disparity in pixels",
                         i % floats->width, i / floats->width, (double)floats->values[i]);
         }
     }
@@ -48,7 +49,8 @@ static int read_pfm(const char *path, const file_bytes *file, qs_map *map, int32
     return status;
 }
 
-static int read_integers(const char *path, const file_bytes *file, uint32_t scale, qs_map *map, int32_t **values)
+static int read_integers(const char *path, const file_bytes *file, uint32_t scale, qs_map *map,
+                         int32_t **values)
 {
     picture integers;
     int status = picture_decode(path, file, &integers);
@@ -57,8 +59,8 @@ static int read_integers(const char *path, const file_bytes *file, uint32_t scal
     }
     size_t count = integers.width * integers.height;
     if (integers.channels != 1) {
-        status =
-            fail(BAD_INPUT, input_name(path), "is a picture in colours: a disparity map is grey, one value a pixel");
+        status = fail(BAD_INPUT, input_name(path),
+                      "is a picture in colours: a disparity map is grey, one value a pixel");
     } else if ((*values = malloc(count * sizeof **values)) == NULL) {
         status = fail_memory(input_name(path));
     }
@@ -78,7 +80,8 @@ int map_read(const char *path, uint32_t scale, qs_map *map, int32_t **values)
     if (status != DONE) {
         return status;
     }
-    status = pfm_is(&file) ? read_pfm(path, &file, map, values) : read_integers(path, &file, scale, map, values);
+    status = pfm_is(&file) ? read_pfm(path, &file, map, values)
+                           : read_integers(path, &file, scale, map, values);
     file_free(&file);
     if (status != DONE) {
         free(*values);
@@ -111,7 +114,8 @@ int map_format_of(const char *path, bool straight, map_format *format)
         return fail_usage("-o %s: a map's name ends in .png, .pgm or .pfm", path);
     }
     if (*format == MAP_PNG && !picture_library_writes_png()) {
-        return fail_usage("-o %s: this build writes .pgm and .pfm; for .png build qstereo with OpenCV (make OPENCV=1)",
+        return fail_usage("-o %s: this build writes .pgm and .pfm; for .png build qstereo with "
+                          "OpenCV (make OPENCV=1)",
                           path);
     }
     return DONE;
@@ -120,7 +124,8 @@ int map_format_of(const char *path, bool straight, map_format *format)
 static int fail_too_large(const char *path, uint32_t disparity, uint32_t scale)
 {
     if (disparity > 65535 / 2) {
-        return fail(BAD_INPUT, path, "disparity %" PRIu32 " does not fit 16 bits at any --scale: write a .pfm",
+        return fail(BAD_INPUT, path,
+                    "disparity %" PRIu32 " does not fit 16 bits at any --scale: write a .pfm",
                     disparity);
     }
     return fail(BAD_INPUT, path,
@@ -144,8 +149,9 @@ static int hold_integers(const pixel_map *map, uint32_t scale, const char *path,
     }
     made->maxval = most > 255 ? 65535 : 255;
     for (size_t i = 0; i < count; i++) {
-        made->samples[i] =
-            map->disparities[i] == MAP_NO_VALUE ? 0 : (uint16_t)qs_disparity_hold(map->disparities[i], scale);
+        made->samples[i] = map->disparities[i] == MAP_NO_VALUE
+                               ? 0
+                               : (uint16_t)qs_disparity_hold(map->disparities[i], scale);
     }
     return DONE;
 }
@@ -164,14 +170,16 @@ static int encode_pfm(const pixel_map *map, const char *path, file_bytes *file)
         return fail_memory(path);
     }
     for (size_t i = 0; i < count; i++) {
-        made.values[i] = map->disparities[i] == MAP_NO_VALUE ? INFINITY : (float)map->disparities[i];
+        made.values[i] =
+            map->disparities[i] == MAP_NO_VALUE ? INFINITY : (float)map->disparities[i];
     }
     int status = picture_fail(path, pfm_encode(&made, file), "cannot be made");
     free(made.values);
     return status;
 }
 
-int map_encode(const pixel_map *map, map_format format, uint32_t scale, const char *path, file_bytes *file)
+int map_encode(const pixel_map *map, map_format format, uint32_t scale, const char *path,
+               file_bytes *file)
 {
     picture made = {map->width, map->height, 1, 255, NULL};
     if (format == MAP_PFM) {
@@ -197,7 +205,8 @@ int map_encode_colour(const pixel_map *map, bool png, const char *path, file_byt
     memset(made.samples, 0, made.width * made.height * 3 * sizeof *made.samples);
     for (size_t i = 0; i < made.width * made.height; i++) {
         if (map->disparities[i] != MAP_NO_VALUE) {
-            colour_of(map->disparities[i] - map->least, map->most - map->least, made.samples + 3 * i);
+            colour_of(map->disparities[i] - map->least, map->most - map->least,
+                      made.samples + 3 * i);
         }
     }
     int status = encode_picture(&made, png, path, file);

@@ -19,12 +19,15 @@ enum {
 };
 
 static const option options[] = {
-    [OUTPUT] = {"output", 'o', true, "FILE", NULL, "the QUBO file (.qcf) to write, - is standard output"},
+    [OUTPUT] = {"output", 'o', true, "FILE", NULL,
+                "the QUBO file (.qcf) to write, - is standard output"},
     [PAIR] = PAIR_OPTION_ROWS,
     [ENCODING] = {"encoding", 0, false, "NAME", NULL,
                   "see above (default one-hot-sparse for potts, else one-hot)"},
     [CODING] = CODING_OPTION_ROWS(" (default local)", " (default 1)", ""),
-    [REDUCE] = {"reduce", 0, false, NULL, NULL, "leave out labels that are proven to be in no optimum, as reduce does; with these two:"},
+    [REDUCE] =
+        {"reduce", 0, false, NULL, NULL,
+         "leave out labels that are proven to be in no optimum, as reduce does; with these two:"},
     [REDUCING] = REDUCING_OPTION_ROWS,
     [JSON] = {"json", 0, false, NULL, NULL, "print what info --json prints of the file"},
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
@@ -33,20 +36,27 @@ static const option options[] = {
 static const command_line line = {
     .name = "encode",
     .operands = {"LEFT", "RIGHT"},
-    .about = "Turns a rectified stereo pair into a QUBO: a site for each pixel of the left picture, a label for each\n"
-             "disparity d, which matches pixel (x, y) with (x - d, y) of the right picture. Pixels of which a match\n"
+    .about = "Turns a rectified stereo pair into a QUBO: a site for each pixel of the left "
+             "picture, a label for each\n"
+             "disparity d, which matches pixel (x, y) with (x - d, y) of the right picture. Pixels "
+             "of which a match\n"
              "would lie outside the right picture are left out.\n"
              "\n"
-             "one-hot is the paper's and holds every smoothness; one-hot-sparse and domain-wall (fewest variables) hold\n"
-             "potts and linear, multiway-cut potts, st-cut and st-cut-arcs linear without truncation. one-hot-sparse has\n"
-             "fewer terms than one-hot for potts; for linear without a small truncation it has more terms and larger\n"
+             "one-hot is the paper's and holds every smoothness; one-hot-sparse and domain-wall "
+             "(fewest variables) hold\n"
+             "potts and linear, multiway-cut potts, st-cut and st-cut-arcs linear without "
+             "truncation. one-hot-sparse has\n"
+             "fewer terms than one-hot for potts; for linear without a small truncation it has "
+             "more terms and larger\n"
              "penalties, so that domain-wall is the choice there.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
-    .examples = "  qstereo encode left.png right.png -o p.qcf --disparity 0:15 --lambda 20\n"
-                "  qstereo encode left.png right.png -o p.qcf --roi 160,120,40,40 --penalty paper\n"
-                "  qstereo encode left.png right.png -o p.qcf --encoding domain-wall --truncate --gap 20\n"
-                "  qstereo encode left.png right.png -o p.qcf --reduce --target 500 --encoding domain-wall\n",
+    .examples =
+        "  qstereo encode left.png right.png -o p.qcf --disparity 0:15 --lambda 20\n"
+        "  qstereo encode left.png right.png -o p.qcf --roi 160,120,40,40 --penalty paper\n"
+        "  qstereo encode left.png right.png -o p.qcf --encoding domain-wall --truncate --gap 20\n"
+        "  qstereo encode left.png right.png -o p.qcf --reduce --target 500 --encoding "
+        "domain-wall\n",
 };
 
 static qs_encoding default_encoding(const pair *of)
@@ -71,8 +81,10 @@ static int read_coding(const char *const *values, encode_request *asked)
 static int read_reducing(const char *const *values, encode_request *asked)
 {
     asked->reduce = values[REDUCE] != NULL;
-    if (!asked->reduce && (values[REDUCING + REDUCING_TARGET] != NULL || values[REDUCING + REDUCING_TIME_LIMIT] != NULL)) {
-        return fail_usage("--%s goes with --reduce", values[REDUCING + REDUCING_TARGET] != NULL ? "target" : "time-limit");
+    if (!asked->reduce && (values[REDUCING + REDUCING_TARGET] != NULL ||
+                           values[REDUCING + REDUCING_TIME_LIMIT] != NULL)) {
+        return fail_usage("--%s goes with --reduce",
+                          values[REDUCING + REDUCING_TARGET] != NULL ? "target" : "time-limit");
     }
     return reducing_read(&values[REDUCING], asked->options.encode.encoding, &asked->how);
 }
@@ -83,7 +95,8 @@ static int read_values(const arguments *given, encode_request *asked)
     memset(asked, 0, sizeof *asked);
     asked->output = values[OUTPUT];
     asked->json = values[JSON] != NULL;
-    int status = pair_read(given->operands[0], given->operands[1], &values[PAIR], ENCODE_WEIGHTS, &asked->pair);
+    int status = pair_read(given->operands[0], given->operands[1], &values[PAIR], ENCODE_WEIGHTS,
+                           &asked->pair);
     if (status == DONE) {
         status = read_coding(values, asked);
     }

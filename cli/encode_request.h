@@ -19,7 +19,8 @@ typedef struct encode_request {
 /* What coefficients grow with. */
 #define ENCODE_WEIGHTS "--lambda, --penalty, --gap or --truncation"
 
-/* Reads the arguments, or answers --help. Returns whether the command is to go on; else *status is its exit status. */
+/* Reads the arguments, or answers --help. Returns whether the command is to go on; else *status is
+ * its exit status. */
 bool encode_request_read(int argc, char **argv, encode_request *asked, int *status);
 
 #endif

@@ -29,7 +29,8 @@ int budget_read(const char *text, budget *limit)
 
 int budget_fail(const budget *limit, const char *place)
 {
-    return fail(NO_RESOURCE, place, "needs more than the memory limit of %lu MiB: raise --memory-limit",
+    return fail(NO_RESOURCE, place,
+                "needs more than the memory limit of %lu MiB: raise --memory-limit",
                 (unsigned long)limit->mib);
 }
 
@@ -65,9 +66,11 @@ static bool make_room(file_bytes *file, size_t *capacity, uint64_t limit)
     return true;
 }
 
-static int read_all(int descriptor, const char *name, size_t expected, const budget *limit, file_bytes *file)
+static int read_all(int descriptor, const char *name, size_t expected, const budget *limit,
+                    file_bytes *file)
 {
-    /* One byte over what the file says of itself, so that its end is seen without another allocation. */
+    /* One byte over what the file says of itself, so that its end is seen without another
+     * allocation. */
     size_t capacity = expected + 1 < 65536 ? 65536 : expected + 1;
     ssize_t got = 1;
     file->bytes = malloc(capacity);

@@ -7,7 +7,8 @@
 
 double gap_percent(int64_t energy, int64_t lower_bound)
 {
-    return energy == lower_bound ? 0 : 100.0 * (double)(energy - lower_bound) / fabs((double)energy);
+    return energy == lower_bound ? 0
+                                 : 100.0 * (double)(energy - lower_bound) / fabs((double)energy);
 }
 
 void gap_write(int64_t energy, int64_t lower_bound, uint32_t scale, char text[GAP_SIZE])

@@ -23,15 +23,17 @@ bool problem_is(const file_bytes *file)
     return begins_with(file, "\x89QCF");
 }
 
-/* Says what is wrong with a file and where. `kind` is what it should be, `other` what it is instead, if known. */
-static int fail_fault(const char *name, qs_status status, const qs_fault *fault, const char *kind, const char *other)
+/* Says what is wrong with a file and where. `kind` is what it should be, `other` what it is
+ * instead, if known. */
+static int fail_fault(const char *name, qs_status status, const qs_fault *fault, const char *kind,
+                      const char *other)
 {
     if (status == QS_E_FORMAT) {
         return fail(BAD_INPUT, name, "is not a %s file%s%s", kind, other != NULL ? " but " : "",
                     other != NULL ? other : "");
     }
-    return fail(BAD_INPUT, name, "%s %s at byte %" PRIu64 ": %s", kind, qs_status_text(status), fault->offset,
-                fault->what != NULL ? fault->what : "cannot be read");
+    return fail(BAD_INPUT, name, "%s %s at byte %" PRIu64 ": %s", kind, qs_status_text(status),
+                fault->offset, fault->what != NULL ? fault->what : "cannot be read");
 }
 
 int problem_take(const char *path, file_bytes file, const budget *limit, problem_file *opened)
@@ -45,9 +47,10 @@ int problem_take(const char *path, file_bytes file, const budget *limit, problem
         opened->scale = opened->qubo.has_labels ? opened->qubo.labels.scale : 1;
         return DONE;
     }
-    int failed = status == QS_E_LIMIT ? budget_fail(limit, opened->name)
-                                      : fail_fault(opened->name, status, &fault, ".qcf",
-                                                   samples_are(&file) ? "a .qsf: samples of a problem" : NULL);
+    int failed = status == QS_E_LIMIT
+                     ? budget_fail(limit, opened->name)
+                     : fail_fault(opened->name, status, &fault, ".qcf",
+                                  samples_are(&file) ? "a .qsf: samples of a problem" : NULL);
     file_free(&opened->file);
     return failed;
 }
@@ -64,7 +67,8 @@ int samples_take(const char *path, file_bytes file, samples_file *opened)
     }
     int failed = status == QS_OK
                      ? fail(BAD_INPUT, opened->name, ".qsf damaged: its INFO is not a JSON object")
-                     : fail_fault(opened->name, status, &fault, ".qsf", problem_is(&file) ? "a .qcf: a problem" : NULL);
+                     : fail_fault(opened->name, status, &fault, ".qsf",
+                                  problem_is(&file) ? "a .qcf: a problem" : NULL);
     file_free(&opened->file);
     return failed;
 }
@@ -77,11 +81,13 @@ static int check_match(const answer *both)
     qs_digest(both->problem.file.bytes, both->problem.file.size, digest);
     if (memcmp(digest, samples->problem, QS_DIGEST_SIZE) != 0) {
         return fail(BAD_INPUT, both->samples.name,
-                    "samples of another problem than %s (its digest differs): solve this one", both->problem.name);
+                    "samples of another problem than %s (its digest differs): solve this one",
+                    both->problem.name);
     }
     if (samples->variables != both->problem.qubo.variables) {
-        return fail(BAD_INPUT, both->samples.name, "samples of %" PRIu32 " variables, but %s has %" PRIu32,
-                    samples->variables, both->problem.name, both->problem.qubo.variables);
+        return fail(BAD_INPUT, both->samples.name,
+                    "samples of %" PRIu32 " variables, but %s has %" PRIu32, samples->variables,
+                    both->problem.name, both->problem.qubo.variables);
     }
     return DONE;
 }

@@ -1,5 +1,5 @@
-/* The two files of qstereo, opened under one memory budget. Each function returns DONE, BAD_INPUT or NO_RESOURCE,
- * having said why. */
+/* The two files of qstereo, opened under one memory budget. Each function returns DONE, BAD_INPUT
+ * or NO_RESOURCE, having said why. */
 #ifndef INPUTS_H
 #define INPUTS_H
 

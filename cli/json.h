@@ -21,7 +21,8 @@ void json_truth(const char *key, bool truth);
 /* units / scale, an energy or coefficient in real units, without rounding. */
 void json_units(const char *key, int64_t units, uint32_t scale);
 
-/* A list of objects: json_list, for each json_item, its keys and json_item_end, then json_list_end. */
+/* A list of objects: json_list, for each json_item, its keys and json_item_end, then json_list_end.
+ */
 void json_list(const char *key);
 void json_item(void);
 void json_item_end(void);

@@ -10,7 +10,8 @@ typedef struct reader {
     const char *at, *end;
     char closers[DEPTH_MAX]; /* of the objects and arrays that are open */
     size_t depth;
-    const char *wanted; /* a key of the outermost object, and where its value was found; NULL = none */
+    const char
+        *wanted; /* a key of the outermost object, and where its value was found; NULL = none */
     const char *found;
 } reader;
 
@@ -69,7 +70,8 @@ static bool take_escape(reader *from)
         return known;
     }
     for (int i = 0; i < 4; i++, from->at++) {
-        if (from->at == from->end || memchr(hexadecimals, *from->at, sizeof hexadecimals - 1) == NULL) {
+        if (from->at == from->end ||
+            memchr(hexadecimals, *from->at, sizeof hexadecimals - 1) == NULL) {
             return false;
         }
     }
@@ -107,7 +109,8 @@ static bool take_scalar(reader *from)
     if (peek(from) == '"') {
         return take_string(from);
     }
-    return take_word(from, "true") || take_word(from, "false") || take_word(from, "null") || take_number(from);
+    return take_word(from, "true") || take_word(from, "false") || take_word(from, "null") ||
+           take_number(from);
 }
 
 static bool take_key(reader *from)
@@ -122,8 +125,8 @@ static bool take_key(reader *from)
     if (!take(from, ':')) {
         return false;
     }
-    if (from->wanted != NULL && from->depth == 1 && strlen(from->wanted) == length
-        && memcmp(from->wanted, key, length) == 0) {
+    if (from->wanted != NULL && from->depth == 1 && strlen(from->wanted) == length &&
+        memcmp(from->wanted, key, length) == 0) {
         skip_blanks(from);
         from->found = from->at;
     }
@@ -146,7 +149,8 @@ static bool open_nested(reader *from, bool *complete)
     return closer == ']' || take_key(from);
 }
 
-/* After a complete value: closes what ends here, then steps over the comma before the next value. */
+/* After a complete value: closes what ends here, then steps over the comma before the next value.
+ */
 static bool close_nested(reader *from)
 {
     skip_blanks(from);
@@ -166,7 +170,8 @@ static bool take_value(reader *from)
     do {
         bool complete = true;
         skip_blanks(from);
-        bool known = peek(from) == '{' || peek(from) == '[' ? open_nested(from, &complete) : take_scalar(from);
+        bool known = peek(from) == '{' || peek(from) == '[' ? open_nested(from, &complete)
+                                                            : take_scalar(from);
         if (!known || (complete && !close_nested(from))) {
             return false;
         }
@@ -186,7 +191,8 @@ bool json_is_object(const char *text, size_t size)
     return take_object(&from);
 }
 
-/* Where the value of a key of the outermost object begins; NULL = there is no such key, or it is no object. */
+/* Where the value of a key of the outermost object begins; NULL = there is no such key, or it is no
+ * object. */
 static const char *find_value(const char *text, size_t size, const char *key)
 {
     reader from = {text, text + size, {0}, 0, key, NULL};
@@ -213,7 +219,8 @@ bool json_find_number(const char *text, size_t size, const char *key, double *nu
     return found != NULL && read_number(found, text + size, number);
 }
 
-void json_each_number(const char *text, size_t size, const char *key, json_number_told *tell, void *context)
+void json_each_number(const char *text, size_t size, const char *key, json_number_told *tell,
+                      void *context)
 {
     const char *found = find_value(text, size, key);
     reader from = {found, text + size, {0}, 0, NULL, NULL};

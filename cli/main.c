@@ -13,7 +13,8 @@ static const command commands[] = {
     {"reduce", cmd_reduce, "leave out of a .qcf what is proven, so that little is left to solve"},
     {"info", cmd_info, "say what a .qcf or .qsf holds"},
     {"solve", cmd_solve, "solve a .qcf on this machine, with a lower bound of every energy"},
-    {"validate", cmd_validate, "check the samples of a .qsf: which are feasible, are the energies true"},
+    {"validate", cmd_validate,
+     "check the samples of a .qsf: which are feasible, are the energies true"},
     {"decode", cmd_decode, "turn a sample into a disparity map"},
     {"score", cmd_score, "compare a disparity map with the truth"},
     {"match", cmd_match, "encode, solve and decode in one go: a disparity map from a stereo pair"},
@@ -23,20 +24,22 @@ enum { COMMANDS = sizeof commands / sizeof commands[0] };
 
 static void print_overview(FILE *file)
 {
-    fputs("usage: qstereo COMMAND [ARGUMENT]...\n\nStereo matching as QUBOs for quantum annealers.\n\nCommands:\n",
+    fputs("usage: qstereo COMMAND [ARGUMENT]...\n\nStereo matching as QUBOs for quantum "
+          "annealers.\n\nCommands:\n",
           file);
     for (size_t i = 0; i < COMMANDS; i++) {
         fprintf(file, "  %-10s%s\n", commands[i].name, commands[i].summary);
     }
-    fputs(
-        "\nqstereo COMMAND --help (or qstereo help COMMAND) explains a command, qstereo --version names the version.\n"
-        "Exit status: 0 done, 1 the answer is no, 2 usage, 3 bad input, 4 files or resources.\n",
-        file);
+    fputs("\nqstereo COMMAND --help (or qstereo help COMMAND) explains a command, qstereo "
+          "--version names the version.\n"
+          "Exit status: 0 done, 1 the answer is no, 2 usage, 3 bad input, 4 files or resources.\n",
+          file);
 }
 
 static int print_version(void)
 {
-    printf("qstereo %s (file format %d, pictures: %s)\n", QS_VERSION, QS_FORMAT_VERSION, picture_library_name());
+    printf("qstereo %s (file format %d, pictures: %s)\n", QS_VERSION, QS_FORMAT_VERSION,
+           picture_library_name());
     return DONE;
 }
 
@@ -50,7 +53,8 @@ static int fail_unknown(const char *name)
         suggest_offer(&suggested, commands[i].name);
     }
     if (suggested.nearest != NULL) {
-        return fail_usage("%s is no command: did you mean %s? The commands:%s", name, suggested.nearest, list);
+        return fail_usage("%s is no command: did you mean %s? The commands:%s", name,
+                          suggested.nearest, list);
     }
     return fail_usage("%s is no command. The commands:%s", name, list);
 }
@@ -83,7 +87,8 @@ static int run(int argc, char **argv)
         print_overview(stderr);
         return BAD_USAGE;
     }
-    if (strcmp(argv[0], "help") == 0 || strcmp(argv[0], "--help") == 0 || strcmp(argv[0], "-h") == 0) {
+    if (strcmp(argv[0], "help") == 0 || strcmp(argv[0], "--help") == 0 ||
+        strcmp(argv[0], "-h") == 0) {
         return run_help(argc - 1, argv + 1);
     }
     if (strcmp(argv[0], "--version") == 0) {

@@ -10,7 +10,8 @@
 #include "numbers.h"
 
 /* The eq. (6) and (7) of the paper from the library's exact sums. */
-static void divide(const qs_score *score, uint32_t scale, uint32_t truth_scale, double errors[ERRORS])
+static void divide(const qs_score *score, uint32_t scale, uint32_t truth_scale,
+                   double errors[ERRORS])
 {
     double pixels = (double)score->pixels;
     double squares = ldexp((double)score->squares_high, 64) + (double)score->squares_low;
@@ -19,14 +20,14 @@ static void divide(const qs_score *score, uint32_t scale, uint32_t truth_scale, 
     errors[ERROR_BAD_ONE] = 100.0 * (double)score->bad_one / pixels;
 }
 
-int map_errors_find(const char *name, const qs_map *map, const char *truth_name, const qs_map *truth,
-                    map_errors *found)
+int map_errors_find(const char *name, const qs_map *map, const char *truth_name,
+                    const qs_map *truth, map_errors *found)
 {
     qs_score score;
     qs_status compared = qs_score_map(map, truth, &score);
     if (compared == QS_E_GEOMETRY) {
-        return fail(BAD_INPUT, truth_name, "is %zu x %zu pixels, but %s is %zu x %zu", truth->width, truth->height,
-                    name, map->width, map->height);
+        return fail(BAD_INPUT, truth_name, "is %zu x %zu pixels, but %s is %zu x %zu", truth->width,
+                    truth->height, name, map->width, map->height);
     }
     if (compared != QS_OK) {
         return fail_status(name, compared);
@@ -71,8 +72,8 @@ int truth_open(const char *path, uint32_t scale, uint32_t width, uint32_t height
     int status = map_read(path, scale, &opened->map, &opened->values);
     if (status == DONE && (opened->map.width != width || opened->map.height != height)) {
         status = fail(BAD_INPUT, opened->name,
-                      "is %zu x %zu pixels, but the left picture is %" PRIu32 " x %" PRIu32, opened->map.width,
-                      opened->map.height, width, height);
+                      "is %zu x %zu pixels, but the left picture is %" PRIu32 " x %" PRIu32,
+                      opened->map.width, opened->map.height, width, height);
         truth_close(opened);
     }
     return status;
@@ -92,7 +93,8 @@ int truth_compare(const true_map *with, const pixel_map *map, map_errors *found)
         return fail_memory(with->name);
     }
     for (size_t i = 0; i < count; i++) {
-        values[i] = map->disparities[i] == MAP_NO_VALUE ? QS_NO_DISPARITY : (int32_t)map->disparities[i];
+        values[i] =
+            map->disparities[i] == MAP_NO_VALUE ? QS_NO_DISPARITY : (int32_t)map->disparities[i];
     }
     const qs_map compared = {values, map->width, map->height, 1};
     int status = map_errors_find("the map", &compared, with->name, &with->map, found);

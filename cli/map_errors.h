@@ -12,19 +12,19 @@ typedef struct map_errors {
 } map_errors;
 
 /* Compares two maps. Returns DONE, or BAD_INPUT where their sizes differ, having said why. */
-int map_errors_find(const char *name, const qs_map *map, const char *truth_name, const qs_map *truth,
-                    map_errors *found);
+int map_errors_find(const char *name, const qs_map *map, const char *truth_name,
+                    const qs_map *truth, map_errors *found);
 
 /* As keys of JSON, and as lines for people. */
 void map_errors_json(const map_errors *shown);
 void map_errors_print(const map_errors *shown);
 
 /* Rows for a table of options. */
-#define TRUTH_OPTION {"truth", 0, false, "TRUTH", NULL, "score against this true disparity map of the left picture"}
-#define TRUTH_SCALE_OPTION                                                                                             \
-    {                                                                                                                  \
-        "truth-scale", 0, false, "S", "8", "TRUTH holds disparity x S; a .pfm holds pixels whatever S is"              \
-    }
+#define TRUTH_OPTION                                                                               \
+    {"truth", 0, false, "TRUTH", NULL, "score against this true disparity map of the left picture"}
+#define TRUTH_SCALE_OPTION                                                                         \
+    {"truth-scale", 0,   false,                                                                    \
+     "S",           "8", "TRUTH holds disparity x S; a .pfm holds pixels whatever S is"}
 
 /* A true map that maps are compared with as they are made. */
 typedef struct true_map {

@@ -62,11 +62,13 @@ int map_check_grid(const problem_file *problem)
 {
     const qs_labels *labels = &problem->qubo.labels;
     if (!problem->qubo.has_labels || labels->width == 0) {
-        return fail(BAD_INPUT, problem->name, "is no problem on a grid of pixels, so there is no map to be made of it");
+        return fail(BAD_INPUT, problem->name,
+                    "is no problem on a grid of pixels, so there is no map to be made of it");
     }
     uint64_t last = (uint64_t)labels->frame.first + labels->labels - 1;
     if (last > INT32_MAX) {
-        return fail(BAD_INPUT, problem->name, "its disparities end at %" PRIu64 ", more than can be held", last);
+        return fail(BAD_INPUT, problem->name,
+                    "its disparities end at %" PRIu64 ", more than can be held", last);
     }
     return DONE;
 }
@@ -84,8 +86,8 @@ static void place_sites(const qs_labels *labels, const uint16_t *labelling, uint
     }
 }
 
-int map_of_labelling(const problem_file *problem, const uint16_t *labelling, budget *limit, uint32_t **disparities,
-                     pixel_map *map)
+int map_of_labelling(const problem_file *problem, const uint16_t *labelling, budget *limit,
+                     uint32_t **disparities, pixel_map *map)
 {
     const qs_labels *labels = &problem->qubo.labels;
     const qs_frame *frame = &labels->frame;
@@ -134,7 +136,8 @@ int map_outputs_write(const map_request *asked, const pixel_map *map, map_output
         status = map_encode_colour(map, colour_is_png(asked), asked->colour, &files[1]);
     }
     for (size_t i = 0; i < to->count && status == DONE; i++) {
-        (void)output_write(&to->outs[i], files[i].bytes, files[i].size); /* a refusal is reported by the commit */
+        (void)output_write(&to->outs[i], files[i].bytes,
+                           files[i].size); /* a refusal is reported by the commit */
     }
     file_free(&files[0]);
     file_free(&files[1]);
@@ -161,5 +164,6 @@ void map_request_json(const map_request *asked)
 
 void map_request_print(const map_request *asked)
 {
-    printf("%s%s%s: ", asked->output, asked->colour != NULL ? ", " : "", asked->colour != NULL ? asked->colour : "");
+    printf("%s%s%s: ", asked->output, asked->colour != NULL ? ", " : "",
+           asked->colour != NULL ? asked->colour : "");
 }

@@ -64,24 +64,19 @@ int fail_memory(const char *place)
 static int exit_status(qs_status status)
 {
     switch (status) {
-    case QS_OK:
-        return DONE;
-    case QS_E_INFEASIBLE:
-        return ANSWER_NO;
-    case QS_E_ENCODING:
-        return BAD_USAGE;
+    case QS_OK: return DONE;
+    case QS_E_INFEASIBLE: return ANSWER_NO;
+    case QS_E_ENCODING: return BAD_USAGE;
     case QS_E_LIMIT:
     case QS_E_OVERFLOW:
     case QS_E_FORMAT:
     case QS_E_UNSUPPORTED:
     case QS_E_CORRUPT:
     case QS_E_TRUNCATED:
-    case QS_E_GEOMETRY:
-        return BAD_INPUT;
+    case QS_E_GEOMETRY: return BAD_INPUT;
     case QS_E_ARGUMENT:
     case QS_E_WORKSPACE:
-    case QS_E_IO:
-        break;
+    case QS_E_IO: break;
     }
     return NO_RESOURCE;
 }

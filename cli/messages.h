@@ -1,5 +1,5 @@
-/* Messages to stderr, one line each: `qstereo CMD: FILE: reason`. Each function returns the exit status that it was
- * given or stands for, so that a caller can say `return fail(...)`. */
+/* Messages to stderr, one line each: `qstereo CMD: FILE: reason`. Each function returns the exit
+ * status that it was given or stands for, so that a caller can say `return fail(...)`. */
 #ifndef MESSAGES_H
 #define MESSAGES_H
 

@@ -6,18 +6,21 @@
 #include "messages.h"
 #include "suggest.h"
 
-#define TABLE(what, names, untyped)                                                                                    \
-    {                                                                                                                  \
-        what, names, sizeof names / sizeof names[0], sizeof names / sizeof names[0] - (untyped)                        \
-    }
+#define TABLE(what, names, untyped)                                                                \
+    {what, names, sizeof names / sizeof names[0], sizeof names / sizeof names[0] - (untyped)}
 
-static const named encodings[] = {{"one-hot", QS_ONE_HOT},           {"one-hot-sparse", QS_ONE_HOT_SPARSE},
-                                  {"domain-wall", QS_DOMAIN_WALL},   {"multiway-cut", QS_MULTIWAY_CUT},
-                                  {"st-cut", QS_ST_CUT},             {"st-cut-arcs", QS_ST_CUT_ARCS}};
-static const named smoothnesses[] = {
-    {"potts", QS_POTTS}, {"linear", QS_TRUNCATED_LINEAR}, {"quadratic", QS_TRUNCATED_QUADRATIC}, {"table", QS_TABLE}};
-static const named penalties[] = {
-    {"local", QS_PENALTY_LOCAL}, {"minimal", QS_PENALTY_MINIMAL}, {"paper", QS_PENALTY_PAPER}, {"given", QS_PENALTY_GIVEN}};
+static const named encodings[] = {
+    {"one-hot", QS_ONE_HOT},         {"one-hot-sparse", QS_ONE_HOT_SPARSE},
+    {"domain-wall", QS_DOMAIN_WALL}, {"multiway-cut", QS_MULTIWAY_CUT},
+    {"st-cut", QS_ST_CUT},           {"st-cut-arcs", QS_ST_CUT_ARCS}};
+static const named smoothnesses[] = {{"potts", QS_POTTS},
+                                     {"linear", QS_TRUNCATED_LINEAR},
+                                     {"quadratic", QS_TRUNCATED_QUADRATIC},
+                                     {"table", QS_TABLE}};
+static const named penalties[] = {{"local", QS_PENALTY_LOCAL},
+                                  {"minimal", QS_PENALTY_MINIMAL},
+                                  {"paper", QS_PENALTY_PAPER},
+                                  {"given", QS_PENALTY_GIVEN}};
 static const named costs[] = {{"ad", QS_COST_AD}};
 
 const name_table encoding_names = TABLE("encoding", encodings, 0);
@@ -49,8 +52,8 @@ int name_read(const name_table *table, const char *text, const char *also, int *
         suggest_offer(&suggested, table->names[i].name);
     }
     if (suggested.nearest != NULL) {
-        return fail_usage("--%s %s is not known: did you mean %s? The known ones:%s%s", table->what, text,
-                          suggested.nearest, list, also);
+        return fail_usage("--%s %s is not known: did you mean %s? The known ones:%s%s", table->what,
+                          text, suggested.nearest, list, also);
     }
     return fail_usage("--%s %s is not known. The known ones:%s%s", table->what, text, list, also);
 }

@@ -39,16 +39,19 @@ bool numbers_read(const char *text, char separator, uint32_t *numbers, size_t co
     return true;
 }
 
-int number64_read(const char *option, const char *text, uint64_t least, uint64_t most, uint64_t *number)
+int number64_read(const char *option, const char *text, uint64_t least, uint64_t most,
+                  uint64_t *number)
 {
     const char *end = read_one(text, most, number);
     if (end != NULL && *end == '\0' && *number >= least) {
         return DONE;
     }
-    return fail_usage("%s %s: not a whole number from %" PRIu64 " to %" PRIu64, option, text, least, most);
+    return fail_usage("%s %s: not a whole number from %" PRIu64 " to %" PRIu64, option, text, least,
+                      most);
 }
 
-int number_read(const char *option, const char *text, uint32_t least, uint32_t most, uint32_t *number)
+int number_read(const char *option, const char *text, uint32_t least, uint32_t most,
+                uint32_t *number)
 {
     uint64_t read = 0;
     int status = number64_read(option, text, least, most, &read);
@@ -72,7 +75,8 @@ static bool read_real(const char *text, double *number)
 
 int threshold_read(const char *option, const char *text, double *threshold)
 {
-    return read_real(text, threshold) ? DONE : fail_usage("%s %s: not a number from 0", option, text);
+    return read_real(text, threshold) ? DONE
+                                      : fail_usage("%s %s: not a number from 0", option, text);
 }
 
 int seconds_read(const char *option, const char *text, int64_t *microseconds)

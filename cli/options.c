@@ -6,7 +6,8 @@
 #include "messages.h"
 #include "suggest.h"
 
-/* What stands before an option's help: "  -o, --output FILE". Returns its width; prints nothing where `file` is NULL.
+/* What stands before an option's help: "  -o, --output FILE". Returns its width; prints nothing
+ * where `file` is NULL.
  */
 static int print_option(FILE *file, const option *known)
 {
@@ -15,7 +16,8 @@ static int print_option(FILE *file, const option *known)
     if (known->letter != 0) {
         (void)snprintf(letter, sizeof letter, "-%c, ", known->letter);
     }
-    int width = snprintf(text, sizeof text, "  %s--%s%s%s", letter, known->name, known->argument != NULL ? " " : "",
+    int width = snprintf(text, sizeof text, "  %s--%s%s%s", letter, known->name,
+                         known->argument != NULL ? " " : "",
                          known->argument != NULL ? known->argument : "");
     if (file != NULL) {
         fputs(text, file);
@@ -74,8 +76,8 @@ static void print_help(const command_line *line)
 static size_t find_long(const command_line *line, const char *text, size_t length)
 {
     size_t i = 0;
-    while (i < line->option_count
-           && !(strlen(line->options[i].name) == length && memcmp(line->options[i].name, text, length) == 0)) {
+    while (i < line->option_count && !(strlen(line->options[i].name) == length &&
+                                       memcmp(line->options[i].name, text, length) == 0)) {
         i++;
     }
     return i;
@@ -93,7 +95,8 @@ static size_t find_letter(const command_line *line, char letter)
 static int fail_unknown(const command_line *line, const char *text, size_t length)
 {
     char list[1024] = "", typed[64];
-    (void)snprintf(typed, sizeof typed, "%.*s", (int)(length < sizeof typed ? length : sizeof typed), text);
+    (void)snprintf(typed, sizeof typed, "%.*s",
+                   (int)(length < sizeof typed ? length : sizeof typed), text);
     suggestion suggested = suggest_for(typed + strspn(typed, "-"));
     for (size_t i = 0; i < line->option_count; i++) {
         size_t used = strlen(list);
@@ -101,7 +104,8 @@ static int fail_unknown(const command_line *line, const char *text, size_t lengt
         suggest_offer(&suggested, line->options[i].name);
     }
     if (suggested.nearest != NULL) {
-        return fail_usage("%s is no option: did you mean --%s? The options:%s", typed, suggested.nearest, list);
+        return fail_usage("%s is no option: did you mean --%s? The options:%s", typed,
+                          suggested.nearest, list);
     }
     return fail_usage("%s is no option. The options:%s", typed, list);
 }
@@ -131,7 +135,8 @@ static int take_value(cursor *at, size_t index, const char *spelled, const char 
 {
     const option *known = &at->line->options[index];
     if (known->argument == NULL) {
-        return attached == NULL ? keep_value(at->read, index, "") : fail_usage("--%s takes no argument", known->name);
+        return attached == NULL ? keep_value(at->read, index, "")
+                                : fail_usage("--%s takes no argument", known->name);
     }
     if (attached == NULL) {
         /* A word that looks like a long option was hardly meant as the argument. */
@@ -209,7 +214,8 @@ static int check_complete(const cursor *at)
     }
     for (size_t i = 0; i < line->option_count; i++) {
         if (line->options[i].required && at->read->values[i] == NULL) {
-            return fail_usage("-%c %s is missing", line->options[i].letter, line->options[i].argument);
+            return fail_usage("-%c %s is missing", line->options[i].letter,
+                              line->options[i].argument);
         }
     }
     for (size_t i = 0; i < at->operand_count; i++) {

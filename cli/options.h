@@ -7,24 +7,25 @@
 
 typedef struct option {
     const char *name; /* without its dashes */
-    char letter;      /* the short form; 0 = none */
+    char letter; /* the short form; 0 = none */
     bool required;
     const char *argument; /* what its argument is called; NULL = a flag */
-    const char *preset;   /* the argument where the option is not given; NULL = none */
+    const char *preset; /* the argument where the option is not given; NULL = none */
     const char *help;
 } option;
 
 /* Rows that commands share. */
 #define JSON_OPTION {"json", 0, false, NULL, NULL, "print one JSON object"}
-#define MEMORY_LIMIT_OPTION {"memory-limit", 0, false, "MIB", "4096", "most memory for files and work on them"}
+#define MEMORY_LIMIT_OPTION                                                                        \
+    {"memory-limit", 0, false, "MIB", "4096", "most memory for files and work on them"}
 
 enum { OPERANDS_MAX = 4, OPTIONS_MAX = 32, GIVEN_MAX = 256 };
 
 typedef struct command_line {
     const char *name;
     const char *operands[OPERANDS_MAX]; /* what they are called; each must be given, but for */
-    size_t optional;                    /* so many of the last ones */
-    const char *about;                  /* whole lines */
+    size_t optional; /* so many of the last ones */
+    const char *about; /* whole lines */
     const option *options;
     size_t option_count;
     const char *examples; /* whole lines */
@@ -46,7 +47,8 @@ typedef struct arguments {
  * Returns whether the command is to go on; else *status is its exit status. */
 bool options_read(const command_line *line, int argc, char **argv, arguments *read, int *status);
 
-/* The arguments of an option that may be given several times, one a call: `at` begins as 0. NULL = no more. */
+/* The arguments of an option that may be given several times, one a call: `at` begins as 0. NULL =
+ * no more. */
 const char *options_next(const arguments *read, size_t index, size_t *at);
 
 #endif

@@ -15,7 +15,8 @@
 #include "messages.h"
 #include "progress.h"
 
-/* What exists for the time being, for the signal handler: changed only while the signals are blocked. */
+/* What exists for the time being, for the signal handler: changed only while the signals are
+ * blocked. */
 static char *temporaries[OUTPUTS_MAX];
 static const char *made_folder;
 
@@ -58,7 +59,8 @@ void output_watch_signals(void)
             (void)sigaction(fatal_signals[i], &action, NULL);
         }
     }
-    /* Over the file size limit, a write is to fail instead of ending the command with its temporary left behind. */
+    /* Over the file size limit, a write is to fail instead of ending the command with its temporary
+     * left behind. */
     action.sa_handler = SIG_IGN;
     (void)sigaction(SIGXFSZ, &action, NULL);
 }
@@ -81,17 +83,19 @@ bool output_is_standard(const char *path)
     if (strcmp(path, "-") == 0) {
         return true;
     }
-    return stat(path, &there) == 0 && fstat(STDOUT_FILENO, &standard) == 0 && there.st_dev == standard.st_dev
-           && there.st_ino == standard.st_ino;
+    return stat(path, &there) == 0 && fstat(STDOUT_FILENO, &standard) == 0 &&
+           there.st_dev == standard.st_dev && there.st_ino == standard.st_ino;
 }
 
 bool output_is_straight(const char *path)
 {
     struct stat about;
-    return output_is_standard(path) || (stat(path, &about) == 0 && !S_ISREG(about.st_mode) && !S_ISDIR(about.st_mode));
+    return output_is_standard(path) ||
+           (stat(path, &about) == 0 && !S_ISREG(about.st_mode) && !S_ISDIR(about.st_mode));
 }
 
-/* A name in the folder of `target` that is not in use yet, short enough for any folder that holds the target. */
+/* A name in the folder of `target` that is not in use yet, short enough for any folder that holds
+ * the target. */
 static char *temporary_name(const char *target, unsigned attempt)
 {
     const char *slash = strrchr(target, '/');
@@ -159,7 +163,8 @@ static int free_slot(void)
     return slot;
 }
 
-/* A link is followed, so that the file it leads to is replaced and not the link; one that leads nowhere is replaced itself. */
+/* A link is followed, so that the file it leads to is replaced and not the link; one that leads
+ * nowhere is replaced itself. */
 static char *resolved(const char *path, bool exists)
 {
     char *target = exists ? realpath(path, NULL) : malloc(strlen(path) + 1);
@@ -198,7 +203,8 @@ int output_open(output *out, const char *path)
 {
     *out = (output){NULL, output_name(path), NULL, free_slot(), 0};
     if (!output_is_standard(path) && file_was_read(path)) {
-        return fail(BAD_USAGE, out->name, "is an input of this very command: name another file to write");
+        return fail(BAD_USAGE, out->name,
+                    "is an input of this very command: name another file to write");
     }
     int descriptor = open_target(out, path);
     if (descriptor < 0) {
@@ -208,7 +214,8 @@ int output_open(output *out, const char *path)
     }
     if (isatty(descriptor)) {
         (void)close(descriptor);
-        return fail(BAD_USAGE, out->name, "is a terminal, which binary data would garble: name a file or redirect it");
+        return fail(BAD_USAGE, out->name,
+                    "is a terminal, which binary data would garble: name a file or redirect it");
     }
     out->file = fdopen(descriptor, "wb");
     if (out->file == NULL) {
@@ -233,8 +240,9 @@ static int close_output(output *out)
 {
     int status = DONE;
     /* Some file systems cannot sync (EINVAL): what they hold is all that can be had. */
-    if (out->error == 0
-        && (fflush(out->file) != 0 || (out->target != NULL && fsync(fileno(out->file)) != 0 && errno != EINVAL))) {
+    if (out->error == 0 &&
+        (fflush(out->file) != 0 ||
+         (out->target != NULL && fsync(fileno(out->file)) != 0 && errno != EINVAL))) {
         out->error = errno;
     }
     if (fclose(out->file) != 0 && out->error == 0) {

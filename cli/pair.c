@@ -28,22 +28,23 @@ static int check_geometry(const pair *asked)
     size_t end = asked->whole ? left->width : (size_t)stereo->x + stereo->width;
     if (left->width != right->width || left->height != right->height) {
         return fail(BAD_INPUT, input_name(asked->right),
-                    "is %zu x %zu pixels, but %s is %zu x %zu: a pair has one size", right->width, right->height,
-                    input_name(asked->left), left->width, left->height);
+                    "is %zu x %zu pixels, but %s is %zu x %zu: a pair has one size", right->width,
+                    right->height, input_name(asked->left), left->width, left->height);
     }
     if (end > left->width || (!asked->whole && (size_t)stereo->y + stereo->height > left->height)) {
         return fail(BAD_INPUT, input_name(asked->left),
-                    "is %zu x %zu pixels: --roi %lu,%lu,%lu,%lu does not lie inside", left->width, left->height,
-                    (unsigned long)stereo->x, (unsigned long)stereo->y, (unsigned long)stereo->width,
-                    (unsigned long)stereo->height);
+                    "is %zu x %zu pixels: --roi %lu,%lu,%lu,%lu does not lie inside", left->width,
+                    left->height, (unsigned long)stereo->x, (unsigned long)stereo->y,
+                    (unsigned long)stereo->width, (unsigned long)stereo->height);
     }
     if (end <= stereo->disparity_max) {
-        return fail(
-            BAD_INPUT, input_name(asked->left),
-            "%s ends at column %zu, too narrow for disparity %lu: no pixel would have all of its matches inside the "
-            "right picture; lower --disparity%s",
-            asked->whole ? "the picture" : "--roi", end - 1, (unsigned long)stereo->disparity_max,
-            asked->whole ? "" : " or move --roi to the right");
+        return fail(BAD_INPUT, input_name(asked->left),
+                    "%s ends at column %zu, too narrow for disparity %lu: no pixel would have all "
+                    "of its matches inside the "
+                    "right picture; lower --disparity%s",
+                    asked->whole ? "the picture" : "--roi", end - 1,
+                    (unsigned long)stereo->disparity_max,
+                    asked->whole ? "" : " or move --roi to the right");
     }
     return DONE;
 }
@@ -52,12 +53,14 @@ static int fail_encode(const pair *asked, qs_status status)
 {
     const char *name = input_name(asked->left);
     if (status == QS_E_LIMIT) {
-        return fail(BAD_INPUT, name, "sites x labels is over %u variables: choose a smaller --roi or --disparity",
+        return fail(BAD_INPUT, name,
+                    "sites x labels is over %u variables: choose a smaller --roi or --disparity",
                     QS_VARIABLES_MAX);
     }
     if (status == QS_E_OVERFLOW) {
         return fail(BAD_INPUT, name,
-                    "the coefficients overflow (their sum is above 2^53): choose a smaller %s", asked->weights);
+                    "the coefficients overflow (their sum is above 2^53): choose a smaller %s",
+                    asked->weights);
     }
     return fail_status(name, status);
 }
@@ -96,8 +99,8 @@ void pair_close(pair *closed)
     free(closed->right_pixels);
 }
 
-int pair_encode(const pair *encoded, const qs_problem *problem, const qs_encode_options *options, const qs_sink *sink,
-                uint64_t *size)
+int pair_encode(const pair *encoded, const qs_problem *problem, const qs_encode_options *options,
+                const qs_sink *sink, uint64_t *size)
 {
     size_t workspace_size = qs_encode_workspace(problem);
     void *workspace = malloc(workspace_size > 0 ? workspace_size : 1);
@@ -109,7 +112,8 @@ int pair_encode(const pair *encoded, const qs_problem *problem, const qs_encode_
     return written == QS_OK || written == QS_E_IO ? DONE : fail_encode(encoded, written);
 }
 
-int pair_hold(const pair *held, const qs_problem *problem, const qs_encode_options *options, budget *limit, problem_file *made)
+int pair_hold(const pair *held, const qs_problem *problem, const qs_encode_options *options,
+              budget *limit, problem_file *made)
 {
     growing_file grown = growing_begin(limit->left);
     const qs_sink sink = {growing_append, &grown};

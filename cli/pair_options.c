@@ -10,14 +10,15 @@ static int read_disparity(const char *text, qs_stereo *stereo)
 {
     uint32_t range[2];
     if (!numbers_read(text, ':', range, 2) || range[1] > INT32_MAX) {
-        return fail_usage("--disparity %s: not MIN:MAX, two whole numbers from 0 to %ld", text, (long)INT32_MAX);
+        return fail_usage("--disparity %s: not MIN:MAX, two whole numbers from 0 to %ld", text,
+                          (long)INT32_MAX);
     }
     if (range[0] > range[1]) {
         return fail_usage("--disparity %s: empty, MIN is above MAX", text);
     }
     if (range[1] - range[0] >= QS_LABELS_MAX) {
-        return fail_usage("--disparity %s: %lu labels, %u is the most", text, (unsigned long)(range[1] - range[0]) + 1,
-                          QS_LABELS_MAX);
+        return fail_usage("--disparity %s: %lu labels, %u is the most", text,
+                          (unsigned long)(range[1] - range[0]) + 1, QS_LABELS_MAX);
     }
     stereo->disparity_min = range[0];
     stereo->disparity_max = range[1];
@@ -29,9 +30,9 @@ static int read_lambda(const char *text, qs_stereo *stereo)
     fraction lambda;
     decimal_status status = decimal_read(text, INT32_MAX, DECIMAL_DENOMINATOR_MAX, &lambda);
     if (status != DECIMAL_OK) {
-        return decimal_fail(
-            "--lambda", text, status,
-            "any decimal number from 0 that is n/s in lowest terms, with s up to 1000000 and n up to 2147483647");
+        return decimal_fail("--lambda", text, status,
+                            "any decimal number from 0 that is n/s in lowest terms, with s up to "
+                            "1000000 and n up to 2147483647");
     }
     stereo->scale = lambda.denominator;
     stereo->weight = (int32_t)lambda.numerator;
@@ -67,12 +68,14 @@ static int read_smoothness(const char *name, const char *truncation, qs_pairwise
         return DONE;
     }
     if (pairwise->smoothness == QS_POTTS) {
-        return fail_usage("--truncation is for --smoothness linear and quadratic: potts has nothing to truncate");
+        return fail_usage(
+            "--truncation is for --smoothness linear and quadratic: potts has nothing to truncate");
     }
     return number_read("--truncation", truncation, 1, INT32_MAX, &pairwise->truncation);
 }
 
-int pair_read(const char *left, const char *right, const char *const *values, const char *weights, pair *asked)
+int pair_read(const char *left, const char *right, const char *const *values, const char *weights,
+              pair *asked)
 {
     int cost = QS_COST_AD;
     memset(asked, 0, sizeof *asked);
@@ -90,7 +93,8 @@ int pair_read(const char *left, const char *right, const char *const *values, co
         status = name_read(&cost_names, values[PAIR_COST], "", &cost);
     }
     if (status == DONE) {
-        status = read_smoothness(values[PAIR_SMOOTHNESS], values[PAIR_TRUNCATION], &asked->pairwise);
+        status =
+            read_smoothness(values[PAIR_SMOOTHNESS], values[PAIR_TRUNCATION], &asked->pairwise);
     }
     asked->stereo.cost = (qs_cost)cost;
     return status;

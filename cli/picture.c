@@ -47,10 +47,12 @@ int picture_decode(const char *path, const file_bytes *file, picture *decoded)
         return picture_fail(path, status, "is empty, not a picture");
     }
     if (pfm_is(file)) {
-        return picture_fail(path, status,
-                            "is a PFM, which holds disparities: a picture of grey or colours is needed here");
+        return picture_fail(
+            path, status,
+            "is a PFM, which holds disparities: a picture of grey or colours is needed here");
     }
-    status = pnm_is(file) ? pnm_decode(file, decoded, reason) : picture_library_decode(file, decoded, reason);
+    status = pnm_is(file) ? pnm_decode(file, decoded, reason)
+                          : picture_library_decode(file, decoded, reason);
     return picture_fail(path, status, reason);
 }
 

@@ -1,7 +1,8 @@
 /* Pictures as files hold them, before they become grey pictures or maps.
  *
- * PGM, PPM and PFM are read and written by qstereo itself in every build, so that every build makes the same bytes; all
- * other formats are left to the picture library of the build (picture_opencv.cpp), or to none (picture_none.c). */
+ * PGM, PPM and PFM are read and written by qstereo itself in every build, so that every build makes
+ * the same bytes; all other formats are left to the picture library of the build
+ * (picture_opencv.cpp), or to none (picture_none.c). */
 #ifndef PICTURE_H
 #define PICTURE_H
 
@@ -15,11 +16,12 @@
 extern "C" {
 #endif
 
-/* height rows of width pixels of `channels` samples each, without gaps. An alpha channel is left out. */
+/* height rows of width pixels of `channels` samples each, without gaps. An alpha channel is left
+ * out. */
 typedef struct picture {
     size_t width, height;
     unsigned channels; /* 1 grey, 3 RGB */
-    uint32_t maxval;   /* the sample of white, 1 .. 65535 */
+    uint32_t maxval; /* the sample of white, 1 .. 65535 */
     uint16_t *samples; /* from malloc */
 } picture;
 
@@ -37,7 +39,8 @@ typedef enum picture_status {
 
 enum { REASON_SIZE = 240 };
 
-/* Whole pictures of any kind (picture.c). Each returns DONE, BAD_INPUT or NO_RESOURCE, having said why. */
+/* Whole pictures of any kind (picture.c). Each returns DONE, BAD_INPUT or NO_RESOURCE, having said
+ * why. */
 int picture_read(const char *path, picture *read);
 int picture_read_file(const char *path, file_bytes *file); /* its bytes only */
 int picture_decode(const char *path, const file_bytes *file, picture *decoded);
@@ -47,7 +50,8 @@ int picture_fail(const char *path, picture_status status, const char *reason);
 bool picture_allocate(picture *made);
 void picture_free(picture *freed);
 
-/* Brings the samples to 8 bits, then to grey: width * height bytes from malloc, NULL = no memory. */
+/* Brings the samples to 8 bits, then to grey: width * height bytes from malloc, NULL = no memory.
+ */
 uint8_t *picture_grey(const picture *colour);
 
 /* PGM and PPM (picture_pnm.c). */
@@ -63,7 +67,8 @@ picture_status pfm_encode(const float_picture *encoded, file_bytes *file);
 /* The picture library. */
 const char *picture_library_name(void);
 bool picture_library_writes_png(void);
-picture_status picture_library_decode(const file_bytes *file, picture *decoded, char reason[REASON_SIZE]);
+picture_status picture_library_decode(const file_bytes *file, picture *decoded,
+                                      char reason[REASON_SIZE]);
 picture_status picture_library_encode_png(const picture *encoded, file_bytes *file);
 
 #ifdef __cplusplus

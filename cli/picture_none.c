@@ -18,8 +18,11 @@ static const char *known_format(const file_bytes *file)
 {
     static const struct {
         const char *format, *start;
-    } known[] = {
-        {"a PNG", "\x89PNG"}, {"a JPEG", "\xff\xd8\xff"}, {"a TIFF", "II*"}, {"a TIFF", "MM"}, {"a BMP", "BM"}};
+    } known[] = {{"a PNG", "\x89PNG"},
+                 {"a JPEG", "\xff\xd8\xff"},
+                 {"a TIFF", "II*"},
+                 {"a TIFF", "MM"},
+                 {"a BMP", "BM"}};
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
         size_t length = strlen(known[i].start);
         if (file->size >= length && memcmp(file->bytes, known[i].start, length) == 0) {
@@ -29,13 +32,15 @@ static const char *known_format(const file_bytes *file)
     return "not a picture that can be read here";
 }
 
-picture_status picture_library_decode(const file_bytes *file, picture *decoded, char reason[REASON_SIZE])
+picture_status picture_library_decode(const file_bytes *file, picture *decoded,
+                                      char reason[REASON_SIZE])
 {
     (void)decoded;
-    (void)snprintf(reason, REASON_SIZE,
-                   "is %s: this build reads PGM and PPM (P2, P3, P5, P6), and PFM maps. Convert it, or build "
-                   "qstereo with OpenCV (make OPENCV=1) for PNG, JPEG and TIFF",
-                   known_format(file));
+    (void)snprintf(
+        reason, REASON_SIZE,
+        "is %s: this build reads PGM and PPM (P2, P3, P5, P6), and PFM maps. Convert it, or build "
+        "qstereo with OpenCV (make OPENCV=1) for PNG, JPEG and TIFF",
+        known_format(file));
     return PICTURE_BAD;
 }
 

@@ -26,7 +26,7 @@ bool picture_library_writes_png()
 // The decoders print their complaints by themselves; what is wrong is to be said once, by us.
 class Silence
 {
-public:
+  public:
     Silence() : kept(dup(STDERR_FILENO))
     {
         const int nowhere = open("/dev/null", O_WRONLY);
@@ -47,12 +47,12 @@ public:
     Silence(const Silence &) = delete;
     Silence &operator=(const Silence &) = delete;
 
-private:
+  private:
     const int kept;
 };
 
-// Whether a JPEG has its end marker. Its decoder takes a file that is cut short for a whole one and fills it up with
-// grey.
+// Whether a JPEG has its end marker. Its decoder takes a file that is cut short for a whole one and
+// fills it up with grey.
 static bool is_cut_jpeg(const file_bytes *file)
 {
     const uint8_t *bytes = file->bytes;
@@ -65,7 +65,8 @@ static bool is_cut_jpeg(const file_bytes *file)
         if (bytes[at] == 0xFF && marker == 0xD9) {
             return false;
         }
-        if (bytes[at] != 0xFF || marker == 0x00 || marker == 0xFF || (marker >= 0xD0 && marker <= 0xD7)) {
+        if (bytes[at] != 0xFF || marker == 0x00 || marker == 0xFF ||
+            (marker >= 0xD0 && marker <= 0xD7)) {
             at++; // within coded samples
         } else if (at + 4 <= file->size) {
             at += 2 + (static_cast<size_t>(bytes[at + 2]) << 8 | bytes[at + 3]);
@@ -77,8 +78,7 @@ static bool is_cut_jpeg(const file_bytes *file)
 }
 
 // OpenCV has B first; of more than three channels the fourth, and of two the second, is alpha.
-template <typename Sample>
-static void copy_samples(const cv::Mat &from, picture *to)
+template <typename Sample> static void copy_samples(const cv::Mat &from, picture *to)
 {
     uint16_t *at = to->samples;
     const int channels = from.channels();
@@ -95,9 +95,11 @@ static void copy_samples(const cv::Mat &from, picture *to)
 static picture_status copy_picture(const cv::Mat &from, picture *to, char *reason)
 {
     if (from.empty() || (from.depth() != CV_8U && from.depth() != CV_16U) || from.channels() > 4) {
-        std::snprintf(reason, REASON_SIZE, "%s",
-                      from.empty() ? "is not a picture that can be read (PNG, JPEG, TIFF, PGM, PPM), or a damaged one"
-                                   : "is a picture of another kind than 8 or 16 bits, grey or RGB");
+        std::snprintf(
+            reason, REASON_SIZE, "%s",
+            from.empty()
+                ? "is not a picture that can be read (PNG, JPEG, TIFF, PGM, PPM), or a damaged one"
+                : "is a picture of another kind than 8 or 16 bits, grey or RGB");
         return PICTURE_BAD;
     }
     to->width = static_cast<size_t>(from.cols);
@@ -115,7 +117,8 @@ static picture_status copy_picture(const cv::Mat &from, picture *to, char *reaso
     return PICTURE_OK;
 }
 
-picture_status picture_library_decode(const file_bytes *file, picture *decoded, char reason[REASON_SIZE])
+picture_status picture_library_decode(const file_bytes *file, picture *decoded,
+                                      char reason[REASON_SIZE])
 {
     if (is_cut_jpeg(file)) {
         std::snprintf(reason, REASON_SIZE, "is a JPEG that is cut short");
@@ -145,7 +148,8 @@ static std::vector<uint8_t> to_png(const picture *encoded)
         for (size_t i = 0; i < row; i++) {
             // B first again: the mirror image of i within its pixel.
             const size_t c = i % encoded->channels;
-            to[i - c + encoded->channels - 1 - c] = encoded->samples[static_cast<size_t>(y) * row + i];
+            to[i - c + encoded->channels - 1 - c] =
+                encoded->samples[static_cast<size_t>(y) * row + i];
         }
     }
     samples.convertTo(samples, depth);

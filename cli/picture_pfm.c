@@ -8,7 +8,8 @@
 
 bool pfm_is(const file_bytes *file)
 {
-    return file->size >= 2 && file->bytes[0] == 'P' && (file->bytes[1] == 'f' || file->bytes[1] == 'F');
+    return file->size >= 2 && file->bytes[0] == 'P' &&
+           (file->bytes[1] == 'f' || file->bytes[1] == 'F');
 }
 
 static picture_status refuse(char reason[REASON_SIZE], const char *why)
@@ -17,26 +18,30 @@ static picture_status refuse(char reason[REASON_SIZE], const char *why)
     return PICTURE_BAD;
 }
 
-/* The sign of the scale in the header is the byte order; its size, a unit that nobody uses for disparities, is not
- * applied. */
+/* The sign of the scale in the header is the byte order; its size, a unit that nobody uses for
+ * disparities, is not applied. */
 static bool read_header(scanner *from, float_picture *decoded, bool *little)
 {
     uint32_t width, height;
     char scale[32], *end;
-    if (!scanner_number(from, &width) || !scanner_number(from, &height) || !scanner_word(from, scale, sizeof scale)) {
+    if (!scanner_number(from, &width) || !scanner_number(from, &height) ||
+        !scanner_word(from, scale, sizeof scale)) {
         return false;
     }
     double unit = strtod(scale, &end);
     decoded->width = width;
     decoded->height = height;
     *little = unit < 0;
-    return width > 0 && height > 0 && *end == '\0' && isfinite(unit) && unit != 0 && scanner_one_blank(from);
+    return width > 0 && height > 0 && *end == '\0' && isfinite(unit) && unit != 0 &&
+           scanner_one_blank(from);
 }
 
 static float load_float(const uint8_t *bytes, bool little)
 {
-    uint32_t bits = little ? bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24
-                           : bytes[3] | (uint32_t)bytes[2] << 8 | (uint32_t)bytes[1] << 16 | (uint32_t)bytes[0] << 24;
+    uint32_t bits = little ? bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 |
+                                 (uint32_t)bytes[3] << 24
+                           : bytes[3] | (uint32_t)bytes[2] << 8 | (uint32_t)bytes[1] << 16 |
+                                 (uint32_t)bytes[0] << 24;
     float value;
     memcpy(&value, &bits, sizeof value);
     return value;
@@ -92,7 +97,8 @@ picture_status pfm_encode(const float_picture *encoded, file_bytes *file)
     if (file->bytes == NULL) {
         return PICTURE_NO_MEMORY;
     }
-    int header = snprintf((char *)file->bytes, 64, "Pf\n%zu %zu\n-1.0\n", encoded->width, encoded->height);
+    int header =
+        snprintf((char *)file->bytes, 64, "Pf\n%zu %zu\n-1.0\n", encoded->width, encoded->height);
     for (size_t i = 0; i < count; i++) {
         store_float(file->bytes + header + 4 * i, encoded->values[upside_down(encoded, i)]);
     }

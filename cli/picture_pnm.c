@@ -6,7 +6,8 @@
 
 bool pnm_is(const file_bytes *file)
 {
-    return file->size >= 2 && file->bytes[0] == 'P' && file->bytes[1] >= '1' && file->bytes[1] <= '7';
+    return file->size >= 2 && file->bytes[0] == 'P' && file->bytes[1] >= '1' &&
+           file->bytes[1] <= '7';
 }
 
 static picture_status refuse(char reason[REASON_SIZE], const char *why)
@@ -19,7 +20,8 @@ static picture_status refuse(char reason[REASON_SIZE], const char *why)
 static bool read_header(scanner *from, char kind, picture *decoded)
 {
     uint32_t width, height;
-    if (!scanner_number(from, &width) || !scanner_number(from, &height) || !scanner_number(from, &decoded->maxval)) {
+    if (!scanner_number(from, &width) || !scanner_number(from, &height) ||
+        !scanner_number(from, &decoded->maxval)) {
         return false;
     }
     decoded->width = width;
@@ -28,7 +30,8 @@ static bool read_header(scanner *from, char kind, picture *decoded)
     return width > 0 && height > 0 && decoded->maxval > 0 && decoded->maxval <= 65535;
 }
 
-/* Whether `bytes` can hold the samples, so that no header makes us allocate more than a small multiple of the file. */
+/* Whether `bytes` can hold the samples, so that no header makes us allocate more than a small
+ * multiple of the file. */
 static bool fits(const picture *decoded, size_t bytes, size_t bytes_each)
 {
     return decoded->height <= bytes / bytes_each / decoded->channels / decoded->width;
@@ -40,7 +43,8 @@ static picture_status read_ascii(scanner *from, picture *decoded, char reason[RE
     size_t count = decoded->width * decoded->height * decoded->channels;
     for (size_t i = 0; i < count; i++) {
         if (!scanner_number(from, &sample)) {
-            return refuse(reason, scanner_at_end(from) ? "it ends before its last sample" : "a sample is no number");
+            return refuse(reason, scanner_at_end(from) ? "it ends before its last sample"
+                                                       : "a sample is no number");
         }
         if (sample > decoded->maxval) {
             return refuse(reason, "a sample is above the greatest that its header states");
@@ -66,12 +70,14 @@ static picture_status read_binary(scanner *from, picture *decoded, char reason[R
     return PICTURE_OK;
 }
 
-static picture_status read_samples(scanner *from, bool binary, picture *decoded, char reason[REASON_SIZE])
+static picture_status read_samples(scanner *from, bool binary, picture *decoded,
+                                   char reason[REASON_SIZE])
 {
     if (!picture_allocate(decoded)) {
         return PICTURE_NO_MEMORY;
     }
-    picture_status status = binary ? read_binary(from, decoded, reason) : read_ascii(from, decoded, reason);
+    picture_status status =
+        binary ? read_binary(from, decoded, reason) : read_ascii(from, decoded, reason);
     if (status == PICTURE_OK && !scanner_at_end(from)) {
         status = refuse(reason, "something follows its last sample");
     }
@@ -87,7 +93,8 @@ picture_status pnm_decode(const file_bytes *file, picture *decoded, char reason[
     bool binary = kind == '5' || kind == '6';
     scanner from = scanner_start(file);
     if (!binary && kind != '2' && kind != '3') {
-        (void)snprintf(reason, REASON_SIZE, "is a Netpbm file of kind P%c: PGM (P2, P5) and PPM (P3, P6) can be read",
+        (void)snprintf(reason, REASON_SIZE,
+                       "is a Netpbm file of kind P%c: PGM (P2, P5) and PPM (P3, P6) can be read",
                        kind);
         return PICTURE_BAD;
     }
@@ -109,8 +116,9 @@ picture_status pnm_encode(const picture *encoded, file_bytes *file)
     if (file->bytes == NULL) {
         return PICTURE_NO_MEMORY;
     }
-    int header = snprintf((char *)file->bytes, 64, "P%c\n%zu %zu\n%lu\n", encoded->channels == 3 ? '6' : '5',
-                          encoded->width, encoded->height, (unsigned long)encoded->maxval);
+    int header =
+        snprintf((char *)file->bytes, 64, "P%c\n%zu %zu\n%lu\n", encoded->channels == 3 ? '6' : '5',
+                 encoded->width, encoded->height, (unsigned long)encoded->maxval);
     uint8_t *at = file->bytes + header;
     for (size_t i = 0; i < count; i++) {
         if (encoded->maxval > 255) {

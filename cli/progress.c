@@ -32,7 +32,8 @@ static int64_t microseconds(void)
 progress progress_begin(const char *solver, uint32_t scale, int64_t limit)
 {
     int64_t now = microseconds();
-    return (progress){solver, scale, now, limit, now + PERIOD, isatty(STDERR_FILENO) != 0, false, false};
+    return (progress){solver, scale, now, limit, now + PERIOD, isatty(STDERR_FILENO) != 0,
+                      false,  false};
 }
 
 /* Appends to a line what fits whole: half a number would be another one. */
@@ -48,13 +49,16 @@ PRINTF_LIKE(2, 3) static void append(char line[LINE_SIZE], const char *format, .
     }
 }
 
-static void begin_line(const progress *shown, int64_t time, uint64_t iteration, char line[LINE_SIZE])
+static void begin_line(const progress *shown, int64_t time, uint64_t iteration,
+                       char line[LINE_SIZE])
 {
     line[0] = '\0';
-    append(line, "%s: %.1f s, iteration %" PRIu64, shown->solver, (double)(time - shown->begin) / 1e6, iteration);
+    append(line, "%s: %.1f s, iteration %" PRIu64, shown->solver,
+           (double)(time - shown->begin) / 1e6, iteration);
 }
 
-static void append_bound(const progress *shown, int64_t energy, int64_t lower_bound, char line[LINE_SIZE])
+static void append_bound(const progress *shown, int64_t energy, int64_t lower_bound,
+                         char line[LINE_SIZE])
 {
     char bound[DECIMAL_SIZE], gap[GAP_SIZE];
     if (lower_bound != QS_NO_BOUND) {
@@ -66,7 +70,8 @@ static void append_bound(const progress *shown, int64_t energy, int64_t lower_bo
 }
 
 /* In percent, which is short whatever the scale; of an energy of 0 there is none. */
-static void append_gap(const progress *shown, int64_t energy, int64_t lower_bound, char line[LINE_SIZE])
+static void append_gap(const progress *shown, int64_t energy, int64_t lower_bound,
+                       char line[LINE_SIZE])
 {
     char gap[DECIMAL_SIZE];
     if (lower_bound != QS_NO_BOUND && energy != 0) {

@@ -7,7 +7,8 @@
 typedef struct progress {
     const char *solver;
     uint32_t scale;
-    int64_t begin, limit, next; /* microseconds; limit 0 = none; next: when the line is to be written again */
+    int64_t begin, limit,
+        next; /* microseconds; limit 0 = none; next: when the line is to be written again */
     bool terminal, shown;
     bool out_of_time; /* the solver was told to stop */
 } progress;

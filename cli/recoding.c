@@ -5,7 +5,8 @@
 
 #include "messages.h"
 
-static qs_status recode(const laid_out *problem, const qs_recode_options *options, uint64_t left, growing_file *grown)
+static qs_status recode(const laid_out *problem, const qs_recode_options *options, uint64_t left,
+                        growing_file *grown)
 {
     size_t size = qs_recode_workspace(&problem->model, options);
     void *workspace = size <= left ? malloc(size > 0 ? size : 1) : NULL;
@@ -16,12 +17,14 @@ static qs_status recode(const laid_out *problem, const qs_recode_options *option
         grown->refused = size <= left;
         return QS_E_IO;
     }
-    qs_status status = qs_recode(&problem->model, &problem->problem->qubo, options, &sink, workspace, size, NULL);
+    qs_status status =
+        qs_recode(&problem->model, &problem->problem->qubo, options, &sink, workspace, size, NULL);
     free(workspace);
     return status;
 }
 
-qs_status recode_quietly(const laid_out *problem, const qs_recode_options *options, budget *limit, file_bytes *made)
+qs_status recode_quietly(const laid_out *problem, const qs_recode_options *options, budget *limit,
+                         file_bytes *made)
 {
     growing_file grown;
     qs_status status = recode(problem, options, limit->left, &grown);
@@ -37,15 +40,20 @@ qs_status recode_quietly(const laid_out *problem, const qs_recode_options *optio
 static int fail_recode(const char *name, const char *mend, qs_status status)
 {
     if (status == QS_E_LIMIT) {
-        return fail(BAD_INPUT, name, "has over %u variables in this encoding: choose another, or a smaller window", QS_VARIABLES_MAX);
+        return fail(BAD_INPUT, name,
+                    "has over %u variables in this encoding: choose another, or a smaller window",
+                    QS_VARIABLES_MAX);
     }
     if (status == QS_E_OVERFLOW) {
-        return fail(BAD_INPUT, name, "the coefficients overflow (their sum is above 2^53): choose a smaller %s", mend);
+        return fail(BAD_INPUT, name,
+                    "the coefficients overflow (their sum is above 2^53): choose a smaller %s",
+                    mend);
     }
     return fail_status(name, status);
 }
 
-int recode_problem(const laid_out *problem, const qs_recode_options *options, const char *mend, budget *limit, problem_file *made)
+int recode_problem(const laid_out *problem, const qs_recode_options *options, const char *mend,
+                   budget *limit, problem_file *made)
 {
     const char *name = problem->problem->name;
     growing_file grown;

@@ -20,10 +20,12 @@ int reducing_read(const char *const *values, qs_encoding into, reducing *asked)
     int status = DONE;
     if (values[REDUCING_TARGET] != NULL) {
         if (into != QS_ONE_HOT && into != QS_ONE_HOT_SPARSE && into != QS_DOMAIN_WALL) {
-            return fail_usage("--target goes with --encoding one-hot, one-hot-sparse or domain-wall, not with %s",
-                              name_of(&encoding_names, (int)into));
+            return fail_usage(
+                "--target goes with --encoding one-hot, one-hot-sparse or domain-wall, not with %s",
+                name_of(&encoding_names, (int)into));
         }
-        status = number64_read("--target", values[REDUCING_TARGET], 1, QS_VARIABLES_MAX, &asked->target);
+        status =
+            number64_read("--target", values[REDUCING_TARGET], 1, QS_VARIABLES_MAX, &asked->target);
     }
     if (status == DONE && values[REDUCING_TIME_LIMIT] != NULL) {
         status = seconds_read("--time-limit", values[REDUCING_TIME_LIMIT], &asked->time_limit);
@@ -31,11 +33,15 @@ int reducing_read(const char *const *values, qs_encoding into, reducing *asked)
     return status;
 }
 
-static int run_reduction(const laid_out *problem, const reducing *asked, void *workspace, size_t size, uint16_t *labelling, reduced *made)
+static int run_reduction(const laid_out *problem, const reducing *asked, void *workspace,
+                         size_t size, uint16_t *labelling, reduced *made)
 {
     progress watched = progress_begin("reduce", problem->problem->scale, asked->time_limit);
-    const qs_reduce_options options = {asked->iterations, asked->target, asked->into == QS_DOMAIN_WALL, progress_watch_reduction, &watched};
-    qs_status ran = qs_reduce(&problem->model, &options, workspace, size, made->kept, labelling, &made->found);
+    const qs_reduce_options options = {asked->iterations, asked->target,
+                                       asked->into == QS_DOMAIN_WALL, progress_watch_reduction,
+                                       &watched};
+    qs_status ran =
+        qs_reduce(&problem->model, &options, workspace, size, made->kept, labelling, &made->found);
     made->microseconds = progress_end(&watched);
     made->out_of_time = watched.out_of_time;
     made->target = asked->target;
@@ -121,19 +127,23 @@ void reduced_json(const reduced *made, const problem_file *before, const problem
     json_units("seconds", made->microseconds, 1000000);
 }
 
-/* Labels that are left are those that no proof excluded, which does not put each of them into an optimum. */
+/* Labels that are left are those that no proof excluded, which does not put each of them into an
+ * optimum. */
 static void print_left(const reduced *made, const char *lower, const char *upper, uint32_t open)
 {
     if (open == 0) {
         puts("left        nothing: the optimum is proven and unique");
     } else if (is_proven(made)) {
-        printf("left        ties only, as far as the bound tells: the best labelling known is proven optimal, and what is left\n"
+        printf("left        ties only, as far as the bound tells: the best labelling known is "
+               "proven optimal, and what is left\n"
                "            costs %s or more\n",
                upper);
     } else if (has_bound(made)) {
         printf("left        open: the optimum lies between %s and %s\n", lower, upper);
     } else {
-        printf("left        open: the optimum costs %s or less (the costs are too large for a lower bound)\n", upper);
+        printf("left        open: the optimum costs %s or less (the costs are too large for a "
+               "lower bound)\n",
+               upper);
     }
 }
 
@@ -146,7 +156,8 @@ static void print_target(const reduced *made)
     } else if (is_proven(made)) {
         puts("the proof is complete, and what is left is ties");
     } else if (has_bound(made)) {
-        printf("stopped after %" PRIu64 " iteration%s\n", made->found.iterations, plural(made->found.iterations));
+        printf("stopped after %" PRIu64 " iteration%s\n", made->found.iterations,
+               plural(made->found.iterations));
     } else {
         puts("without a lower bound no more is proven");
     }
@@ -163,19 +174,22 @@ static void print_sites(const qs_labels *before, const qs_labels *after)
     if (after->labels == 1) {
         printf("all %" PRIu32 " have one label only, nothing is to be decided\n", after->sites);
     } else {
-        printf("%.4g %% of all %" PRIu32 " are decided by proof\n", share(after->sites - after->open, after->sites), after->sites);
+        printf("%.4g %% of all %" PRIu32 " are decided by proof\n",
+               share(after->sites - after->open, after->sites), after->sites);
     }
 }
 
-void reduced_print(const reduced *made, const problem_file *before, const char *form, const problem_file *after)
+void reduced_print(const reduced *made, const problem_file *before, const char *form,
+                   const problem_file *after)
 {
     const qs_labels *all = &before->qubo.labels, *left = &after->qubo.labels;
     char lower[DECIMAL_SIZE] = "none", upper[DECIMAL_SIZE], gap[GAP_SIZE];
     decimal_write(made->found.upper_bound, before->scale, upper);
-    printf("variables   %" PRIu32 " (%s), %" PRIu32 " before (%s)\n", after->qubo.variables, name_of(&encoding_names, (int)left->encoding),
-           before->qubo.variables, form);
+    printf("variables   %" PRIu32 " (%s), %" PRIu32 " before (%s)\n", after->qubo.variables,
+           name_of(&encoding_names, (int)left->encoding), before->qubo.variables, form);
     print_sites(all, left);
-    printf("labels      %" PRIu64 " left, %" PRIu64 " before\n", labels_left(left), labels_left(all));
+    printf("labels      %" PRIu64 " left, %" PRIu64 " before\n", labels_left(left),
+           labels_left(all));
     printf("bounds      ");
     if (has_bound(made)) {
         decimal_write(made->found.lower_bound, before->scale, lower);
@@ -188,5 +202,6 @@ void reduced_print(const reduced *made, const problem_file *before, const char *
     if (made->target > 0 && !at_target(made, after)) {
         print_target(made);
     }
-    printf("%" PRIu64 " iteration%s, %.3f s\n", made->found.iterations, plural(made->found.iterations), (double)made->microseconds / 1e6);
+    printf("%" PRIu64 " iteration%s, %.3f s\n", made->found.iterations,
+           plural(made->found.iterations), (double)made->microseconds / 1e6);
 }

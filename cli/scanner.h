@@ -1,4 +1,5 @@
-/* The words of a Netpbm header: separated by blanks, with comments from # to the end of the line. */
+/* The words of a Netpbm header: separated by blanks, with comments from # to the end of the line.
+ */
 #ifndef SCANNER_H
 #define SCANNER_H
 

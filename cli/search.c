@@ -12,7 +12,8 @@ int search_read(const char *const *values, search *asked)
         status = seconds_read("--time-limit", values[SEARCH_TIME_LIMIT], &asked->time_limit);
     }
     if (status == DONE && values[SEARCH_ITERATIONS] != NULL) {
-        status = number64_read("--iterations", values[SEARCH_ITERATIONS], 1, UINT64_MAX, &asked->iterations);
+        status = number64_read("--iterations", values[SEARCH_ITERATIONS], 1, UINT64_MAX,
+                               &asked->iterations);
     }
     return status;
 }

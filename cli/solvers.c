@@ -30,6 +30,7 @@ int solver_read(const char *text, const solver **chosen)
 int solvers_read(const char *text, size_t length, const solver **chosen)
 {
     char name[64];
-    (void)snprintf(name, sizeof name, "%.*s", length < sizeof name ? (int)length : (int)sizeof name, text);
+    (void)snprintf(name, sizeof name, "%.*s", length < sizeof name ? (int)length : (int)sizeof name,
+                   text);
     return read_name("solvers", name, chosen);
 }

@@ -17,7 +17,8 @@ enum { SOLVERS = 7 };
 extern const solver solvers[SOLVERS];
 
 /* A row for a table of options. */
-#define SOLVER_OPTION {"solver", 0, false, "NAME", "best", "icm, anneal, swap, expansion, bp, trws or best"}
+#define SOLVER_OPTION                                                                              \
+    {"solver", 0, false, "NAME", "best", "icm, anneal, swap, expansion, bp, trws or best"}
 
 /* The argument of --solver. Returns DONE, or BAD_USAGE having listed the known ones. */
 int solver_read(const char *text, const solver **chosen);

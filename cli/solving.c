@@ -16,18 +16,21 @@ static int fail_model(const char *name, qs_status status)
 {
     switch (status) {
     case QS_E_UNSUPPORTED:
-        return fail(BAD_INPUT, name, "does not say which labels its variables stand for (in a chunk labl), "
-                                     "which this command needs: qstereo-bridge solves any QUBO");
+        return fail(BAD_INPUT, name,
+                    "does not say which labels its variables stand for (in a chunk labl), "
+                    "which this command needs: qstereo-bridge solves any QUBO");
     case QS_E_CORRUPT:
-        return fail(BAD_INPUT, name, "its couplings are not those of the labelling problem that it says it is: "
-                                     "qstereo-bridge solves any QUBO");
+        return fail(BAD_INPUT, name,
+                    "its couplings are not those of the labelling problem that it says it is: "
+                    "qstereo-bridge solves any QUBO");
     case QS_E_ENCODING:
-        return fail(BAD_INPUT, name, "is a cut of a graph, from which the costs are not read back: this command reads one-hot, "
-                                     "one-hot-sparse and domain-wall, so encode the pair in one of them");
+        return fail(BAD_INPUT, name,
+                    "is a cut of a graph, from which the costs are not read back: this command "
+                    "reads one-hot, "
+                    "one-hot-sparse and domain-wall, so encode the pair in one of them");
     case QS_E_OVERFLOW:
         return fail(BAD_INPUT, name, "has costs above 2^31 - 1 units, too large for these solvers");
-    default:
-        return fail_status(name, status);
+    default: return fail_status(name, status);
     }
 }
 
@@ -56,12 +59,14 @@ void laid_out_close(laid_out *closed)
     closed->workspace = NULL;
 }
 
-/* Room for the labelling of the model, which has more sites than a masked problem, and for the sample. */
+/* Room for the labelling of the model, which has more sites than a masked problem, and for the
+ * sample. */
 static int allocate_found(const laid_out *problem, budget *limit, solved *found)
 {
     const problem_file *file = problem->problem;
     void *labelling = NULL, *bits = NULL;
-    int status = budget_allocate(limit, file->name, sizeof *found->labelling * problem->model.sites, &labelling);
+    int status = budget_allocate(limit, file->name, sizeof *found->labelling * problem->model.sites,
+                                 &labelling);
     if (status == DONE) {
         status = budget_allocate(limit, file->name, ((size_t)file->qubo.variables + 7) / 8, &bits);
     }
@@ -82,7 +87,8 @@ static int check_energy(const laid_out *problem, solved *found)
     }
     decimal_write(found->solution.energy, file->scale, said);
     decimal_write(energy, file->scale, given);
-    return fail(NO_RESOURCE, file->name, "internal error: %s found the energy %s, but the problem gives it %s",
+    return fail(NO_RESOURCE, file->name,
+                "internal error: %s found the energy %s, but the problem gives it %s",
                 found->solver, said, given);
 }
 
@@ -95,7 +101,8 @@ static int make_sample(const laid_out *problem, solved *found)
 }
 
 /* From the winner-take-all start, where the solver is one that starts from a labelling. */
-static int run_solver(const laid_out *problem, const solver *by, const search *how, budget *limit, solved *found)
+static int run_solver(const laid_out *problem, const solver *by, const search *how, budget *limit,
+                      solved *found)
 {
     const char *name = problem->problem->name;
     void *workspace = NULL;
@@ -107,7 +114,8 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
     qs_model_winner(&problem->model, found->labelling);
     progress watched = progress_begin(by->name, problem->problem->scale, how->time_limit);
     const qs_solve_options options = {how->iterations, how->seed, progress_watch, &watched};
-    qs_status ran = by->run(&problem->model, &options, workspace, size, found->labelling, &found->solution);
+    qs_status ran =
+        by->run(&problem->model, &options, workspace, size, found->labelling, &found->solution);
     found->microseconds = progress_end(&watched);
     found->out_of_time = watched.out_of_time;
     found->own_limit = how->iterations == 0;
@@ -119,7 +127,8 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
     return ran == QS_OK ? make_sample(problem, found) : fail_status(name, ran);
 }
 
-int solve_problem(const laid_out *problem, const solver *by, const search *how, budget limit, solved *found)
+int solve_problem(const laid_out *problem, const solver *by, const search *how, budget limit,
+                  solved *found)
 {
     memset(found, 0, sizeof *found);
     found->solver = by->name;
@@ -145,8 +154,9 @@ int solved_check(const laid_out *problem, const solved *found)
 {
     const char *name = problem->problem->name;
     if (found->refusal == QS_E_ENCODING) {
-        return fail(BAD_INPUT, name, "%s cannot be used with this pairwise cost (%s); use trws, bp or best",
-                    found->solver, name_of(&smoothness_names, (int)problem->model.pairwise.smoothness));
+        return fail(
+            BAD_INPUT, name, "%s cannot be used with this pairwise cost (%s); use trws, bp or best",
+            found->solver, name_of(&smoothness_names, (int)problem->model.pairwise.smoothness));
     }
     if (found->refusal == QS_E_OVERFLOW) {
         return fail(BAD_INPUT, name, "its costs are too large for %s", found->solver);
@@ -205,7 +215,8 @@ static void print_stop(const solved *found)
     if (found->out_of_time) {
         fputs(", stopped at the time limit", stdout);
     } else {
-        printf(", stopped at %s limit of %" PRIu64 " iteration%s", found->own_limit ? "its own" : "the", found->solution.iterations,
+        printf(", stopped at %s limit of %" PRIu64 " iteration%s",
+               found->own_limit ? "its own" : "the", found->solution.iterations,
                plural(found->solution.iterations));
     }
 }
@@ -216,8 +227,8 @@ void solved_print(const solved *found, uint32_t scale)
     decimal_write(found->solution.energy, scale, energy);
     printf("energy %s by %s", energy, found->solver);
     print_bound(found, scale);
-    printf("\n%" PRIu64 " iteration%s, %.3f s", found->solution.iterations, plural(found->solution.iterations),
-           (double)found->microseconds / 1e6);
+    printf("\n%" PRIu64 " iteration%s, %.3f s", found->solution.iterations,
+           plural(found->solution.iterations), (double)found->microseconds / 1e6);
     print_stop(found);
     putchar('\n');
 }

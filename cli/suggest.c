@@ -9,7 +9,8 @@ static size_t least(size_t a, size_t b)
     return a < b ? a : b;
 }
 
-/* Edit distance (Levenshtein) of two short names; LONGEST + 1 where one is too long to be a slip. */
+/* Edit distance (Levenshtein) of two short names; LONGEST + 1 where one is too long to be a slip.
+ */
 static size_t distance(const char *a, const char *b)
 {
     size_t m = strlen(a), n = strlen(b);

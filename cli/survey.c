@@ -7,7 +7,8 @@
 #include "decimal.h"
 #include "messages.h"
 
-qs_status sample_labels(const qs_index *index, const uint8_t *bits, uint16_t *labelling, int64_t *energy)
+qs_status sample_labels(const qs_index *index, const uint8_t *bits, uint16_t *labelling,
+                        int64_t *energy)
 {
     qs_status status = qs_sample_decode(index, bits, labelling);
     if (status == QS_OK) {
@@ -32,7 +33,8 @@ static void look_at(const answer *looked_at, uint32_t sample, uint16_t *labellin
         seen->stated = record.energy;
         seen->found = energy;
     }
-    bool feasible = labelling != NULL ? sample_labels(index, bits, labelling, &energy) == QS_OK : qs_sample_infeasible(index, bits) == 0;
+    bool feasible = labelling != NULL ? sample_labels(index, bits, labelling, &energy) == QS_OK
+                                      : qs_sample_infeasible(index, bits) == 0;
     if (feasible && (seen->feasible++ == 0 || energy < seen->best_energy)) {
         seen->best = sample;
         seen->best_energy = energy;
@@ -45,7 +47,8 @@ int survey_samples(const answer *looked_at, budget limit, survey *seen)
     void *labelling = NULL;
     memset(seen, 0, sizeof *seen);
     if (qubo->has_labels && qubo->labels.excess_bytes > 0) {
-        int status = budget_allocate(&limit, looked_at->problem.name, sizeof(uint16_t) * qubo->labels.sites, &labelling);
+        int status = budget_allocate(&limit, looked_at->problem.name,
+                                     sizeof(uint16_t) * qubo->labels.sites, &labelling);
         if (status != DONE) {
             return status;
         }
@@ -60,17 +63,13 @@ int survey_samples(const answer *looked_at, budget limit, survey *seen)
 const char *feasible_means(const qs_qubo *qubo)
 {
     switch (qubo->has_labels ? qubo->labels.encoding : QS_ENCODING_DEFAULT) {
-    case QS_DOMAIN_WALL:
-        return "in no site a 0 stands before a 1";
-    case QS_MULTIWAY_CUT:
-        return "each site has exactly one label, each terminal its own";
+    case QS_DOMAIN_WALL: return "in no site a 0 stands before a 1";
+    case QS_MULTIWAY_CUT: return "each site has exactly one label, each terminal its own";
     case QS_ST_CUT:
-    case QS_ST_CUT_ARCS:
-        return "each site's chain falls from 1 to 0 once, source 1, sink 0";
+    case QS_ST_CUT_ARCS: return "each site's chain falls from 1 to 0 once, source 1, sink 0";
     case QS_ENCODING_DEFAULT:
     case QS_ONE_HOT:
-    case QS_ONE_HOT_SPARSE:
-        break;
+    case QS_ONE_HOT_SPARSE: break;
     }
     return "each site has exactly one label";
 }
@@ -84,8 +83,9 @@ int survey_fail_wrong(const answer *looked_at, const survey *seen)
     decimal_write(seen->stated, looked_at->problem.scale, stated);
     decimal_write(seen->found, looked_at->problem.scale, found);
     return fail(BAD_INPUT, looked_at->samples.name,
-                "sample %" PRIu32 " states the energy %s, but %s gives it %s (%" PRIu32 " of %" PRIu32
-                " samples are wrong): "
+                "sample %" PRIu32 " states the energy %s, but %s gives it %s (%" PRIu32
+                " of %" PRIu32 " samples are wrong): "
                 "whatever solved it did not solve this problem",
-                seen->first_wrong, stated, looked_at->problem.name, found, seen->wrong, looked_at->samples.view.count);
+                seen->first_wrong, stated, looked_at->problem.name, found, seen->wrong,
+                looked_at->samples.view.count);
 }

@@ -1,4 +1,5 @@
-/* Speed of cost + encode in memory beside memcpy of the same bytes: one core, medians of many runs, both in turn. */
+/* Speed of cost + encode in memory beside memcpy of the same bytes: one core, medians of many runs,
+ * both in turn. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -55,8 +56,11 @@ static void bench(uint32_t width, uint32_t height, uint32_t labels, qs_encoding 
         left[i] = (uint8_t)(rand() >> 8);
         right[i] = (uint8_t)(rand() >> 8);
     }
-    qs_stereo stereo = {.left = {left, across, height, across}, .right = {right, across, height, across},
-                        .disparity_max = labels - 1, .scale = 1, .weight = 20};
+    qs_stereo stereo = {.left = {left, across, height, across},
+                        .right = {right, across, height, across},
+                        .disparity_max = labels - 1,
+                        .scale = 1,
+                        .weight = 20};
     size_t matcher_size = qs_stereo_workspace(&stereo);
     void *matcher = memory(matcher_size);
     qs_problem problem;
@@ -81,9 +85,11 @@ static void bench(uint32_t width, uint32_t height, uint32_t labels, qs_encoding 
         encode_times[run] = middle - begin;
     }
     double encode = median(encode_times), plain = median(copy_times);
-    printf("cost+encode %ux%ux%-3u %-7s %9llu bytes  %8.1f us  %5.2f GB/s   memcpy %7.1f us  %5.2f GB/s   ratio %.2f\n", width, height,
-           labels, encoding == QS_ONE_HOT ? "one-hot" : "sparse", (unsigned long long)size, encode * 1e6, (double)size / encode * 1e-9,
-           plain * 1e6, (double)size / plain * 1e-9, plain / encode);
+    printf("cost+encode %ux%ux%-3u %-7s %9llu bytes  %8.1f us  %5.2f GB/s   memcpy %7.1f us  %5.2f "
+           "GB/s   ratio %.2f\n",
+           width, height, labels, encoding == QS_ONE_HOT ? "one-hot" : "sparse",
+           (unsigned long long)size, encode * 1e6, (double)size / encode * 1e-9, plain * 1e6,
+           (double)size / plain * 1e-9, plain / encode);
     free(copy);
     free(buffer.bytes);
     free(workspace);

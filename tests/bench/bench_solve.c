@@ -1,4 +1,5 @@
-/* bench_solve PROBLEM.qcf SOLVER [ITERATIONS]: one solver on one problem, seconds of the solver alone, bytes a site and label. */
+/* bench_solve PROBLEM.qcf SOLVER [ITERATIONS]: one solver on one problem, seconds of the solver
+ * alone, bytes a site and label. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,13 +13,16 @@ static const struct {
     size_t (*workspace)(const qs_model *);
 } solvers[] = {
 #ifdef HAVE_MOVES
-    {"expansion", qs_expansion, qs_expansion_workspace}, {"swap", qs_swap, qs_swap_workspace},
+    {"expansion", qs_expansion, qs_expansion_workspace},
+    {"swap", qs_swap, qs_swap_workspace},
 #endif
 #ifdef HAVE_MESSAGES
-    {"bp", qs_bp, qs_bp_workspace}, {"trws", qs_trws, qs_trws_workspace},
+    {"bp", qs_bp, qs_bp_workspace},
+    {"trws", qs_trws, qs_trws_workspace},
 #endif
 #ifdef HAVE_OTHERS
-    {"icm", qs_icm, qs_icm_workspace}, {"anneal", qs_anneal, qs_anneal_workspace},
+    {"icm", qs_icm, qs_icm_workspace},
+    {"anneal", qs_anneal, qs_anneal_workspace},
 #endif
 #if defined HAVE_MOVES && defined HAVE_MESSAGES && defined HAVE_OTHERS
     {"best", qs_best, qs_best_workspace},
@@ -63,8 +67,12 @@ int main(int argc, char **argv)
     qs_index index;
     qs_model model;
     demand(qs_qubo_open(bytes, size, UINT64_MAX, &qubo, NULL) == QS_OK, "not a .qcf");
-    demand(qs_index_build(&qubo, memory(qs_index_workspace(&qubo)), qs_index_workspace(&qubo), &index) == QS_OK, "no index");
-    demand(qs_model_build(&index, memory(qs_model_workspace(&qubo)), qs_model_workspace(&qubo), &model) == QS_OK, "no model");
+    demand(qs_index_build(&qubo, memory(qs_index_workspace(&qubo)), qs_index_workspace(&qubo),
+                          &index) == QS_OK,
+           "no index");
+    demand(qs_model_build(&index, memory(qs_model_workspace(&qubo)), qs_model_workspace(&qubo),
+                          &model) == QS_OK,
+           "no model");
     uint16_t *labelling = memory(sizeof *labelling * model.sites);
     for (size_t i = 0; i < sizeof solvers / sizeof *solvers; i++) {
         if (strcmp(argv[2], solvers[i].name) != 0) {
@@ -76,12 +84,17 @@ int main(int argc, char **argv)
         qs_solve_options options = {.iterations = argc > 3 ? strtoull(argv[3], NULL, 10) : 0};
         qs_model_winner(&model, labelling);
         double begin = seconds();
-        demand(solvers[i].solve(&model, &options, workspace, needed, labelling, &solution) == QS_OK, "the solver failed");
+        demand(solvers[i].solve(&model, &options, workspace, needed, labelling, &solution) == QS_OK,
+               "the solver failed");
         double took = seconds() - begin;
-        demand(qs_model_energy(&model, labelling) == solution.energy, "the energy is not that of the labelling");
-        printf("%-9s energy %lld  bound %lld  iterations %llu  %.3f s  %.2f ms an iteration  %.1f bytes a site and label\n", argv[2],
-               (long long)solution.energy, (long long)solution.lower_bound, (unsigned long long)solution.iterations, took,
-               1e3 * took / (double)(solution.iterations ? solution.iterations : 1), (double)needed / model.sites / model.labels);
+        demand(qs_model_energy(&model, labelling) == solution.energy,
+               "the energy is not that of the labelling");
+        printf("%-9s energy %lld  bound %lld  iterations %llu  %.3f s  %.2f ms an iteration  %.1f "
+               "bytes a site and label\n",
+               argv[2], (long long)solution.energy, (long long)solution.lower_bound,
+               (unsigned long long)solution.iterations, took,
+               1e3 * took / (double)(solution.iterations ? solution.iterations : 1),
+               (double)needed / model.sites / model.labels);
         return 0;
     }
     demand(false, "no such solver");

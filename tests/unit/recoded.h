@@ -1,4 +1,5 @@
-/* Files that qs_recode writes, and what docs/FORMAT.md says that they mean: what test_recode.c and test_recode_bounds.c share. */
+/* Files that qs_recode writes, and what docs/FORMAT.md says that they mean: what test_recode.c and
+ * test_recode_bounds.c share. */
 #ifndef RECODED_H
 #define RECODED_H
 
@@ -26,7 +27,8 @@ typedef struct fixture {
 
 /* ---- Making files. ---- */
 
-static inline void open_file(const uint8_t *file, size_t size, qs_qubo *qubo, uint64_t *memory, qs_index *index)
+static inline void open_file(const uint8_t *file, size_t size, qs_qubo *qubo, uint64_t *memory,
+                             qs_index *index)
 {
     assert_int_equal(qs_qubo_open(file, size, MEMORY, qubo, NULL), QS_OK);
     assert_int_equal(qs_index_build(qubo, memory, MEMORY, index), QS_OK);
@@ -39,10 +41,14 @@ static inline void make_model(fixture *f)
     static uint64_t memory[MEMORY / 8];
     qs_buffer buffer = {f->source, sizeof f->source, 0};
     qs_sink sink = qs_buffer_sink(&buffer);
-    assert_int_equal(qs_encode(p, &(qs_encode_options){.encoding = QS_ONE_HOT}, &sink, memory, sizeof memory, NULL), QS_OK);
+    assert_int_equal(qs_encode(p, &(qs_encode_options){.encoding = QS_ONE_HOT}, &sink, memory,
+                               sizeof memory, NULL),
+                     QS_OK);
     f->source_size = buffer.size;
     open_file(f->source, f->source_size, &f->source_qubo, f->source_memory, &f->source_index);
-    assert_int_equal(qs_model_build(&f->source_index, f->model_memory, sizeof f->model_memory, &f->model), QS_OK);
+    assert_int_equal(
+        qs_model_build(&f->source_index, f->model_memory, sizeof f->model_memory, &f->model),
+        QS_OK);
     f->sites = 0;
     for (uint32_t c = 0; c < f->model.sites; c++) {
         bool masked = p->grid.width > 0 && p->grid.mask && p->grid.mask[c] == 0;
@@ -85,17 +91,23 @@ static inline qs_status recode(fixture *f, qs_encode_options options, bool trunc
     }
     qs_recode_options recode_options = {options, truncate, all ? NULL : f->kept};
     size_t size = qs_recode_workspace(&f->model, &recode_options);
-    void *workspace = malloc(size + !size); /* of that very size: the sanitizer sees a byte too many */
+    void *workspace =
+        malloc(size + !size); /* of that very size: the sanitizer sees a byte too many */
     qs_buffer buffer = {f->file, sizeof f->file, 0};
     qs_sink sink = qs_buffer_sink(&buffer);
     uint64_t told = 0, counted = 0;
-    qs_status status = qs_recode(&f->model, &f->source_qubo, &recode_options, &sink, workspace, size, &told);
+    qs_status status =
+        qs_recode(&f->model, &f->source_qubo, &recode_options, &sink, workspace, size, &told);
     if (status == QS_OK) {
-        assert_int_equal(qs_recode(&f->model, &f->source_qubo, &recode_options, NULL, workspace, size, &counted), QS_OK);
+        assert_int_equal(
+            qs_recode(&f->model, &f->source_qubo, &recode_options, NULL, workspace, size, &counted),
+            QS_OK);
         assert_int_equal(told, buffer.size);
         assert_int_equal(counted, told);
         if (size > 0) {
-            assert_int_equal(qs_recode(&f->model, &f->source_qubo, &recode_options, NULL, workspace, size - 1, NULL), QS_E_WORKSPACE);
+            assert_int_equal(qs_recode(&f->model, &f->source_qubo, &recode_options, NULL, workspace,
+                                       size - 1, NULL),
+                             QS_E_WORKSPACE);
         }
         f->size = buffer.size;
         open_file(f->file, f->size, &f->qubo, f->memory, &f->index);
@@ -104,14 +116,19 @@ static inline qs_status recode(fixture *f, qs_encode_options options, bool trunc
     return status;
 }
 
-static inline void make_grid(fixture *f, uint32_t width, uint32_t height, uint32_t labels, int32_t weight, qs_smoothness smoothness)
+static inline void make_grid(fixture *f, uint32_t width, uint32_t height, uint32_t labels,
+                             int32_t weight, qs_smoothness smoothness)
 {
     memset(f, 0, sizeof *f);
     uint64_t state = width * 100 + height * 10 + labels;
     for (uint32_t i = 0; i < width * height * labels; i++) {
         f->t.costs[i] = (int32_t)tiny_random(&state, 20);
     }
-    f->t.problem = (qs_problem){.labels = labels, .scale = 1, .weight = weight, .grid = {.width = width, .height = height}, .costs = f->t.costs};
+    f->t.problem = (qs_problem){.labels = labels,
+                                .scale = 1,
+                                .weight = weight,
+                                .grid = {.width = width, .height = height},
+                                .costs = f->t.costs};
     f->t.problem.pairwise.smoothness = smoothness;
     make_model(f);
 }
@@ -171,7 +188,8 @@ static inline uint64_t cut_out(uint64_t state, uint32_t *at, uint32_t count)
     return bits;
 }
 
-/* The labelling that a state of at most 63 variables stands for, without those of arcs; false if none. `extra` = what truncation has taken from its costs. */
+/* The labelling that a state of at most 63 variables stands for, without those of arcs; false if
+ * none. `extra` = what truncation has taken from its costs. */
 static inline bool decode(const fixture *f, uint64_t state, uint16_t *labelling, int64_t *extra)
 {
     qs_encoding encoding = f->qubo.labels.encoding;
@@ -187,7 +205,8 @@ static inline bool decode(const fixture *f, uint64_t state, uint16_t *labelling,
         if (encoding == QS_DOMAIN_WALL) {
             index = leading_ones(cut_out(state, &at, n - 1), n - 1);
         } else if (encoding >= QS_ST_CUT) {
-            index = leading_ones(cut_out(state, &at, n + 1), n) - 1; /* of none at all: UINT32_MAX - 1 or - 2 */
+            index = leading_ones(cut_out(state, &at, n + 1), n) -
+                    1; /* of none at all: UINT32_MAX - 1 or - 2 */
         } else {
             index = only_one(cut_out(state, &at, n), n);
         }
@@ -295,8 +314,9 @@ static inline void check_file(const fixture *f)
 /* ---- All states. ---- */
 
 typedef struct sweep {
-    int64_t least;   /* H of any labelling, */
-    int64_t extra;   /* and the most that truncation has taken from one of that H: those are to be the optima */
+    int64_t least; /* H of any labelling, */
+    int64_t extra; /* and the most that truncation has taken from one of that H: those are to be the
+                      optima */
     int64_t invalid; /* H of any other state */
     uint64_t labellings;
     uint32_t stuck; /* other states that no flip lowers by the gap */
@@ -364,11 +384,13 @@ static inline void linear(fixture *f, uint64_t *state)
 static inline void whole_linear(fixture *f, uint64_t *state)
 {
     uint32_t labels = f->t.problem.labels;
-    f->t.problem.pairwise = (qs_pairwise){QS_TRUNCATED_LINEAR, tiny_random(state, 2) ? 0 : labels - 1 + tiny_random(state, 2), NULL};
+    f->t.problem.pairwise = (qs_pairwise){
+        QS_TRUNCATED_LINEAR, tiny_random(state, 2) ? 0 : labels - 1 + tiny_random(state, 2), NULL};
 }
 
 /* A random file of at most `bits` variables; false = it has more. */
-static inline bool random_file(fixture *f, uint64_t *state, uint32_t bits, void (*smoothness)(fixture *, uint64_t *), qs_encode_options options)
+static inline bool random_file(fixture *f, uint64_t *state, uint32_t bits,
+                               void (*smoothness)(fixture *, uint64_t *), qs_encode_options options)
 {
     memset(f, 0, sizeof *f);
     tiny_make(&f->t, state, SOURCE_BITS, false);
@@ -383,13 +405,17 @@ static inline bool random_file(fixture *f, uint64_t *state, uint32_t bits, void 
     return f->qubo.variables <= bits;
 }
 
-static inline void many(uint64_t seed, uint32_t bits, void (*smoothness)(fixture *, uint64_t *), qs_encoding encoding, qs_penalty penalty, bool flips)
+static inline void many(uint64_t seed, uint32_t bits, void (*smoothness)(fixture *, uint64_t *),
+                        qs_encoding encoding, qs_penalty penalty, bool flips)
 {
     static fixture f;
     uint64_t state = seed;
     for (int round = 0; round < ROUNDS;) {
-        uint32_t gap = penalty == QS_PENALTY_LOCAL || penalty == QS_PENALTY_MINIMAL ? 1 + tiny_random(&state, 3) : 1;
-        if (random_file(&f, &state, bits, smoothness, (qs_encode_options){encoding, penalty, 0, gap})) {
+        uint32_t gap = penalty == QS_PENALTY_LOCAL || penalty == QS_PENALTY_MINIMAL
+                           ? 1 + tiny_random(&state, 3)
+                           : 1;
+        if (random_file(&f, &state, bits, smoothness,
+                        (qs_encode_options){encoding, penalty, 0, gap})) {
             assert_int_equal(f.qubo.labels.encoding, encoding);
             assert_int_equal(f.qubo.labels.penalty, penalty);
             assert_int_equal(f.qubo.labels.gap, gap);

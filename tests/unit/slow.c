@@ -2,8 +2,8 @@
 
 #include <string.h>
 
-#include "../../libqstereo/src/bytes.h"
-#include "../../libqstereo/src/crc32c.h"
+#include "../../libqstereo/src/base/bytes.h"
+#include "../../libqstereo/src/files/crc32c.h"
 
 enum { COUPLINGS = 4096, ARCS = 512 };
 
@@ -21,8 +21,8 @@ typedef struct draft {
     bool is_open[TINY_SITES];
     uint32_t group[TINY_SITES]; /* of an open site: its first group */
     uint32_t size[TINY_SITES], label[TINY_SITES][TINY_LABELS]; /* labels left */
-    int64_t theta[TINY_SITES][TINY_LABELS];                    /* by label, shifted */
-    int64_t cut[TINY_SITES][TINY_LABELS];                      /* by label: what truncation took */
+    int64_t theta[TINY_SITES][TINY_LABELS]; /* by label, shifted */
+    int64_t cut[TINY_SITES][TINY_LABELS]; /* by label: what truncation took */
     tiny_edge edges[TINY_EDGES];
     size_t edge_count;
     int64_t constant;
@@ -58,7 +58,8 @@ static int64_t tau(void)
 static bool linear_cost(const qs_problem *problem)
 {
     const qs_pairwise *pairwise = &problem->pairwise;
-    return pairwise->smoothness == QS_TRUNCATED_LINEAR && (pairwise->truncation == 0 || pairwise->truncation >= problem->labels - 1);
+    return pairwise->smoothness == QS_TRUNCATED_LINEAR &&
+           (pairwise->truncation == 0 || pairwise->truncation >= problem->labels - 1);
 }
 
 bool slow_fits(const qs_problem *problem, qs_encoding encoding)
@@ -99,8 +100,10 @@ static void fold_edges(void)
             d.constant += all[i].weight * V(d.label[p][0], d.label[q][0]);
         }
         for (uint32_t l = 0; l < d.labels; l++) {
-            d.theta[p][l] += d.is_open[p] && !d.is_open[q] ? all[i].weight * V(l, d.label[q][0]) : 0;
-            d.theta[q][l] += d.is_open[q] && !d.is_open[p] ? all[i].weight * V(d.label[p][0], l) : 0;
+            d.theta[p][l] +=
+                d.is_open[p] && !d.is_open[q] ? all[i].weight * V(l, d.label[q][0]) : 0;
+            d.theta[q][l] +=
+                d.is_open[q] && !d.is_open[p] ? all[i].weight * V(d.label[p][0], l) : 0;
         }
     }
 }
@@ -209,7 +212,11 @@ static coupling *add_coupling(uint32_t g, uint32_t h, int64_t weight)
 {
     assert_true(d.coupling_count < COUPLINGS && g <= h);
     coupling *c = &d.couplings[d.coupling_count++];
-    *c = (coupling){.g = g, .h = h, .rows = d.group_size[g], .columns = d.group_size[h], .weight = (int32_t)weight};
+    *c = (coupling){.g = g,
+                    .h = h,
+                    .rows = d.group_size[g],
+                    .columns = d.group_size[h],
+                    .weight = (int32_t)weight};
     return c;
 }
 
@@ -228,7 +235,9 @@ static void add_scalar(uint32_t u, uint32_t v, int64_t weight)
 
 static void one_hot_groups(void)
 {
-    bool sparse = d.request->encoding == QS_ONE_HOT_SPARSE, minimal = d.request->penalty == QS_PENALTY_MINIMAL, potts = d.request->problem->pairwise.smoothness == QS_POTTS;
+    bool sparse = d.request->encoding == QS_ONE_HOT_SPARSE,
+         minimal = d.request->penalty == QS_PENALTY_MINIMAL,
+         potts = d.request->problem->pairwise.smoothness == QS_POTTS;
     int64_t gap = d.request->gap, row = 0;
     for (uint32_t i = 0; i < d.labels; i++) {
         int64_t sum = 0;
@@ -242,7 +251,10 @@ static void one_hot_groups(void)
             continue;
         }
         int64_t W = weights(p), a = sparse ? gap : reach(p) + gap;
-        int64_t b = !sparse ? a + gap : !minimal ? a + (potts ? W : row * W) + gap : potts ? a + (W + 1) / 2 + gap : a + ((6 * tau() - 3) * W + 3) / 4 + gap;
+        int64_t b = !sparse    ? a + gap
+                    : !minimal ? a + (potts ? W : row * W) + gap
+                    : potts    ? a + (W + 1) / 2 + gap
+                               : a + ((6 * tau() - 3) * W + 3) / 4 + gap;
         d.group[p] = add_group(d.size[p], a, b);
         for (uint32_t i = 0; i < d.size[p]; i++) {
             d.linear[d.first[d.group[p]] + i] = d.theta[p][d.label[p][i]];
@@ -277,7 +289,10 @@ static void walls(void)
         for (uint32_t i = 1; i + 1 < d.size[p]; i++) {
             most = larger(most, d.theta[p][d.label[p][i]]);
         }
-        int64_t kappa = most + d.request->gap + (smoothness == QS_POTTS ? W : linear_cost(d.request->problem) ? 0 : (3 * tau() * W + 1) / 2);
+        int64_t kappa = most + d.request->gap +
+                        (smoothness == QS_POTTS            ? W
+                         : linear_cost(d.request->problem) ? 0
+                                                           : (3 * tau() * W + 1) / 2);
         uint32_t g = d.group[p] = add_group(d.size[p] - 1, 0, 0);
         coupling *chain = d.size[p] > 2 ? add_coupling(g, g, kappa) : NULL;
         d.offset += d.theta[p][d.label[p][0]];
@@ -297,7 +312,8 @@ static void walls(void)
         for (uint32_t i = 1; i < d.size[p]; i++) {
             d.linear[d.first[d.group[p]] + i - 1] += l * (V(a[i], b[0]) - V(a[i - 1], b[0]));
             for (uint32_t j = 1; j < d.size[q]; j++) {
-                int64_t entry = V(a[i], b[j]) - V(a[i - 1], b[j]) - V(a[i], b[j - 1]) + V(a[i - 1], b[j - 1]);
+                int64_t entry =
+                    V(a[i], b[j]) - V(a[i - 1], b[j]) - V(a[i], b[j - 1]) + V(a[i - 1], b[j - 1]);
                 c->table[(i - 1) * (d.size[q] - 1) + j - 1] = (int32_t)entry;
             }
         }
@@ -389,14 +405,16 @@ static void graph(uint32_t source)
     }
     for (size_t e = 0; e < d.edge_count; e++) {
         for (uint32_t i = 0; i <= d.labels; i++) {
-            add_edge(vertex(d.edges[e].p, i), vertex(d.edges[e].q, i), d.edges[e].weight, d.edges[e].weight);
+            add_edge(vertex(d.edges[e].p, i), vertex(d.edges[e].q, i), d.edges[e].weight,
+                     d.edges[e].weight);
         }
     }
     for (uint32_t p = 0; p < d.sites; p++) {
         if (d.is_open[p]) {
             uint32_t n = d.size[p];
             add_edge(source, d.group[p], d.theta[p][d.label[p][0]] + reach(p) + d.request->gap, 0);
-            add_edge(d.group[p] + n, source + 1, d.theta[p][d.label[p][n - 1]] + reach(p) + d.request->gap, 0);
+            add_edge(d.group[p] + n, source + 1,
+                     d.theta[p][d.label[p][n - 1]] + reach(p) + d.request->gap, 0);
         }
     }
 }
@@ -445,7 +463,8 @@ static void cuts(void)
             add_scalar(u, v, -arcs[i].cost);
             continue;
         }
-        uint32_t z = add_group(1, 0, 0); /* most [y_u (1 - y_v) - 2 y_u z - 2 (1 - y_v) z + 3 z] + cost z */
+        uint32_t z =
+            add_group(1, 0, 0); /* most [y_u (1 - y_v) - 2 y_u z - 2 (1 - y_v) z + 3 z] + cost z */
         d.linear[u] += most;
         d.linear[z] += arcs[i].cost + most;
         add_scalar(u, v, -most);
@@ -577,9 +596,24 @@ static void put_labl(out *o)
     const qs_problem *problem = d.request->problem;
     const qs_grid *grid = &problem->grid;
     uint32_t cells = grid->width * grid->height;
-    bool truncates = problem->pairwise.smoothness == QS_TRUNCATED_LINEAR || problem->pairwise.smoothness == QS_TRUNCATED_QUADRATIC;
-    uint32_t fields[16] = {d.request->encoding, problem->pairwise.smoothness, truncates ? problem->pairwise.truncation : 0, d.labels, problem->scale, d.request->penalty,
-                           (uint32_t)d.request->gap, UINT32_MAX, grid->width, cells ? grid->height : 0, grid->width, cells ? grid->height : 0, 0, 0, 0, grid->mask != NULL};
+    bool truncates = problem->pairwise.smoothness == QS_TRUNCATED_LINEAR ||
+                     problem->pairwise.smoothness == QS_TRUNCATED_QUADRATIC;
+    uint32_t fields[16] = {d.request->encoding,
+                           problem->pairwise.smoothness,
+                           truncates ? problem->pairwise.truncation : 0,
+                           d.labels,
+                           problem->scale,
+                           d.request->penalty,
+                           (uint32_t)d.request->gap,
+                           UINT32_MAX,
+                           grid->width,
+                           cells ? grid->height : 0,
+                           grid->width,
+                           cells ? grid->height : 0,
+                           0,
+                           0,
+                           0,
+                           grid->mask != NULL};
     begin(o, "labl");
     for (int i = 0; i < 16; i++) {
         put(o, fields[i], 4);
@@ -644,7 +678,10 @@ void slow_write(const slow_request *request, slow_qubo *q)
         case QS_MULTIWAY_CUT: multiway(); break;
         case QS_ST_CUT:
         case QS_ST_CUT_ARCS: cuts(); break;
-        default: one_hot_groups(); one_hot_edges(); break;
+        default:
+            one_hot_groups();
+            one_hot_edges();
+            break;
         }
     }
     out o = {q->file, 64, 0, 0};
@@ -675,7 +712,8 @@ void slow_encode(const slow_request *request, slow_qubo *q)
 void slow_open(slow_qubo *q)
 {
     assert_int_equal(qs_qubo_open(q->file, q->size, SLOW_INDEX, &q->qubo, NULL), QS_OK);
-    assert_int_equal(qs_index_build(&q->qubo, q->memory, qs_index_workspace(&q->qubo), &q->index), QS_OK);
+    assert_int_equal(qs_index_build(&q->qubo, q->memory, qs_index_workspace(&q->qubo), &q->index),
+                     QS_OK);
 }
 
 /* ---- Labellings. ---- */

@@ -1,4 +1,5 @@
-/* Files of every encoding, written plainly from the definitions of docs/MATHS.md and docs/FORMAT.md: a second opinion on what the library writes and reads. */
+/* Files of every encoding, written plainly from the definitions of docs/MATHS.md and
+ * docs/FORMAT.md: a second opinion on what the library writes and reads. */
 #ifndef SLOW_H
 #define SLOW_H
 

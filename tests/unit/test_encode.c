@@ -5,8 +5,9 @@
 
 enum { ROUNDS = 400, BITS = 12 };
 
-/* All states of an encoded problem: is the least H the least F, is every minimiser feasible, how far above it is the lowest
- * infeasible state, and is every infeasible state improved by some flip? */
+/* All states of an encoded problem: is the least H the least F, is every minimiser feasible, how
+ * far above it is the lowest infeasible state, and is every infeasible state improved by some flip?
+ */
 typedef struct sweep {
     int64_t minimum, feasible_minimum, infeasible_minimum;
     uint32_t stuck; /* infeasible states that no single flip improves */
@@ -142,7 +143,12 @@ static qs_problem star(tiny *t, uint32_t leaves, uint32_t labels, int32_t weight
     for (uint32_t e = 0; e < leaves; e++) {
         t->edges[e] = (qs_edge){0, e + 1, weight};
     }
-    t->problem = (qs_problem){.sites = leaves + 1, .labels = labels, .scale = 1, .edges = t->edges, .edge_count = leaves, .costs = t->costs};
+    t->problem = (qs_problem){.sites = leaves + 1,
+                              .labels = labels,
+                              .scale = 1,
+                              .edges = t->edges,
+                              .edge_count = leaves,
+                              .costs = t->costs};
     return t->problem;
 }
 
@@ -162,7 +168,8 @@ static int64_t margin(const qs_problem *problem, qs_encode_options options)
     return s.infeasible_minimum - s.feasible_minimum;
 }
 
-/* MATHS: K(1,4), weight 100, W = 400, the centre bound to one label and the leaves to another: leaving the centre empty costs a. */
+/* MATHS: K(1,4), weight 100, W = 400, the centre bound to one label and the leaves to another:
+ * leaving the centre empty costs a. */
 static void one_hot_bound_is_tight(void **unused)
 {
     (void)unused;
@@ -173,12 +180,16 @@ static void one_hot_bound_is_tight(void **unused)
         force(&t, leaf, 1);
     }
     for (int64_t alpha = 399; alpha <= 401; alpha++) {
-        assert_int_equal(margin(&t.problem, (qs_encode_options){QS_ONE_HOT, QS_PENALTY_GIVEN, alpha, 0}), alpha - 400);
+        assert_int_equal(
+            margin(&t.problem, (qs_encode_options){QS_ONE_HOT, QS_PENALTY_GIVEN, alpha, 0}),
+            alpha - 400);
     }
-    assert_int_equal(margin(&t.problem, (qs_encode_options){QS_ONE_HOT, QS_PENALTY_LOCAL, 0, 7}), 7);
+    assert_int_equal(margin(&t.problem, (qs_encode_options){QS_ONE_HOT, QS_PENALTY_LOCAL, 0, 7}),
+                     7);
 }
 
-/* MATHS: the centre of K(1,4) is free in two labels, two leaves are bound to each: the centre with both at 1 costs b - a, against W/2. */
+/* MATHS: the centre of K(1,4) is free in two labels, two leaves are bound to each: the centre with
+ * both at 1 costs b - a, against W/2. */
 static void sparse_bound_is_tight(void **unused)
 {
     (void)unused;
@@ -188,7 +199,9 @@ static void sparse_bound_is_tight(void **unused)
         force(&t, leaf, leaf > 2);
     }
     for (int64_t alpha = 199; alpha <= 201; alpha++) {
-        assert_int_equal(margin(&t.problem, (qs_encode_options){QS_ONE_HOT_SPARSE, QS_PENALTY_GIVEN, alpha, 0}), alpha - 200);
+        assert_int_equal(
+            margin(&t.problem, (qs_encode_options){QS_ONE_HOT_SPARSE, QS_PENALTY_GIVEN, alpha, 0}),
+            alpha - 200);
     }
 }
 
@@ -198,7 +211,8 @@ static void local_values(void **unused)
     (void)unused;
     static tiny_qubo q;
     tiny t = {0};
-    t.problem = (qs_problem){.labels = 2, .scale = 1, .weight = 5, .grid = {.width = 3, .height = 2}, .costs = t.costs};
+    t.problem = (qs_problem){
+        .labels = 2, .scale = 1, .weight = 5, .grid = {.width = 3, .height = 2}, .costs = t.costs};
     const int64_t reach[6] = {10, 15, 10, 10, 15, 10};
     for (uint32_t gap = 1; gap <= 4; gap += 3) {
         for (uint32_t g = 0; g < 6; g++) {
@@ -207,7 +221,8 @@ static void local_values(void **unused)
             qs_index_penalty(&q.index, g, &a, &b);
             assert_int_equal(a, reach[g] + gap);
             assert_int_equal(b, a + gap);
-            tiny_encode(&t.problem, (qs_encode_options){QS_ONE_HOT_SPARSE, QS_PENALTY_LOCAL, 0, gap}, &q);
+            tiny_encode(&t.problem,
+                        (qs_encode_options){QS_ONE_HOT_SPARSE, QS_PENALTY_LOCAL, 0, gap}, &q);
             qs_index_penalty(&q.index, g, &a, &b);
             assert_int_equal(a, gap);
             assert_int_equal(b, a + reach[g] + gap);
@@ -215,7 +230,8 @@ static void local_values(void **unused)
     }
 }
 
-/* The least integer above sum max theta + lambda |N|, of the costs as given: 4 x (9 + 3) + 4 edges x 5. */
+/* The least integer above sum max theta + lambda |N|, of the costs as given: 4 x (9 + 3) + 4 edges
+ * x 5. */
 static void paper_value(void **unused)
 {
     (void)unused;
@@ -224,7 +240,8 @@ static void paper_value(void **unused)
     for (int i = 0; i < 8; i++) {
         t.costs[i] = i % 2 ? 12 : 3;
     }
-    t.problem = (qs_problem){.labels = 2, .scale = 1, .weight = 5, .grid = {.width = 2, .height = 2}, .costs = t.costs};
+    t.problem = (qs_problem){
+        .labels = 2, .scale = 1, .weight = 5, .grid = {.width = 2, .height = 2}, .costs = t.costs};
     tiny_encode(&t.problem, (qs_encode_options){QS_ONE_HOT, QS_PENALTY_PAPER, 0, 0}, &q);
     int64_t a, b;
     qs_index_penalty(&q.index, 0, &a, &b);
@@ -243,19 +260,28 @@ static void summary_counts_all_terms(void **unused)
         tiny t;
         tiny_make(&t, &state, BITS, round % 2 == 0);
         bool sparse = round % 4 == 0;
-        tiny_encode(&t.problem, (qs_encode_options){sparse ? QS_ONE_HOT_SPARSE : QS_ONE_HOT, QS_PENALTY_LOCAL, 0, 0}, &q);
+        tiny_encode(
+            &t.problem,
+            (qs_encode_options){sparse ? QS_ONE_HOT_SPARSE : QS_ONE_HOT, QS_PENALTY_LOCAL, 0, 0},
+            &q);
         int64_t none = tiny_energy(&t.problem, sparse, &q.index, 0), linear[BITS];
-        qs_qubo_summary expected = {.offset = none, .linear_min = INT64_MAX, .linear_max = INT64_MIN}, got;
+        qs_qubo_summary expected = {.offset = none,
+                                    .linear_min = INT64_MAX,
+                                    .linear_max = INT64_MIN},
+                        got;
         for (uint32_t i = 0; i < q.qubo.variables; i++) {
             linear[i] = tiny_energy(&t.problem, sparse, &q.index, 1u << i) - none;
             expected.linear_min = linear[i] < expected.linear_min ? linear[i] : expected.linear_min;
             expected.linear_max = linear[i] > expected.linear_max ? linear[i] : expected.linear_max;
             for (uint32_t j = 0; j < i; j++) {
-                int64_t both = tiny_energy(&t.problem, sparse, &q.index, 1u << i | 1u << j) - none - linear[i] - linear[j];
+                int64_t both = tiny_energy(&t.problem, sparse, &q.index, 1u << i | 1u << j) - none -
+                               linear[i] - linear[j];
                 if (both != 0) {
                     bool first = expected.quadratic_terms++ == 0;
-                    expected.quadratic_min = first || both < expected.quadratic_min ? both : expected.quadratic_min;
-                    expected.quadratic_max = first || both > expected.quadratic_max ? both : expected.quadratic_max;
+                    expected.quadratic_min =
+                        first || both < expected.quadratic_min ? both : expected.quadratic_min;
+                    expected.quadratic_max =
+                        first || both > expected.quadratic_max ? both : expected.quadratic_max;
                 }
             }
         }
@@ -278,9 +304,16 @@ static void pairwise_costs(void **unused)
         uint32_t truncation, a, b;
         int64_t cost;
     } cases[] = {
-        {QS_POTTS, 0, 3, 3, 0},           {QS_POTTS, 9, 0, 9, 1},           {QS_TRUNCATED_LINEAR, 0, 2, 9, 7},
-        {QS_TRUNCATED_LINEAR, 3, 9, 2, 3}, {QS_TRUNCATED_LINEAR, 3, 4, 2, 2}, {QS_TRUNCATED_QUADRATIC, 0, 0, 65534, 4294705156},
-        {QS_TRUNCATED_QUADRATIC, 10, 1, 4, 9}, {QS_TRUNCATED_QUADRATIC, 10, 5, 1, 10}, {QS_TABLE, 0, 0, 1, 5}, {QS_TABLE, 0, 1, 0, 7},
+        {QS_POTTS, 0, 3, 3, 0},
+        {QS_POTTS, 9, 0, 9, 1},
+        {QS_TRUNCATED_LINEAR, 0, 2, 9, 7},
+        {QS_TRUNCATED_LINEAR, 3, 9, 2, 3},
+        {QS_TRUNCATED_LINEAR, 3, 4, 2, 2},
+        {QS_TRUNCATED_QUADRATIC, 0, 0, 65534, 4294705156},
+        {QS_TRUNCATED_QUADRATIC, 10, 1, 4, 9},
+        {QS_TRUNCATED_QUADRATIC, 10, 5, 1, 10},
+        {QS_TABLE, 0, 0, 1, 5},
+        {QS_TABLE, 0, 1, 0, 7},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         qs_problem p = {.labels = 2, .pairwise = {cases[i].smoothness, cases[i].truncation, table}};
@@ -288,13 +321,15 @@ static void pairwise_costs(void **unused)
     }
 }
 
-/* A mask that masks nothing, and weights that are all the same, are the same problem: the same bytes. */
+/* A mask that masks nothing, and weights that are all the same, are the same problem: the same
+ * bytes. */
 static void one_problem_one_string(void **unused)
 {
     (void)unused;
     static tiny_qubo plain, dressed;
     tiny t = {0};
-    t.problem = (qs_problem){.labels = 3, .scale = 1, .weight = 4, .grid = {.width = 4, .height = 3}, .costs = t.costs};
+    t.problem = (qs_problem){
+        .labels = 3, .scale = 1, .weight = 4, .grid = {.width = 4, .height = 3}, .costs = t.costs};
     tiny_encode(&t.problem, (qs_encode_options){0}, &plain);
     memset(t.mask, 1, sizeof t.mask);
     for (int i = 0; i < 12; i++) {
@@ -318,16 +353,24 @@ static void refusals(void **unused)
 {
     (void)unused;
     tiny t = {0};
-    t.problem = (qs_problem){.labels = 3, .scale = 1, .weight = 4, .grid = {.width = 4, .height = 3}, .costs = t.costs};
+    t.problem = (qs_problem){
+        .labels = 3, .scale = 1, .weight = 4, .grid = {.width = 4, .height = 3}, .costs = t.costs};
     qs_problem p = t.problem;
     p.pairwise.smoothness = QS_TRUNCATED_QUADRATIC;
-    assert_int_equal(encode_status(&p, (qs_encode_options){.encoding = QS_ONE_HOT_SPARSE}), QS_E_ENCODING);
+    assert_int_equal(encode_status(&p, (qs_encode_options){.encoding = QS_ONE_HOT_SPARSE}),
+                     QS_E_ENCODING);
     p.pairwise.smoothness = QS_TRUNCATED_LINEAR;
     assert_int_equal(encode_status(&p, (qs_encode_options){.encoding = QS_ONE_HOT_SPARSE}), QS_OK);
-    assert_int_equal(encode_status(&p, (qs_encode_options){.encoding = QS_ONE_HOT_SPARSE, .penalty = QS_PENALTY_PAPER}), QS_E_ENCODING);
-    assert_int_equal(encode_status(&t.problem, (qs_encode_options){.encoding = QS_DOMAIN_WALL}), QS_E_ENCODING);
-    assert_int_equal(encode_status(&t.problem, (qs_encode_options){.encoding = QS_ST_CUT_ARCS + 1}), QS_E_ARGUMENT);
-    assert_int_equal(encode_status(&t.problem, (qs_encode_options){.penalty = QS_PENALTY_MINIMAL + 1}), QS_E_ARGUMENT);
+    assert_int_equal(encode_status(&p, (qs_encode_options){.encoding = QS_ONE_HOT_SPARSE,
+                                                           .penalty = QS_PENALTY_PAPER}),
+                     QS_E_ENCODING);
+    assert_int_equal(encode_status(&t.problem, (qs_encode_options){.encoding = QS_DOMAIN_WALL}),
+                     QS_E_ENCODING);
+    assert_int_equal(encode_status(&t.problem, (qs_encode_options){.encoding = QS_ST_CUT_ARCS + 1}),
+                     QS_E_ARGUMENT);
+    assert_int_equal(
+        encode_status(&t.problem, (qs_encode_options){.penalty = QS_PENALTY_MINIMAL + 1}),
+        QS_E_ARGUMENT);
     p = t.problem;
     p.weight = -1;
     assert_int_equal(encode_status(&p, (qs_encode_options){0}), QS_E_ARGUMENT);
@@ -336,14 +379,24 @@ static void refusals(void **unused)
     p.grid = (qs_grid){.width = 40000, .height = 1};
     assert_int_equal(encode_status(&p, (qs_encode_options){0}), QS_E_LIMIT);
     p = t.problem;
-    assert_int_equal(encode_status(&p, (qs_encode_options){.penalty = QS_PENALTY_GIVEN, .alpha = 0}), QS_E_ARGUMENT);
-    assert_int_equal(encode_status(&p, (qs_encode_options){.penalty = QS_PENALTY_GIVEN, .alpha = INT64_MAX}), QS_E_OVERFLOW);
-    assert_int_equal(encode_status(&p, (qs_encode_options){.penalty = QS_PENALTY_GIVEN, .alpha = (int64_t)1 << 50}), QS_E_OVERFLOW);
+    assert_int_equal(
+        encode_status(&p, (qs_encode_options){.penalty = QS_PENALTY_GIVEN, .alpha = 0}),
+        QS_E_ARGUMENT);
+    assert_int_equal(
+        encode_status(&p, (qs_encode_options){.penalty = QS_PENALTY_GIVEN, .alpha = INT64_MAX}),
+        QS_E_OVERFLOW);
+    assert_int_equal(encode_status(&p, (qs_encode_options){.penalty = QS_PENALTY_GIVEN,
+                                                           .alpha = (int64_t)1 << 50}),
+                     QS_E_OVERFLOW);
     p.labels = 100000;
     assert_int_equal(encode_status(&p, (qs_encode_options){0}), QS_E_ARGUMENT);
     /* A quadratic cost of 65,534^2 does not fit a block's entry. */
     static int32_t wide[2 * QS_LABELS_MAX];
-    p = (qs_problem){.labels = QS_LABELS_MAX, .scale = 1, .weight = 1, .grid = {.width = 2, .height = 1}, .costs = wide};
+    p = (qs_problem){.labels = QS_LABELS_MAX,
+                     .scale = 1,
+                     .weight = 1,
+                     .grid = {.width = 2, .height = 1},
+                     .costs = wide};
     p.pairwise.smoothness = QS_TRUNCATED_QUADRATIC;
     assert_int_equal(encode_status(&p, (qs_encode_options){0}), QS_E_OVERFLOW);
     p = t.problem;
@@ -363,7 +416,8 @@ static void every_failing_write_is_told(void **unused)
     (void)unused;
     static uint64_t memory[8192];
     tiny t = {0};
-    t.problem = (qs_problem){.labels = 3, .scale = 1, .weight = 4, .grid = {.width = 4, .height = 3}, .costs = t.costs};
+    t.problem = (qs_problem){
+        .labels = 3, .scale = 1, .weight = 4, .grid = {.width = 4, .height = 3}, .costs = t.costs};
     int calls = 0;
     for (qs_status status = QS_E_IO; status != QS_OK; calls++) {
         int left = calls;

@@ -1,11 +1,11 @@
-/* Both file formats: what is written is read back; every truncation, every flipped bit and every breach of FORMAT.md is
- * refused with the right status. */
+/* Both file formats: what is written is read back; every truncation, every flipped bit and every
+ * breach of FORMAT.md is refused with the right status. */
 #include "slow.h"
 
 #include <string.h>
 
-#include "../../libqstereo/src/bytes.h"
-#include "../../libqstereo/src/crc32c.h"
+#include "../../libqstereo/src/base/bytes.h"
+#include "../../libqstereo/src/files/crc32c.h"
 
 enum { HEADER = 64 };
 
@@ -22,7 +22,11 @@ static void sample_problem(tiny *t)
     for (int i = 0; i < 15; i++) {
         t->costs[i] = i * 100;
     }
-    t->problem = (qs_problem){.labels = 3, .scale = 2, .weight = 7, .grid = {3, 2, t->mask, t->right, t->down}, .costs = t->costs,
+    t->problem = (qs_problem){.labels = 3,
+                              .scale = 2,
+                              .weight = 7,
+                              .grid = {3, 2, t->mask, t->right, t->down},
+                              .costs = t->costs,
                               .frame = {10, 20, 4, 5, 6}};
 }
 
@@ -79,12 +83,15 @@ static void sizing_pass_tells_the_size(void **unused)
         tiny t;
         tiny_make(&t, &state, 24, round % 2 == 0);
         tiny_encode(&t.problem, (qs_encode_options){0}, &q);
-        assert_int_equal(qs_encode(&t.problem, &(qs_encode_options){0}, NULL, memory, sizeof memory, &size), QS_OK);
+        assert_int_equal(
+            qs_encode(&t.problem, &(qs_encode_options){0}, NULL, memory, sizeof memory, &size),
+            QS_OK);
         assert_int_equal(size, q.size);
     }
 }
 
-static void truncations(const uint8_t *file, size_t size, qs_status (*open)(const uint8_t *, size_t))
+static void truncations(const uint8_t *file, size_t size,
+                        qs_status (*open)(const uint8_t *, size_t))
 {
     for (size_t cut = 0; cut < size; cut++) {
         assert_int_equal(open(file, cut), QS_E_TRUNCATED);
@@ -146,7 +153,8 @@ typedef struct breach {
     qs_status status;
 } breach;
 
-static void expect_breaches(const uint8_t *file, size_t size, const breach *breaches, size_t count, qs_status (*open)(const uint8_t *, size_t))
+static void expect_breaches(const uint8_t *file, size_t size, const breach *breaches, size_t count,
+                            qs_status (*open)(const uint8_t *, size_t))
 {
     uint8_t copy[TINY_FILE];
     for (size_t i = 0; i < count; i++) {
@@ -155,7 +163,8 @@ static void expect_breaches(const uint8_t *file, size_t size, const breach *brea
         qs_store_u32(copy + base + breaches[i].at, breaches[i].value);
         seal(copy, size);
         if (open(copy, size) != breaches[i].status) {
-            fail_msg("breach %zu (%s + %zu = %u): %s", i, breaches[i].chunk ? breaches[i].chunk : "header", breaches[i].at,
+            fail_msg("breach %zu (%s + %zu = %u): %s", i,
+                     breaches[i].chunk ? breaches[i].chunk : "header", breaches[i].at,
                      breaches[i].value, qs_status_text(open(copy, size)));
         }
     }
@@ -168,29 +177,74 @@ static void broken_promises(void **unused)
     sample_problem(&t);
     tiny_encode(&t.problem, (qs_encode_options){QS_ONE_HOT, QS_PENALTY_LOCAL, 0, 3}, &q);
     const breach breaches[] = {
-        {NULL, 8, 2, QS_E_UNSUPPORTED},       {NULL, 12, 6, QS_E_CORRUPT},         {NULL, 12, 8, QS_E_CORRUPT},
-        {NULL, 16, (uint32_t)q.size - 1, QS_E_CORRUPT},                            {NULL, 16, (uint32_t)q.size + 1, QS_E_TRUNCATED},
-        {NULL, 24, 14, QS_E_CORRUPT},         {NULL, 24, 0, QS_E_CORRUPT},         {NULL, 24, 0x80000000, QS_E_CORRUPT},
-        {NULL, 28, 4, QS_E_CORRUPT},          {NULL, 28, 0, QS_E_CORRUPT},         {NULL, 28, 16, QS_E_CORRUPT},
-        {NULL, 32, 3, QS_E_CORRUPT},          {NULL, 32, 5, QS_E_CORRUPT},         {NULL, 32, 0x7fffffff, QS_E_LIMIT},
-        {NULL, 40, 1, QS_E_CORRUPT},          {NULL, 56, 1, QS_E_CORRUPT},
-        {"GRPS", 0, 4, QS_E_CORRUPT},         {"GRPS", 0, 0, QS_E_CORRUPT},        {"GRPS", 4, 0, QS_E_CORRUPT},
-        {"BLKS", 0, 2, QS_E_CORRUPT},         {"BLKS", 0, 0, QS_E_CORRUPT},        {"BLKS", 4, 0, QS_E_CORRUPT},
-        {"BLKS", 4, 2, QS_E_CORRUPT},         {"BLKS", 8, 4, QS_E_CORRUPT},        {"BLKS", 12, 2, QS_E_CORRUPT},
-        {"BLKS", 20, (uint32_t)-3, QS_E_CORRUPT},                                  {"BLKS", 20, 3, QS_E_CORRUPT},
-        {"CPLS", 0, 2, QS_E_CORRUPT},         {"CPLS", 0, 4, QS_E_CORRUPT},        {"CPLS", 4, 1, QS_E_CORRUPT},
-        {"CPLS", 8, 2, QS_E_CORRUPT},         {"CPLS", 12, 3, QS_E_CORRUPT},       {"CPLS", 12, 8, QS_E_CORRUPT},
-        {"CPLS", 12, 0, QS_E_CORRUPT},        {"CPLS", 16, 1, QS_E_CORRUPT},       {"CPLS", 20, 4, QS_E_CORRUPT},
-        {"CPLS", 24, 9, QS_E_CORRUPT},        {"CPLS", 28, 0, QS_E_CORRUPT},       {"CPLS", 32, 0, QS_E_CORRUPT},
-        {"CPLS", 36, 1, QS_E_CORRUPT},        {"LINR", 8, 3, QS_E_CORRUPT},        {"LINR", 8, 4, QS_E_CORRUPT},
-        {"LINR", 12, 1, QS_E_CORRUPT},        {"LINR", 4, 0x00300000, QS_E_CORRUPT}, {"LINR", 4, 0x7fffffff, QS_E_CORRUPT},
-        {"PNLT", 0, 3, QS_E_CORRUPT},         {"PNLT", 0, 4, QS_E_CORRUPT},        {"PNLT", 4, 1, QS_E_CORRUPT},
-        {"PNLT", 8, 0, QS_E_CORRUPT},         {"PNLT", 8, 6, QS_E_CORRUPT},        {"OFFS", 4, 0x00300000, QS_E_CORRUPT},
-        {"labl", 0, 0, QS_E_CORRUPT},         {"labl", 0, 3, QS_E_CORRUPT},        {"labl", 0, 7, QS_E_CORRUPT},        {"labl", 4, 4, QS_E_CORRUPT},
-        {"labl", 12, 4, QS_E_CORRUPT},        {"labl", 16, 0, QS_E_CORRUPT},       {"labl", 20, 4, QS_E_CORRUPT},
-        {"labl", 24, 0, QS_E_CORRUPT},        {"labl", 28, (uint32_t)-2, QS_E_CORRUPT}, {"labl", 32, 0, QS_E_CORRUPT},
-        {"labl", 32, 2, QS_E_CORRUPT},        {"labl", 36, 3, QS_E_CORRUPT},       {"labl", 40, 6, QS_E_CORRUPT},
-        {"labl", 48, 8, QS_E_CORRUPT},        {"labl", 56, 0x80000000, QS_E_CORRUPT}, {"labl", 60, 2, QS_E_CORRUPT},       {"labl", 60, 0, QS_E_CORRUPT},
+        {NULL, 8, 2, QS_E_UNSUPPORTED},
+        {NULL, 12, 6, QS_E_CORRUPT},
+        {NULL, 12, 8, QS_E_CORRUPT},
+        {NULL, 16, (uint32_t)q.size - 1, QS_E_CORRUPT},
+        {NULL, 16, (uint32_t)q.size + 1, QS_E_TRUNCATED},
+        {NULL, 24, 14, QS_E_CORRUPT},
+        {NULL, 24, 0, QS_E_CORRUPT},
+        {NULL, 24, 0x80000000, QS_E_CORRUPT},
+        {NULL, 28, 4, QS_E_CORRUPT},
+        {NULL, 28, 0, QS_E_CORRUPT},
+        {NULL, 28, 16, QS_E_CORRUPT},
+        {NULL, 32, 3, QS_E_CORRUPT},
+        {NULL, 32, 5, QS_E_CORRUPT},
+        {NULL, 32, 0x7fffffff, QS_E_LIMIT},
+        {NULL, 40, 1, QS_E_CORRUPT},
+        {NULL, 56, 1, QS_E_CORRUPT},
+        {"GRPS", 0, 4, QS_E_CORRUPT},
+        {"GRPS", 0, 0, QS_E_CORRUPT},
+        {"GRPS", 4, 0, QS_E_CORRUPT},
+        {"BLKS", 0, 2, QS_E_CORRUPT},
+        {"BLKS", 0, 0, QS_E_CORRUPT},
+        {"BLKS", 4, 0, QS_E_CORRUPT},
+        {"BLKS", 4, 2, QS_E_CORRUPT},
+        {"BLKS", 8, 4, QS_E_CORRUPT},
+        {"BLKS", 12, 2, QS_E_CORRUPT},
+        {"BLKS", 20, (uint32_t)-3, QS_E_CORRUPT},
+        {"BLKS", 20, 3, QS_E_CORRUPT},
+        {"CPLS", 0, 2, QS_E_CORRUPT},
+        {"CPLS", 0, 4, QS_E_CORRUPT},
+        {"CPLS", 4, 1, QS_E_CORRUPT},
+        {"CPLS", 8, 2, QS_E_CORRUPT},
+        {"CPLS", 12, 3, QS_E_CORRUPT},
+        {"CPLS", 12, 8, QS_E_CORRUPT},
+        {"CPLS", 12, 0, QS_E_CORRUPT},
+        {"CPLS", 16, 1, QS_E_CORRUPT},
+        {"CPLS", 20, 4, QS_E_CORRUPT},
+        {"CPLS", 24, 9, QS_E_CORRUPT},
+        {"CPLS", 28, 0, QS_E_CORRUPT},
+        {"CPLS", 32, 0, QS_E_CORRUPT},
+        {"CPLS", 36, 1, QS_E_CORRUPT},
+        {"LINR", 8, 3, QS_E_CORRUPT},
+        {"LINR", 8, 4, QS_E_CORRUPT},
+        {"LINR", 12, 1, QS_E_CORRUPT},
+        {"LINR", 4, 0x00300000, QS_E_CORRUPT},
+        {"LINR", 4, 0x7fffffff, QS_E_CORRUPT},
+        {"PNLT", 0, 3, QS_E_CORRUPT},
+        {"PNLT", 0, 4, QS_E_CORRUPT},
+        {"PNLT", 4, 1, QS_E_CORRUPT},
+        {"PNLT", 8, 0, QS_E_CORRUPT},
+        {"PNLT", 8, 6, QS_E_CORRUPT},
+        {"OFFS", 4, 0x00300000, QS_E_CORRUPT},
+        {"labl", 0, 0, QS_E_CORRUPT},
+        {"labl", 0, 3, QS_E_CORRUPT},
+        {"labl", 0, 7, QS_E_CORRUPT},
+        {"labl", 4, 4, QS_E_CORRUPT},
+        {"labl", 12, 4, QS_E_CORRUPT},
+        {"labl", 16, 0, QS_E_CORRUPT},
+        {"labl", 20, 4, QS_E_CORRUPT},
+        {"labl", 24, 0, QS_E_CORRUPT},
+        {"labl", 28, (uint32_t)-2, QS_E_CORRUPT},
+        {"labl", 32, 0, QS_E_CORRUPT},
+        {"labl", 32, 2, QS_E_CORRUPT},
+        {"labl", 36, 3, QS_E_CORRUPT},
+        {"labl", 40, 6, QS_E_CORRUPT},
+        {"labl", 48, 8, QS_E_CORRUPT},
+        {"labl", 56, 0x80000000, QS_E_CORRUPT},
+        {"labl", 60, 2, QS_E_CORRUPT},
+        {"labl", 60, 0, QS_E_CORRUPT},
     };
     expect_breaches(q.file, q.size, breaches, sizeof breaches / sizeof *breaches, open_qubo);
     uint8_t *mask = q.file + payload(q.file, q.size, "labl") + 64;
@@ -203,14 +257,19 @@ static void broken_promises(void **unused)
     }
 }
 
-/* Chunks of types that are not listed: a lower-case one is skipped, an upper-case one is a later version's. */
+/* Chunks of types that are not listed: a lower-case one is skipped, an upper-case one is a later
+ * version's. */
 static void strange_chunks(void **unused)
 {
     (void)unused;
     static const struct {
         const char *type;
         qs_status status;
-    } cases[] = {{"note", QS_OK}, {"NOTE", QS_E_UNSUPPORTED}, {"LINR", QS_E_CORRUPT}, {"n\0te", QS_E_CORRUPT}, {"labl", QS_E_CORRUPT}};
+    } cases[] = {{"note", QS_OK},
+                 {"NOTE", QS_E_UNSUPPORTED},
+                 {"LINR", QS_E_CORRUPT},
+                 {"n\0te", QS_E_CORRUPT},
+                 {"labl", QS_E_CORRUPT}};
     tiny t;
     sample_problem(&t);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -218,7 +277,8 @@ static void strange_chunks(void **unused)
         uint8_t *chunk = q.file + q.size;
         memset(chunk, 0, 24);
         memcpy(chunk, cases[i].type, 4);
-        bool labels = memcmp(cases[i].type, "labl", 4) == 0; /* a second one, as good as the first */
+        bool labels =
+            memcmp(cases[i].type, "labl", 4) == 0; /* a second one, as good as the first */
         size_t length = labels ? 64 + 1 : 3;
         if (labels) {
             memcpy(chunk, q.file + payload(q.file, q.size, "labl") - 16, 16 + length + 4);
@@ -240,7 +300,8 @@ static void write_reduced(qs_encoding encoding, bool whole)
     static tiny t;
     sample_problem(&t);
     t.problem.pairwise.smoothness = encoding >= QS_ST_CUT ? QS_TRUNCATED_LINEAR : QS_POTTS;
-    slow_request request = {.problem = &t.problem, .encoding = encoding, .gap = 1, .truncate = true};
+    slow_request request = {
+        .problem = &t.problem, .encoding = encoding, .gap = 1, .truncate = true};
     const uint8_t sets[5] = {7, 4, 5, 6, 7};
     for (uint32_t p = 0; p < 5; p++) {
         for (uint32_t d = 0; d < 3; d++) {
@@ -257,17 +318,36 @@ static void broken_label_sets(void **unused)
     for (qs_encoding encoding = QS_ONE_HOT; encoding <= QS_ST_CUT_ARCS; encoding++) {
         write_reduced(encoding, false);
         const breach breaches[] = {
-            {"kept", 0, 4, QS_E_CORRUPT},           {"kept", 0, 6, QS_E_CORRUPT},           {"kept", 0, 0, QS_E_CORRUPT},
-            {"kept", 4, 0, QS_E_CORRUPT},           {"kept", 4, 2, QS_E_CORRUPT},           {"kept", 4, 3, QS_E_CORRUPT},
-            {"kept", 8, 0xffff02ff, QS_OK},         {"kept", 8, 0xffff01ff, QS_OK},         {"kept", 8, 0xffff03ff, QS_E_CORRUPT},
-            {"kept", 8, 0xffff02fe, QS_E_CORRUPT},  {"kept", 8, 0xff0002ff, QS_E_CORRUPT},  {"kept", 8, 0xffffffff, QS_E_CORRUPT},
-            {"kept", 13, 0x07060507, QS_OK},        {"kept", 13, 0x07060307, QS_OK},        {"kept", 13, 0x07060503, QS_E_CORRUPT},
-            {"kept", 13, 0x07060407, QS_E_CORRUPT}, {"kept", 13, 0x07060007, QS_E_CORRUPT}, {"kept", 13, 0x07060d07, QS_E_CORRUPT},
-            {"kept", 13, 0x07060707, QS_E_CORRUPT}, {"kept", 13, 0x87060507, QS_E_CORRUPT}, {"kept", 13, 0x0706050b, QS_E_CORRUPT},
-            {"trnc", 0, 2, QS_E_CORRUPT},           {"trnc", 0, 3, QS_E_CORRUPT},           {"trnc", 0, 8, QS_E_CORRUPT},
-            {"trnc", 0, 0, QS_E_CORRUPT},           {"trnc", 4, 1, QS_E_CORRUPT},           {"trnc", 8, 77, QS_OK},
+            {"kept", 0, 4, QS_E_CORRUPT},
+            {"kept", 0, 6, QS_E_CORRUPT},
+            {"kept", 0, 0, QS_E_CORRUPT},
+            {"kept", 4, 0, QS_E_CORRUPT},
+            {"kept", 4, 2, QS_E_CORRUPT},
+            {"kept", 4, 3, QS_E_CORRUPT},
+            {"kept", 8, 0xffff02ff, QS_OK},
+            {"kept", 8, 0xffff01ff, QS_OK},
+            {"kept", 8, 0xffff03ff, QS_E_CORRUPT},
+            {"kept", 8, 0xffff02fe, QS_E_CORRUPT},
+            {"kept", 8, 0xff0002ff, QS_E_CORRUPT},
+            {"kept", 8, 0xffffffff, QS_E_CORRUPT},
+            {"kept", 13, 0x07060507, QS_OK},
+            {"kept", 13, 0x07060307, QS_OK},
+            {"kept", 13, 0x07060503, QS_E_CORRUPT},
+            {"kept", 13, 0x07060407, QS_E_CORRUPT},
+            {"kept", 13, 0x07060007, QS_E_CORRUPT},
+            {"kept", 13, 0x07060d07, QS_E_CORRUPT},
+            {"kept", 13, 0x07060707, QS_E_CORRUPT},
+            {"kept", 13, 0x87060507, QS_E_CORRUPT},
+            {"kept", 13, 0x0706050b, QS_E_CORRUPT},
+            {"trnc", 0, 2, QS_E_CORRUPT},
+            {"trnc", 0, 3, QS_E_CORRUPT},
+            {"trnc", 0, 8, QS_E_CORRUPT},
+            {"trnc", 0, 0, QS_E_CORRUPT},
+            {"trnc", 4, 1, QS_E_CORRUPT},
+            {"trnc", 8, 77, QS_OK},
         };
-        expect_breaches(reduced.file, reduced.size, breaches, sizeof breaches / sizeof *breaches, open_qubo);
+        expect_breaches(reduced.file, reduced.size, breaches, sizeof breaches / sizeof *breaches,
+                        open_qubo);
         if (encoding == QS_DOMAIN_WALL) {
             truncations(reduced.file, reduced.size, open_qubo);
             flips(reduced.file, reduced.size, open_qubo);
@@ -279,7 +359,8 @@ static void broken_label_sets(void **unused)
 static qs_status open_replaced(const char *type, const uint8_t *bytes, size_t length)
 {
     uint8_t file[TINY_FILE];
-    size_t at = payload(reduced.file, reduced.size, type), after = at + (size_t)qs_load_u64(reduced.file + at - 8) + 4;
+    size_t at = payload(reduced.file, reduced.size, type),
+           after = at + (size_t)qs_load_u64(reduced.file + at - 8) + 4;
     memcpy(file, reduced.file, at);
     qs_store_u64(file + at - 8, length);
     memcpy(file + at, bytes, length);
@@ -297,7 +378,8 @@ static void label_sets_of_other_lengths(void **unused)
         write_reduced(encoding, false);
         /* One more fixed site, of which the grid has no cell; and what the file has. */
         static const uint8_t six[] = {6, 0, 0, 0, 1, 0, 0, 0, 255, 2, 255, 255, 255, 1, 7, 5, 6, 7};
-        static const uint8_t five[] = {5, 0, 0, 0, 1, 0, 0, 0, 255, 2, 255, 255, 255, 7, 5, 6, 7, 0};
+        static const uint8_t five[] = {5, 0,   0,   0,   1, 0, 0, 0, 255,
+                                       2, 255, 255, 255, 7, 5, 6, 7, 0};
         assert_int_equal(open_replaced("kept", six, 18), QS_E_CORRUPT);
         assert_int_equal(open_replaced("kept", five, 17), QS_OK);
         assert_int_equal(open_replaced("kept", five, 18), QS_E_CORRUPT);
@@ -307,14 +389,16 @@ static void label_sets_of_other_lengths(void **unused)
         for (uint8_t width = 0; width <= 9; width++) {
             uint8_t cut[8 + 9 * 10 + 1] = {width};
             bool known = width == 1 || width == 2 || width == 4;
-            assert_int_equal(open_replaced("trnc", cut, 8 + (size_t)width * 10), known ? QS_OK : QS_E_CORRUPT);
+            assert_int_equal(open_replaced("trnc", cut, 8 + (size_t)width * 10),
+                             known ? QS_OK : QS_E_CORRUPT);
             assert_int_equal(open_replaced("trnc", cut, 8 + (size_t)width * 10 + 1), QS_E_CORRUPT);
         }
         assert_int_equal(open_replaced("trnc", six, 7), QS_E_CORRUPT);
     }
 }
 
-/* A graph may have any number of sites that are fixed, but open ones have groups: else it would take four billion steps to find out. */
+/* A graph may have any number of sites that are fixed, but open ones have groups: else it would
+ * take four billion steps to find out. */
 static void open_sites_beyond_the_groups(void **unused)
 {
     (void)unused;
@@ -394,35 +478,43 @@ static void side_chunks_in_order(void **unused)
             assert_int_equal(open_with(cases[i].types, cases[i].count), cases[i].status);
         }
     }
-    /* With all labels left `kept` may be missing in the one-hot encodings alone; all others have it, with nothing in it, and trnc has all labels then. */
+    /* With all labels left `kept` may be missing in the one-hot encodings alone; all others have
+     * it, with nothing in it, and trnc has all labels then. */
     for (qs_encoding encoding = QS_ONE_HOT; encoding <= QS_ST_CUT_ARCS; encoding++) {
         write_reduced(encoding, true);
-        const char *const bare[] = {"labl"}, *const both[] = {"labl", "trnc"}, *const late[] = {"labl", "trnc", "kept"};
+        const char *const bare[] = {"labl"}, *const both[] = {"labl", "trnc"},
+                          *const late[] = {"labl", "trnc", "kept"};
         assert_int_equal(open_with(bare, 1), encoding <= QS_ONE_HOT_SPARSE ? QS_OK : QS_E_CORRUPT);
         assert_int_equal(open_with(both, 2), encoding <= QS_ONE_HOT_SPARSE ? QS_OK : QS_E_CORRUPT);
         if (encoding > QS_ONE_HOT_SPARSE) {
             assert_int_equal(open_with(late, 3), QS_E_CORRUPT);
-            const breach breaches[] = {{"kept", 4, 1, QS_E_CORRUPT}, {"kept", 0, 4, QS_E_CORRUPT}, {"kept", 0, 6, QS_E_CORRUPT}};
+            const breach breaches[] = {{"kept", 4, 1, QS_E_CORRUPT},
+                                       {"kept", 0, 4, QS_E_CORRUPT},
+                                       {"kept", 0, 6, QS_E_CORRUPT}};
             expect_breaches(reduced.file, reduced.size, breaches, 3, open_qubo);
         }
     }
 }
 
-/* The groups of one encoding are not those of another, but for the two one-hot ones, and a cut's is one of arcs that has none. */
+/* The groups of one encoding are not those of another, but for the two one-hot ones, and a cut's is
+ * one of arcs that has none. */
 static void groups_are_those_of_the_encoding(void **unused)
 {
     (void)unused;
     for (uint32_t encoding = QS_ONE_HOT; encoding <= QS_ST_CUT_ARCS; encoding++) {
         write_reduced((qs_encoding)encoding, false);
         for (uint32_t said = QS_ONE_HOT; said <= QS_ST_CUT_ARCS; said++) {
-            bool fits = encoding == said || (encoding <= QS_ONE_HOT_SPARSE && said <= QS_ONE_HOT_SPARSE) || (encoding == QS_ST_CUT && said == QS_ST_CUT_ARCS);
+            bool fits = encoding == said ||
+                        (encoding <= QS_ONE_HOT_SPARSE && said <= QS_ONE_HOT_SPARSE) ||
+                        (encoding == QS_ST_CUT && said == QS_ST_CUT_ARCS);
             const breach as = {"labl", 0, said, fits ? QS_OK : QS_E_CORRUPT};
             expect_breaches(reduced.file, reduced.size, &as, 1, open_qubo);
         }
     }
 }
 
-/* A group without a penalty is not one-hot, and so no site or terminal of the encodings whose sites are. One number of the two is enough. */
+/* A group without a penalty is not one-hot, and so no site or terminal of the encodings whose sites
+ * are. One number of the two is enough. */
 static void sites_have_penalties(void **unused)
 {
     (void)unused;
@@ -430,24 +522,30 @@ static void sites_have_penalties(void **unused)
         write_reduced(encoding, false);
         uint32_t groups = reduced.qubo.groups;
         bool one_hot = encoding <= QS_ONE_HOT_SPARSE || encoding == QS_MULTIWAY_CUT;
-        for (uint8_t pair = 0; pair < 4 && encoding != QS_DOMAIN_WALL; pair++) { /* chains are no groups with a penalty */
+        for (uint8_t pair = 0; pair < 4 && encoding != QS_DOMAIN_WALL;
+             pair++) { /* chains are no groups with a penalty */
             uint8_t a = pair & 1, b = pair >> 1;
             const uint8_t all[] = {1, 0, 0, 0, 0, 0, 0, 0, (uint8_t)groups, 0, 0, 0, a, b};
-            const uint8_t last[] = {1, 0, 0, 0, 0, 0, 0, 0, (uint8_t)(groups - 1), 0, 0, 0, 7, 9, 1, 0, 0, 0, a, b};
-            assert_int_equal(open_replaced("PNLT", all, sizeof all), one_hot && pair == 0 ? QS_E_CORRUPT : QS_OK);
-            assert_int_equal(open_replaced("PNLT", last, sizeof last), one_hot && pair == 0 ? QS_E_CORRUPT : QS_OK);
+            const uint8_t last[] = {1, 0, 0, 0, 0, 0, 0, 0, (uint8_t)(groups - 1), 0, 0, 0,
+                                    7, 9, 1, 0, 0, 0, a, b};
+            assert_int_equal(open_replaced("PNLT", all, sizeof all),
+                             one_hot && pair == 0 ? QS_E_CORRUPT : QS_OK);
+            assert_int_equal(open_replaced("PNLT", last, sizeof last),
+                             one_hot && pair == 0 ? QS_E_CORRUPT : QS_OK);
         }
     }
 }
 
-/* More than 255 labels: two bytes for a fixed one. Nothing is left to decide, so that there are no variables. */
+/* More than 255 labels: two bytes for a fixed one. Nothing is left to decide, so that there are no
+ * variables. */
 static void wide_fixed_labels(void **unused)
 {
     (void)unused;
     write_reduced(QS_DOMAIN_WALL, false);
     for (uint32_t width = 1; width <= 2; width++) {
         uint8_t file[1024] = {0};
-        static const char *const heads[] = {"GRPS", "BLKS", "CPLS", "LINR", "PNLT", "OFFS", "labl", "kept"};
+        static const char *const heads[] = {"GRPS", "BLKS", "CPLS", "LINR",
+                                            "PNLT", "OFFS", "labl", "kept"};
         const size_t sizes[] = {0, 4, 4, 16, 8, 8, 64, 8 + width * 5};
         size_t at = HEADER;
         memcpy(file, reduced.file, 12);
@@ -474,7 +572,9 @@ static void wide_fixed_labels(void **unused)
         seal(file, at);
         assert_int_equal(open_qubo(file, at), width == 2 ? QS_OK : QS_E_CORRUPT);
         if (width == 2) {
-            const breach breaches[] = {{"kept", 8, 299, QS_OK}, {"kept", 8, 300, QS_E_CORRUPT}, {"kept", 8, 0xffff, QS_E_CORRUPT}};
+            const breach breaches[] = {{"kept", 8, 299, QS_OK},
+                                       {"kept", 8, 300, QS_E_CORRUPT},
+                                       {"kept", 8, 0xffff, QS_E_CORRUPT}};
             expect_breaches(file, at, breaches, 3, open_qubo);
         }
     }
@@ -507,8 +607,14 @@ static const uint8_t bits[3][2] = {{0xff, 0x07}, {0x01, 0x02}, {0x00, 0x00}};
 
 static qs_samples some_samples(void)
 {
-    qs_samples samples = {.variables = 11, .count = 3, .solver = "exact", .solver_size = 5, .info = "{\"a\": 1}", .info_size = 8,
-                          .records = records, .bits = bits[0]};
+    qs_samples samples = {.variables = 11,
+                          .count = 3,
+                          .solver = "exact",
+                          .solver_size = 5,
+                          .info = "{\"a\": 1}",
+                          .info_size = 8,
+                          .records = records,
+                          .bits = bits[0]};
     memset(samples.problem, 0xab, sizeof samples.problem);
     return samples;
 }
@@ -569,9 +675,19 @@ static void broken_samples(void **unused)
     qs_samples samples = some_samples();
     size_t size = write_samples(&samples, file);
     const breach breaches[] = {
-        {NULL, 8, 2, QS_E_UNSUPPORTED}, {NULL, 24, 0, QS_E_CORRUPT},    {NULL, 24, 17, QS_E_CORRUPT},   {NULL, 28, 2, QS_E_CORRUPT},
-        {NULL, 28, 4, QS_E_CORRUPT},    {NULL, 32, 1, QS_E_CORRUPT},    {"SOLV", 0, 7, QS_E_CORRUPT},   {"INFO", 0, '[', QS_E_CORRUPT},
-        {"SOLV", 0, 0x61617865u + 0x80, QS_E_CORRUPT}, {"INFO", 2, 0xff222261, QS_E_CORRUPT}, {"RECS", 8, 0, QS_E_CORRUPT},   {"RECS", 12, 1000000001, QS_E_CORRUPT}, {"BITS", 0, 0xffff, QS_E_CORRUPT},
+        {NULL, 8, 2, QS_E_UNSUPPORTED},
+        {NULL, 24, 0, QS_E_CORRUPT},
+        {NULL, 24, 17, QS_E_CORRUPT},
+        {NULL, 28, 2, QS_E_CORRUPT},
+        {NULL, 28, 4, QS_E_CORRUPT},
+        {NULL, 32, 1, QS_E_CORRUPT},
+        {"SOLV", 0, 7, QS_E_CORRUPT},
+        {"INFO", 0, '[', QS_E_CORRUPT},
+        {"SOLV", 0, 0x61617865u + 0x80, QS_E_CORRUPT},
+        {"INFO", 2, 0xff222261, QS_E_CORRUPT},
+        {"RECS", 8, 0, QS_E_CORRUPT},
+        {"RECS", 12, 1000000001, QS_E_CORRUPT},
+        {"BITS", 0, 0xffff, QS_E_CORRUPT},
     };
     expect_breaches(file, size, breaches, sizeof breaches / sizeof *breaches, open_samples);
 }
@@ -597,13 +713,25 @@ static void samples_refused_by_the_writer(void **unused)
     assert_int_equal(qs_samples_write(&samples, NULL, NULL), QS_E_ARGUMENT);
 }
 
-/* RFC 3629: shortest forms only, no surrogates, nothing beyond U+10FFFF, nothing cut off; no control characters in a name. */
+/* RFC 3629: shortest forms only, no surrogates, nothing beyond U+10FFFF, nothing cut off; no
+ * control characters in a name. */
 static void names_are_utf8(void **unused)
 {
     (void)unused;
-    static const char *const good[] = {"a", "\xc3\xa9", "\xe2\x82\xac", "\xf0\x9f\x98\x80", "\xed\x9f\xbf", "\xf4\x8f\xbf\xbf", "\xc2\xa0"};
-    static const char *const bad[] = {"\xff", "\xc3", "\xe2\x82", "\xc0\x80", "\xe0\x80\x80", "\xf0\x80\x80\x80", "\xed\xa0\x80", "\xf4\x90\x80\x80",
-                                      "\x80", "a\x07", "\x7f", "\xc2\x85", "\xc3("};
+    static const char *const good[] = {"a",
+                                       "\xc3\xa9",
+                                       "\xe2\x82\xac",
+                                       "\xf0\x9f\x98\x80",
+                                       "\xed\x9f\xbf",
+                                       "\xf4\x8f\xbf\xbf",
+                                       "\xc2\xa0"};
+    static const char *const bad[] = {"\xff",         "\xc3",
+                                      "\xe2\x82",     "\xc0\x80",
+                                      "\xe0\x80\x80", "\xf0\x80\x80\x80",
+                                      "\xed\xa0\x80", "\xf4\x90\x80\x80",
+                                      "\x80",         "a\x07",
+                                      "\x7f",         "\xc2\x85",
+                                      "\xc3("};
     qs_samples samples = some_samples();
     for (size_t i = 0; i < sizeof good / sizeof *good; i++) {
         samples.solver = good[i];
@@ -617,7 +745,8 @@ static void names_are_utf8(void **unused)
     }
 }
 
-/* The check value of the CRC catalogues; the instruction beside the tables; the tables beside the definition. */
+/* The check value of the CRC catalogues; the instruction beside the tables; the tables beside the
+ * definition. */
 static void crc(void **unused)
 {
     (void)unused;
@@ -632,7 +761,8 @@ static void crc(void **unused)
     for (size_t i = 0; i < sizeof text; i++) {
         assert_int_equal(qs_crc32c_portable(0, text, i), ~slow);
         assert_int_equal(fastest(0, text, i), ~slow);
-        assert_int_equal(fastest(qs_crc32c_portable(0, text, i / 3), text + i / 3, i - i / 3), ~slow);
+        assert_int_equal(fastest(qs_crc32c_portable(0, text, i / 3), text + i / 3, i - i / 3),
+                         ~slow);
         slow ^= text[i];
         for (int bit = 0; bit < 8; bit++) {
             slow = slow >> 1 ^ (slow & 1 ? 0x82f63b78u : 0);
@@ -653,7 +783,9 @@ static void digest(void **unused)
         {"abc", 3, {0xba, 0x78, 0x16, 0xbf}},
         {"abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq", 56, {0x24, 0x8d, 0x6a, 0x61}},
         {"aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa", 55, {0x9f, 0x43, 0x90, 0xf8}},
-        {"aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa", 64, {0xff, 0xe0, 0x54, 0xfe}},
+        {"aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa",
+         64,
+         {0xff, 0xe0, 0x54, 0xfe}},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         uint8_t got[QS_DIGEST_SIZE];

@@ -1,4 +1,5 @@
-/* The golden files: one canonical string of bytes for each of a few problems that between them use the whole format.
+/* The golden files: one canonical string of bytes for each of a few problems that between them use
+ * the whole format.
  *
  *     QSTEREO_WRITE_GOLDEN=1 build/unit/test_golden
  *
@@ -22,7 +23,11 @@ static void costs(int32_t first, int32_t step, int32_t modulus)
 static void base(uint32_t labels, uint32_t width, uint32_t height, int32_t weight)
 {
     memset(&t, 0, sizeof t);
-    t.problem = (qs_problem){.labels = labels, .scale = 1, .weight = weight, .grid = {.width = width, .height = height}, .costs = t.costs};
+    t.problem = (qs_problem){.labels = labels,
+                             .scale = 1,
+                             .weight = weight,
+                             .grid = {.width = width, .height = height},
+                             .costs = t.costs};
 }
 
 /* Two sites, two labels: the worked example of docs/FORMAT.md. */
@@ -97,11 +102,14 @@ static const struct {
     const char *name;
     qs_encode_options (*make)(void);
 } golden[] = {
-    {"good-smallest", smallest}, {"good-grid-sparse", grid_sparse}, {"good-grid-paper", grid_paper},
-    {"good-masked-weighted", masked_weighted}, {"good-linear", linear}, {"good-quadratic", quadratic}, {"good-edges-table", edges_table},
+    {"good-smallest", smallest},       {"good-grid-sparse", grid_sparse},
+    {"good-grid-paper", grid_paper},   {"good-masked-weighted", masked_weighted},
+    {"good-linear", linear},           {"good-quadratic", quadratic},
+    {"good-edges-table", edges_table},
 };
 
-/* The same problems written again: the sources stand above. Of the labels left to each site a bit each. */
+/* The same problems written again: the sources stand above. Of the labels left to each site a bit
+ * each. */
 static const struct {
     const char *name;
     qs_encode_options (*make)(void);
@@ -109,13 +117,29 @@ static const struct {
     bool truncate;
     uint8_t left[TINY_SITES];
 } recoded[] = {
-    {"recoded-sparse", grid_sparse, {.encoding = QS_ONE_HOT_SPARSE, .penalty = QS_PENALTY_MINIMAL}, true, {7, 1, 6, 5, 7, 7, 2, 3, 4, 7, 7, 6}},
+    {"recoded-sparse",
+     grid_sparse,
+     {.encoding = QS_ONE_HOT_SPARSE, .penalty = QS_PENALTY_MINIMAL},
+     true,
+     {7, 1, 6, 5, 7, 7, 2, 3, 4, 7, 7, 6}},
     {"recoded-band", linear, {.encoding = QS_ONE_HOT_SPARSE}, false, {31, 31, 25, 31, 31, 7}},
-    {"recoded-domain-wall", grid_sparse, {.encoding = QS_DOMAIN_WALL, .gap = 3}, false, {7, 1, 6, 5, 7, 7, 2, 3, 4, 7, 7, 6}},
-    {"recoded-multiway-cut", masked_weighted, {.encoding = QS_MULTIWAY_CUT}, false, {3, 3, 3, 3, 1, 3, 3, 3, 3, 3}},
+    {"recoded-domain-wall",
+     grid_sparse,
+     {.encoding = QS_DOMAIN_WALL, .gap = 3},
+     false,
+     {7, 1, 6, 5, 7, 7, 2, 3, 4, 7, 7, 6}},
+    {"recoded-multiway-cut",
+     masked_weighted,
+     {.encoding = QS_MULTIWAY_CUT},
+     false,
+     {3, 3, 3, 3, 1, 3, 3, 3, 3, 3}},
     {"recoded-st-cut", smallest, {.encoding = QS_ST_CUT}, false, {3, 3}},
     {"recoded-st-cut-arcs", smallest, {.encoding = QS_ST_CUT_ARCS}, false, {3, 3}},
-    {"recoded-nothing", grid_sparse, {.encoding = QS_DOMAIN_WALL}, false, {1, 1, 4, 2, 1, 1, 1, 2, 4, 1, 1, 1}},
+    {"recoded-nothing",
+     grid_sparse,
+     {.encoding = QS_DOMAIN_WALL},
+     false,
+     {1, 1, 4, 2, 1, 1, 1, 2, 4, 1, 1, 1}},
 };
 
 static FILE *open_golden(const char *name, const char *suffix, const char *mode)
@@ -160,11 +184,18 @@ static void compare_samples(const char *name)
     bits[2][0] = 3;
     for (uint32_t i = 0; i < 3; i++) {
         memcpy(packed + i * each, bits[i], each);
-        records[i] = (qs_record){qs_qubo_energy(&q.index, bits[i]), i + 1, i == 0 ? QS_NO_CHAINS : i * 250000000};
+        records[i] = (qs_record){qs_qubo_energy(&q.index, bits[i]), i + 1,
+                                 i == 0 ? QS_NO_CHAINS : i * 250000000};
     }
     static const char info[] = "{\"by\": \"hand\"}";
-    qs_samples samples = {.variables = q.qubo.variables, .count = 3, .solver = "golden", .solver_size = 6, .info = info,
-                          .info_size = sizeof info - 1, .records = records, .bits = packed};
+    qs_samples samples = {.variables = q.qubo.variables,
+                          .count = 3,
+                          .solver = "golden",
+                          .solver_size = 6,
+                          .info = info,
+                          .info_size = sizeof info - 1,
+                          .records = records,
+                          .bits = packed};
     qs_digest(q.file, q.size, samples.problem);
     qs_buffer buffer = {file, sizeof file, 0};
     qs_sink sink = qs_buffer_sink(&buffer);
@@ -202,7 +233,8 @@ static void recode(qs_encode_options write, bool truncate, const uint8_t *left)
     qs_buffer buffer = {file, sizeof file, 0};
     qs_sink sink = qs_buffer_sink(&buffer);
     assert_true(qs_recode_workspace(&model, &options) <= sizeof memory);
-    assert_int_equal(qs_recode(&model, &q.qubo, &options, &sink, memory, sizeof memory, NULL), QS_OK);
+    assert_int_equal(qs_recode(&model, &q.qubo, &options, &sink, memory, sizeof memory, NULL),
+                     QS_OK);
     memcpy(q.file, file, buffer.size);
     q.size = buffer.size;
     assert_int_equal(qs_qubo_open(q.file, q.size, TINY_INDEX, &q.qubo, NULL), QS_OK);
@@ -229,8 +261,14 @@ static void compare_states(const char *name, const uint8_t *left)
         memcpy(packed + i * each, bits[i], each);
         records[i] = (qs_record){qs_qubo_energy(&q.index, bits[i]), 1, QS_NO_CHAINS};
     }
-    qs_samples samples = {.variables = q.qubo.variables, .count = 3, .solver = "golden", .solver_size = 6, .info = "{}", .info_size = 2,
-                          .records = records, .bits = packed};
+    qs_samples samples = {.variables = q.qubo.variables,
+                          .count = 3,
+                          .solver = "golden",
+                          .solver_size = 6,
+                          .info = "{}",
+                          .info_size = 2,
+                          .records = records,
+                          .bits = packed};
     qs_digest(q.file, q.size, samples.problem);
     qs_buffer buffer = {file, sizeof file, 0};
     qs_sink sink = qs_buffer_sink(&buffer);
@@ -252,6 +290,7 @@ static void recoded_files(void **unused)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(golden_files), cmocka_unit_test(recoded_files)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(golden_files),
+                                       cmocka_unit_test(recoded_files)};
     return cmocka_run_group_tests_name("golden", tests, NULL, NULL);
 }

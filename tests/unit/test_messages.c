@@ -3,9 +3,9 @@
 
 #include <string.h>
 
-#include "../../libqstereo/src/bp_visit.h"
-#include "../../libqstereo/src/decode.h"
-#include "../../libqstereo/src/trws.h"
+#include "../../libqstereo/src/solve/bp_visit.h"
+#include "../../libqstereo/src/solve/label_from_messages.h"
+#include "../../libqstereo/src/solve/trws.h"
 
 enum { ROUNDS = 3000, BITS = 12, MEMORY = 1 << 16, MANY_LABELS = 41 };
 
@@ -24,7 +24,8 @@ static uint64_t memory[MEMORY / 8];
 static void build(void)
 {
     tiny_encode(&b.t.problem, (qs_encode_options){QS_ONE_HOT, QS_PENALTY_LOCAL, 0, 0}, &b.qubo);
-    assert_int_equal(qs_model_build(&b.qubo.index, b.model_memory, sizeof b.model_memory, &b.model), QS_OK);
+    assert_int_equal(qs_model_build(&b.qubo.index, b.model_memory, sizeof b.model_memory, &b.model),
+                     QS_OK);
     b.minimum = tiny_minimum(&b.t.problem);
 }
 
@@ -35,7 +36,8 @@ static void make(uint64_t *state)
 }
 
 /* Runs a solver on it and checks all that must hold of any answer. */
-static qs_solution solve(qs_solver *solver, size_t needed, const qs_solve_options *options, uint16_t *labelling)
+static qs_solution solve(qs_solver *solver, size_t needed, const qs_solve_options *options,
+                         uint16_t *labelling)
 {
     qs_solution s;
     assert_true(needed <= sizeof memory);
@@ -53,12 +55,14 @@ static qs_solution solve(qs_solver *solver, size_t needed, const qs_solve_option
 
 static qs_solution trws(uint64_t iterations, uint16_t *labelling)
 {
-    return solve(qs_trws, qs_trws_workspace(&b.model), &(qs_solve_options){.iterations = iterations}, labelling);
+    return solve(qs_trws, qs_trws_workspace(&b.model),
+                 &(qs_solve_options){.iterations = iterations}, labelling);
 }
 
 static qs_solution bp(uint64_t iterations, uint16_t *labelling)
 {
-    return solve(qs_bp, qs_bp_workspace(&b.model), &(qs_solve_options){.iterations = iterations}, labelling);
+    return solve(qs_bp, qs_bp_workspace(&b.model), &(qs_solve_options){.iterations = iterations},
+                 labelling);
 }
 
 /* Bounds and energies of both, on problems of all kinds; most are proven. */
@@ -93,12 +97,15 @@ static qs_trws_state state_of(bool wide)
     return s;
 }
 
-/* A message of garbage, from minus the most to the most that a true one can be; none where there is no edge. */
+/* A message of garbage, from minus the most to the most that a true one can be; none where there is
+ * no edge. */
 static void garbage(uint64_t *state, int32_t *message, int32_t weight, const qs_trws_state *s)
 {
     int32_t most = (int32_t)(weight * b.model.pairwise_max) << s->scale.shift;
     for (uint32_t d = 0; d < b.model.labels; d++) {
-        message[d] = most == 0 ? 0 : (int32_t)tiny_random(state, (uint32_t)most) - (tiny_random(state, 2) ? most : 0);
+        message[d] = most == 0 ? 0
+                               : (int32_t)tiny_random(state, (uint32_t)most) -
+                                     (tiny_random(state, 2) ? most : 0);
     }
 }
 
@@ -112,7 +119,8 @@ static void all_garbage(uint64_t *state, const qs_trws_state *s)
             continue;
         }
         for (uint32_t n = b.model.link_start[p]; n < b.model.link_start[p + 1]; n++) {
-            garbage(state, s->messages + labels * b.model.links[n].edge, b.model.links[n].weight, s);
+            garbage(state, s->messages + labels * b.model.links[n].edge, b.model.links[n].weight,
+                    s);
         }
     }
 }
@@ -127,7 +135,8 @@ static void bound_of_garbage(void **unused)
         qs_trws_state s = state_of(false);
         for (int way = 0; way < 2; way++) {
             all_garbage(&state, &s);
-            int64_t bound = b.model.width > 0 ? qs_trws_grid_pass(&s, way) : qs_trws_graph_pass(&s, way);
+            int64_t bound =
+                b.model.width > 0 ? qs_trws_grid_pass(&s, way) : qs_trws_graph_pass(&s, way);
             int64_t optimum = (b.minimum - b.model.constant) * ((int64_t)1 << s.scale.shift);
             assert_true(bound <= optimum);
             assert_true(bound >= -((int64_t)1 << 40));
@@ -135,7 +144,8 @@ static void bound_of_garbage(void **unused)
     }
 }
 
-/* A chain as a grid of one row or column, a chain or any tree as a list of edges, at each site's number any number below for a parent. */
+/* A chain as a grid of one row or column, a chain or any tree as a list of edges, at each site's
+ * number any number below for a parent. */
 static void make_tree(uint64_t *state, bool tree)
 {
     tiny_make(&b.t, state, BITS, false);
@@ -152,7 +162,8 @@ static void make_tree(uint64_t *state, bool tree)
         p->grid.height = p->grid.width == 1 ? sites : 1;
     }
     for (uint32_t q = 1; q < p->sites; q++) { /* none of a grid */
-        b.t.edges[p->edge_count++] = (qs_edge){tree ? tiny_random(state, q) : q - 1, q, (int32_t)tiny_random(state, 12)};
+        b.t.edges[p->edge_count++] =
+            (qs_edge){tree ? tiny_random(state, q) : q - 1, q, (int32_t)tiny_random(state, 12)};
     }
     build();
 }
@@ -192,8 +203,11 @@ static void messages_by_definition(void **unused)
     static int32_t table[MANY_LABELS * MANY_LABELS];
     uint64_t state = 5;
     for (int round = 0; round < ROUNDS; round++) {
-        int32_t costs[MANY_LABELS], given[MANY_LABELS], message[MANY_LABELS], scratch[2 * MANY_LABELS];
-        qs_model m = {.labels = 1 + tiny_random(&state, MANY_LABELS), .pairwise = {(qs_smoothness)tiny_random(&state, 4), tiny_random(&state, 30), table}};
+        int32_t costs[MANY_LABELS], given[MANY_LABELS], message[MANY_LABELS],
+            scratch[2 * MANY_LABELS];
+        qs_model m = {
+            .labels = 1 + tiny_random(&state, MANY_LABELS),
+            .pairwise = {(qs_smoothness)tiny_random(&state, 4), tiny_random(&state, 30), table}};
         uint32_t range = 1u << tiny_random(&state, 12);
         int32_t weight = (int32_t)tiny_random(&state, 5) << tiny_random(&state, 10);
         bool upward = tiny_random(&state, 2);
@@ -203,14 +217,17 @@ static void messages_by_definition(void **unused)
         for (uint32_t a = 0; a < m.labels; a++) {
             costs[a] = given[a] = (int32_t)tiny_random(&state, range) - (int32_t)(range / 3);
             for (uint32_t c = 0; c < m.labels; c++) {
-                m.pairwise_max = qs_model_pairwise(&m, a, c) > m.pairwise_max ? qs_model_pairwise(&m, a, c) : m.pairwise_max;
+                m.pairwise_max = qs_model_pairwise(&m, a, c) > m.pairwise_max
+                                     ? qs_model_pairwise(&m, a, c)
+                                     : m.pairwise_max;
             }
         }
         int32_t taken = qs_message_send(&m, weight, upward, costs, message, scratch);
         for (uint32_t d = 0; d < m.labels; d++) {
             int64_t least = INT64_MAX;
             for (uint32_t a = 0; a < m.labels; a++) {
-                int64_t cost = given[a] + weight * (upward ? qs_model_pairwise(&m, a, d) : qs_model_pairwise(&m, d, a));
+                int64_t cost = given[a] + weight * (upward ? qs_model_pairwise(&m, a, d)
+                                                           : qs_model_pairwise(&m, d, a));
                 least = cost < least ? cost : least;
             }
             assert_int_equal(message[d] + (int64_t)taken, least);
@@ -223,7 +240,13 @@ static void make_wide(uint64_t *state, uint32_t labels)
 {
     static int32_t unary[64 * MANY_LABELS], right[64], down[64];
     uint32_t width = 1 + tiny_random(state, 8), height = 1 + tiny_random(state, 8);
-    b.model = (qs_model){.sites = width * height, .labels = labels, .width = width, .height = height, .unary = unary, .right = right, .down = down};
+    b.model = (qs_model){.sites = width * height,
+                         .labels = labels,
+                         .width = width,
+                         .height = height,
+                         .unary = unary,
+                         .right = right,
+                         .down = down};
     b.model.pairwise_max = 1;
     for (uint32_t p = 0; p < b.model.sites; p++) {
         right[p] = (p + 1) % width != 0 ? (int32_t)tiny_random(state, 20) : 0;
@@ -320,16 +343,28 @@ static void labels_by_definition(void **unused)
             uint32_t best = 0;
             for (uint32_t d = 0; d < labels; d++) {
                 const int32_t *message = s.messages + 2 * labels * p + d;
-                int64_t cost = b.model.unary[p * labels + d] < s.scale.most ? b.model.unary[p * labels + d] : s.scale.most;
+                int64_t cost = b.model.unary[p * labels + d] < s.scale.most
+                                   ? b.model.unary[p * labels + d]
+                                   : s.scale.most;
                 if (forward) {
                     cost += message[0] + message[labels];
-                    cost += p % width > 0 ? b.model.right[p - 1] * qs_model_pairwise(&b.model, labelling[p - 1], d) : 0;
-                    cost += p >= width ? b.model.down[p - width] * qs_model_pairwise(&b.model, labelling[p - width], d) : 0;
+                    cost += p % width > 0 ? b.model.right[p - 1] *
+                                                qs_model_pairwise(&b.model, labelling[p - 1], d)
+                                          : 0;
+                    cost += p >= width ? b.model.down[p - width] *
+                                             qs_model_pairwise(&b.model, labelling[p - width], d)
+                                       : 0;
                 } else {
                     cost += p % width > 0 ? message[-2 * (int)labels] : 0;
                     cost += p >= width ? message[(int)labels - 2 * (int)(labels * width)] : 0;
-                    cost += b.model.right[p] > 0 ? b.model.right[p] * qs_model_pairwise(&b.model, d, labelling[p + 1]) : 0;
-                    cost += b.model.down[p] > 0 ? b.model.down[p] * qs_model_pairwise(&b.model, d, labelling[p + width]) : 0;
+                    cost +=
+                        b.model.right[p] > 0
+                            ? b.model.right[p] * qs_model_pairwise(&b.model, d, labelling[p + 1])
+                            : 0;
+                    cost +=
+                        b.model.down[p] > 0
+                            ? b.model.down[p] * qs_model_pairwise(&b.model, d, labelling[p + width])
+                            : 0;
                 }
                 best = cost < least ? d : best;
                 least = cost < least ? cost : least;
@@ -342,8 +377,10 @@ static void labels_by_definition(void **unused)
 /* Messages of a tiny grid: from the left, the right, above, below. */
 typedef int64_t naive_messages[TINY_SITES][4][TINY_LABELS];
 
-/* From p to q, as which it is to q's side `side`; what p hears from there, the other way, it does not send back. */
-static void naive_send(naive_messages in, const qs_bp_state *s, uint32_t p, uint32_t q, int side, int64_t weight)
+/* From p to q, as which it is to q's side `side`; what p hears from there, the other way, it does
+ * not send back. */
+static void naive_send(naive_messages in, const qs_bp_state *s, uint32_t p, uint32_t q, int side,
+                       int64_t weight)
 {
     int64_t message[TINY_LABELS], least = INT64_MAX;
     for (uint32_t d = 0; d < b.model.labels; d++) {
@@ -354,7 +391,8 @@ static void naive_send(naive_messages in, const qs_bp_state *s, uint32_t p, uint
             for (int from = 0; from < 4; from++) {
                 cost += from == (side ^ 1) ? 0 : in[p][from][a];
             }
-            cost += (weight << s->scale.shift) * (p < q ? qs_model_pairwise(&b.model, a, d) : qs_model_pairwise(&b.model, d, a));
+            cost += (weight << s->scale.shift) *
+                    (p < q ? qs_model_pairwise(&b.model, a, d) : qs_model_pairwise(&b.model, d, a));
             message[d] = cost < message[d] ? cost : message[d];
         }
         least = message[d] < least ? message[d] : least;
@@ -374,7 +412,8 @@ static void naive_sweep(naive_messages in, const qs_bp_state *s)
             uint32_t low = side % 2 ? sites - 1 - i : i;
             int64_t weight = side < 2 ? b.model.right[low] : b.model.down[low];
             if (weight > 0) {
-                naive_send(in, s, side % 2 ? low + step : low, side % 2 ? low : low + step, side, weight);
+                naive_send(in, s, side % 2 ? low + step : low, side % 2 ? low : low + step, side,
+                           weight);
             }
         }
     }
@@ -398,7 +437,8 @@ static void bp_by_definition(void **unused)
             naive_sweep(in, &s);
         }
         for (size_t i = 0; i < qs_bp_messages(&b.model); i++) {
-            uint32_t at = (uint32_t)i, d = at % b.model.labels, side = at / b.model.labels % 4, p = at / b.model.labels / 4;
+            uint32_t at = (uint32_t)i, d = at % b.model.labels, side = at / b.model.labels % 4,
+                     p = at / b.model.labels / 4;
             assert_int_equal(s.messages[i], in[p][side][d]);
         }
     }
@@ -498,10 +538,18 @@ static void huge_unaries(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(answers_hold),   cmocka_unit_test(bound_of_garbage), cmocka_unit_test(exact_on_chains), cmocka_unit_test(exact_on_trees),
-        cmocka_unit_test(messages_by_definition), cmocka_unit_test(wide_is_plain), cmocka_unit_test(watch_stops), cmocka_unit_test(defaults),
-        cmocka_unit_test(labels_by_definition), cmocka_unit_test(bp_by_definition),
-        cmocka_unit_test(refusals),       cmocka_unit_test(huge_unaries),
+        cmocka_unit_test(answers_hold),
+        cmocka_unit_test(bound_of_garbage),
+        cmocka_unit_test(exact_on_chains),
+        cmocka_unit_test(exact_on_trees),
+        cmocka_unit_test(messages_by_definition),
+        cmocka_unit_test(wide_is_plain),
+        cmocka_unit_test(watch_stops),
+        cmocka_unit_test(defaults),
+        cmocka_unit_test(labels_by_definition),
+        cmocka_unit_test(bp_by_definition),
+        cmocka_unit_test(refusals),
+        cmocka_unit_test(huge_unaries),
     };
     return cmocka_run_group_tests_name("messages", tests, NULL, NULL);
 }

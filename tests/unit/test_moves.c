@@ -1,12 +1,20 @@
-/* Expansion, swap and the minimum cuts under them, against all cuts and all moves of tiny problems, and on larger ones against the plainest of flows. */
+/* Expansion, swap and the minimum cuts under them, against all cuts and all moves of tiny problems,
+ * and on larger ones against the plainest of flows. */
 #include "tiny.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "../../libqstereo/src/min_cut.h"
+#include "../../libqstereo/src/solve/min_cut.h"
 
-enum { ROUNDS = 1500, BITS = 20, SIDE = 70, MANY = SIDE * SIDE, MOST_EDGES = 2 * MANY, MOST_LABELS = 6 };
+enum {
+    ROUNDS = 1500,
+    BITS = 20,
+    SIDE = 70,
+    MANY = SIDE * SIDE,
+    MOST_EDGES = 2 * MANY,
+    MOST_LABELS = 6
+};
 
 /* A model made by hand, larger than the tiny ones: several chunks of sites. */
 typedef struct field {
@@ -18,7 +26,9 @@ typedef struct field {
 
 static int32_t random_weight(uint64_t *state, uint32_t kind, int32_t weight)
 {
-    return kind == 0 ? weight : tiny_random(state, 5) == 0 ? 0 : (int32_t)tiny_random(state, 2 * (uint32_t)weight);
+    return kind == 0                    ? weight
+           : tiny_random(state, 5) == 0 ? 0
+                                        : (int32_t)tiny_random(state, 2 * (uint32_t)weight);
 }
 
 /* Any edge list: of each site to some of the next ones. */
@@ -32,11 +42,14 @@ static void field_links(field *f, uint64_t *state, int32_t weight)
         f->start[p] = at;
         for (int k = 3; k >= 0; k--) {
             if (p >= step[k] && weights[p - step[k]][k] >= 0) {
-                f->links[at++] = (qs_link){p - step[k], number[p - step[k]][k], weights[p - step[k]][k]};
+                f->links[at++] =
+                    (qs_link){p - step[k], number[p - step[k]][k], weights[p - step[k]][k]};
             }
         }
         for (int k = 0; k < 4; k++) {
-            weights[p][k] = p + step[k] < sites && tiny_random(state, 2) == 0 ? random_weight(state, 1, weight) : -1;
+            weights[p][k] = p + step[k] < sites && tiny_random(state, 2) == 0
+                                ? random_weight(state, 1, weight)
+                                : -1;
             if (weights[p][k] >= 0) {
                 number[p][k] = edges++;
                 f->links[at++] = (qs_link){p + step[k], number[p][k], weights[p][k]};
@@ -49,16 +62,21 @@ static void field_links(field *f, uint64_t *state, int32_t weight)
     f->model.links = f->links;
 }
 
-static void field_make(field *f, uint64_t *state, bool grid, qs_smoothness smoothness, int32_t weight, uint32_t unary)
+static void field_make(field *f, uint64_t *state, bool grid, qs_smoothness smoothness,
+                       int32_t weight, uint32_t unary)
 {
-    uint32_t width = 1 + tiny_random(state, SIDE), height = 1 + tiny_random(state, SIDE), kind = tiny_random(state, 2);
+    uint32_t width = 1 + tiny_random(state, SIDE), height = 1 + tiny_random(state, SIDE),
+             kind = tiny_random(state, 2);
     uint32_t sparse = tiny_random(state, 3) * 20;
     if (tiny_random(state, 2) == 0) { /* a strip */
         width = 1 + width % 5;
         height = 1 + tiny_random(state, MANY / width);
     }
     memset(f, 0, sizeof *f);
-    f->model = (qs_model){.sites = width * height, .labels = 1 + tiny_random(state, MOST_LABELS), .constant = 1234, .unary = f->unary,
+    f->model = (qs_model){.sites = width * height,
+                          .labels = 1 + tiny_random(state, MOST_LABELS),
+                          .constant = 1234,
+                          .unary = f->unary,
                           .pairwise = {smoothness, 2, f->table}};
     for (uint32_t a = 0; a < f->model.labels; a++) {
         for (uint32_t b = 0; b < f->model.labels; b++) {
@@ -86,11 +104,12 @@ static void field_make(field *f, uint64_t *state, bool grid, qs_smoothness smoot
     }
 }
 
-/* The plainest maximum flow: from each excess in turn the nearest want is searched by breadth, until it reaches none; later paths do
- * not enter what it reaches, so it never will. */
+/* The plainest maximum flow: from each excess in turn the nearest want is searched by breadth,
+ * until it reaches none; later paths do not enter what it reaches, so it never will. */
 typedef struct plain {
     uint32_t arcs, mark, count;
-    uint32_t to[4 * MOST_EDGES], next[4 * MOST_EDGES], first[MANY], marked[MANY], by[MANY], queue[MANY];
+    uint32_t to[4 * MOST_EDGES], next[4 * MOST_EDGES], first[MANY], marked[MANY], by[MANY],
+        queue[MANY];
     int64_t room[4 * MOST_EDGES], excess[MANY];
 } plain;
 
@@ -158,11 +177,14 @@ static void plain_flow(plain *g, uint32_t nodes)
     }
 }
 
-/* Bit s = the site takes the label. E(s_p, s_q) = A + (C - A) s_p - C s_q + (B + C - A) (1 - s_p) s_q, for E(1, 1) = 0. */
-static void plain_edge(plain *g, const qs_model *m, const uint16_t *x, uint16_t label, uint32_t p, uint32_t q, int64_t weight)
+/* Bit s = the site takes the label. E(s_p, s_q) = A + (C - A) s_p - C s_q + (B + C - A) (1 - s_p)
+ * s_q, for E(1, 1) = 0. */
+static void plain_edge(plain *g, const qs_model *m, const uint16_t *x, uint16_t label, uint32_t p,
+                       uint32_t q, int64_t weight)
 {
     int64_t stay = weight * qs_model_pairwise(m, x[p], x[q]);
-    int64_t second = weight * qs_model_pairwise(m, x[p], label), first = weight * qs_model_pairwise(m, label, x[q]);
+    int64_t second = weight * qs_model_pairwise(m, x[p], label),
+            first = weight * qs_model_pairwise(m, label, x[q]);
     g->excess[p] += stay - first;
     g->excess[q] += first;
     plain_arc(g, q, p, second + first - stay);
@@ -184,7 +206,8 @@ static void plain_expand(const qs_model *m, uint16_t *x, uint16_t label)
         if (m->width > 0 && m->down[p] > 0) {
             plain_edge(&g, m, x, label, p, p + m->width, m->down[p]);
         }
-        for (uint32_t n = m->width > 0 ? 0 : m->link_start[p]; m->width == 0 && n < m->link_start[p + 1]; n++) {
+        for (uint32_t n = m->width > 0 ? 0 : m->link_start[p];
+             m->width == 0 && n < m->link_start[p + 1]; n++) {
             if (m->links[n].site > p) {
                 plain_edge(&g, m, x, label, p, m->links[n].site, m->links[n].weight);
             }
@@ -197,8 +220,8 @@ static void plain_expand(const qs_model *m, uint16_t *x, uint16_t label)
 }
 
 /* A solver, with memory of exactly its size that holds rubbish. */
-static qs_status solve(qs_solver *solver, size_t workspace(const qs_model *), const qs_model *m, const qs_solve_options *options, uint16_t *x,
-                       qs_solution *solution)
+static qs_status solve(qs_solver *solver, size_t workspace(const qs_model *), const qs_model *m,
+                       const qs_solve_options *options, uint16_t *x, qs_solution *solution)
 {
     size_t size = workspace(m);
     void *memory = malloc(size);
@@ -243,7 +266,8 @@ static void follow_field(const field *f, uint64_t *state)
     walk = (follower){.model = &f->model};
     memcpy(walk.x, x, sizeof x);
     qs_solve_options options = {.watch = follow_expansion, .context = &walk};
-    assert_int_equal(solve(qs_expansion, qs_expansion_workspace, &f->model, &options, x, &solution), QS_OK);
+    assert_int_equal(solve(qs_expansion, qs_expansion_workspace, &f->model, &options, x, &solution),
+                     QS_OK);
     assert_memory_equal(x, walk.x, sizeof *x * f->model.sites);
     assert_int_equal(solution.energy, qs_model_energy(&f->model, x));
     assert_true(solution.converged && walk.moves >= f->model.labels);
@@ -257,7 +281,9 @@ static void expansion_move_by_move(void **unused)
     uint64_t state = 11;
     for (int round = 0; round < 200; round++) {
         const qs_smoothness kinds[] = {QS_POTTS, QS_TRUNCATED_LINEAR, QS_TABLE, QS_POTTS};
-        field_make(&f, &state, round % 3 > 0, kinds[round % 4], 1 + (int32_t)tiny_random(&state, 20), 2 + tiny_random(&state, 1u << tiny_random(&state, 8)));
+        field_make(&f, &state, round % 3 > 0, kinds[round % 4],
+                   1 + (int32_t)tiny_random(&state, 20),
+                   2 + tiny_random(&state, 1u << tiny_random(&state, 8)));
         follow_field(&f, &state);
     }
 }
@@ -269,13 +295,15 @@ static void expansion_at_the_edge_of_its_range(void **unused)
     static field f;
     uint64_t state = 12;
     for (int round = 0; round < 40; round++) {
-        field_make(&f, &state, round % 3 > 0, round % 2 ? QS_POTTS : QS_TRUNCATED_LINEAR, (round % 2 ? 2 : 1) << 22, 1 << 26);
+        field_make(&f, &state, round % 3 > 0, round % 2 ? QS_POTTS : QS_TRUNCATED_LINEAR,
+                   (round % 2 ? 2 : 1) << 22, 1 << 26);
         follow_field(&f, &state);
     }
 }
 
 /* The cost of a source side of a cut. */
-static int64_t cut_cost(const int32_t *excess, uint32_t nodes, const tiny_edge *edges, const int32_t (*room)[2], size_t count, uint32_t side)
+static int64_t cut_cost(const int32_t *excess, uint32_t nodes, const tiny_edge *edges,
+                        const int32_t (*room)[2], size_t count, uint32_t side)
 {
     int64_t cost = 0;
     for (uint32_t p = 0; p < nodes; p++) {
@@ -298,7 +326,8 @@ typedef struct tiny_cut {
     qs_link links[2 * TINY_EDGES];
 } tiny_cut;
 
-static void lay_out_grid(tiny_cut *t, uint32_t width, const tiny_edge *edges, const int32_t (*room)[2], size_t count)
+static void lay_out_grid(tiny_cut *t, uint32_t width, const tiny_edge *edges,
+                         const int32_t (*room)[2], size_t count)
 {
     t->cut.width = width;
     t->cut.node = t->node + width;
@@ -309,7 +338,8 @@ static void lay_out_grid(tiny_cut *t, uint32_t width, const tiny_edge *edges, co
     }
 }
 
-static void lay_out_graph(tiny_cut *t, const tiny_edge *edges, const int32_t (*room)[2], size_t count)
+static void lay_out_graph(tiny_cut *t, const tiny_edge *edges, const int32_t (*room)[2],
+                          size_t count)
 {
     uint32_t at = 0, first[TINY_EDGES];
     for (uint32_t p = 0; p < t->cut.nodes; p++) {
@@ -361,19 +391,24 @@ static void check_cut(const qs_problem *problem, uint64_t *state, int how)
     static tiny_cut t;
     tiny_edge edges[TINY_EDGES];
     int32_t room[TINY_EDGES][2], excess[TINY_SITES];
-    uint32_t nodes = problem->grid.width > 0 ? problem->grid.width * problem->grid.height : problem->sites;
+    uint32_t nodes =
+        problem->grid.width > 0 ? problem->grid.width * problem->grid.height : problem->sites;
     size_t count = tiny_edges(problem, edges);
     memset(&t, 0, sizeof t);
     memset(t.node, 0xff, sizeof t.node);
-    t.cut = (qs_cut){.nodes = nodes, .excess = t.excess, .residual = t.residual, .queue = t.queue, .orphan = t.orphan};
+    t.cut = (qs_cut){.nodes = nodes,
+                     .excess = t.excess,
+                     .residual = t.residual,
+                     .queue = t.queue,
+                     .orphan = t.orphan};
     for (size_t i = 0; i < count; i++) {
         room[i][0] = (int32_t)tiny_random(state, 9);
         room[i][1] = tiny_random(state, 3) == 0 ? 0 : (int32_t)tiny_random(state, 9);
     }
     if (problem->grid.width > 0) {
-        lay_out_grid(&t, problem->grid.width, edges, (const int32_t(*)[2])room, count);
+        lay_out_grid(&t, problem->grid.width, edges, (const int32_t (*)[2])room, count);
     } else {
-        lay_out_graph(&t, edges, (const int32_t(*)[2])room, count);
+        lay_out_graph(&t, edges, (const int32_t (*)[2])room, count);
     }
     int64_t sent = 0, least = INT64_MAX;
     uint32_t smallest = 0, tree = 0;
@@ -388,7 +423,7 @@ static void check_cut(const qs_problem *problem, uint64_t *state, int how)
         tree |= (uint32_t)qs_cut_in_tree(&t.cut.node[p]) << p;
     }
     for (uint32_t side = 0; side < 1u << nodes; side++) {
-        int64_t cost = cut_cost(excess, nodes, edges, (const int32_t(*)[2])room, count, side);
+        int64_t cost = cut_cost(excess, nodes, edges, (const int32_t (*)[2])room, count, side);
         smallest = cost < least ? side : cost == least ? smallest & side : smallest;
         least = cost < least ? cost : least;
     }
@@ -425,7 +460,9 @@ static void make_model(tiny_model *m, uint64_t *state, bool potts)
     do {
         tiny_make(&m->t, state, BITS, potts);
     } while (m->t.problem.edge_count > TINY_EDGES);
-    tiny_encode(&m->t.problem, (qs_encode_options){potts ? QS_ONE_HOT_SPARSE : QS_ONE_HOT, QS_PENALTY_LOCAL, 0, 0}, &m->q);
+    tiny_encode(&m->t.problem,
+                (qs_encode_options){potts ? QS_ONE_HOT_SPARSE : QS_ONE_HOT, QS_PENALTY_LOCAL, 0, 0},
+                &m->q);
     assert_true(qs_model_workspace(&m->q.qubo) <= sizeof m->memory);
     assert_int_equal(qs_model_build(&m->q.index, m->memory, sizeof m->memory, &m->model), QS_OK);
 }
@@ -448,7 +485,8 @@ static bool metric(const qs_model *m)
     for (uint32_t a = 0; a < m->labels; a++) {
         for (uint32_t b = 0; b < m->labels; b++) {
             for (uint32_t c = 0; c < m->labels; c++) {
-                good = good && qs_model_pairwise(m, a, c) <= qs_model_pairwise(m, a, b) + qs_model_pairwise(m, b, c);
+                good = good && qs_model_pairwise(m, a, c) <=
+                                   qs_model_pairwise(m, a, b) + qs_model_pairwise(m, b, c);
             }
         }
     }
@@ -458,7 +496,8 @@ static bool metric(const qs_model *m)
 /* Makes a table symmetric, and often a metric. */
 static void mend_table(tiny_model *m, uint64_t *state)
 {
-    int32_t *table = (int32_t *)(void *)m->model.pairwise.table, least = (int32_t)tiny_random(state, 4);
+    int32_t *table = (int32_t *)(void *)m->model.pairwise.table,
+            least = (int32_t)tiny_random(state, 4);
     m->model.pairwise_max = 0;
     for (uint32_t a = 0; a < m->model.labels; a++) {
         for (uint32_t b = 0; b <= a; b++) {
@@ -498,7 +537,8 @@ static void no_swap_is_better(const qs_model *m, const uint16_t *x, int64_t ener
     }
 }
 
-/* Both solvers on one model: refused exactly where they must be, else a local optimum not above the start, twice the same. */
+/* Both solvers on one model: refused exactly where they must be, else a local optimum not above the
+ * start, twice the same. */
 static void check_model(const qs_model *m, uint64_t *state, uint32_t *solved)
 {
     for (int which = 0; which < 2; which++) {
@@ -515,8 +555,10 @@ static void check_model(const qs_model *m, uint64_t *state, uint32_t *solved)
             solved[which]++;
             assert_int_equal(solution.energy, qs_model_energy(m, x));
             assert_true(solution.energy <= qs_model_energy(m, start));
-            assert_true(solution.converged && solution.lower_bound == QS_NO_BOUND && (solution.iterations > 0 || m->labels == 1));
-            which ? no_swap_is_better(m, x, solution.energy) : no_expansion_is_better(m, x, solution.energy);
+            assert_true(solution.converged && solution.lower_bound == QS_NO_BOUND &&
+                        (solution.iterations > 0 || m->labels == 1));
+            which ? no_swap_is_better(m, x, solution.energy)
+                  : no_expansion_is_better(m, x, solution.energy);
             assert_int_equal(solve(solver, workspace, m, NULL, again, &second), QS_OK);
             assert_memory_equal(x, again, sizeof *x * m->sites);
         }
@@ -555,11 +597,19 @@ static void metrics(void **unused)
     };
     const int32_t unary[3] = {0, 1, 2}, weight = 0;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        qs_model m = {.sites = 1, .labels = 3, .unary = unary, .pairwise = {QS_TABLE, 0, cases[i].table}, .pairwise_max = 3,
-                      .width = 1, .height = 1, .right = &weight, .down = &weight};
+        qs_model m = {.sites = 1,
+                      .labels = 3,
+                      .unary = unary,
+                      .pairwise = {QS_TABLE, 0, cases[i].table},
+                      .pairwise_max = 3,
+                      .width = 1,
+                      .height = 1,
+                      .right = &weight,
+                      .down = &weight};
         uint16_t x = 2;
         qs_solution solution;
-        assert_int_equal(solve(qs_expansion, qs_expansion_workspace, &m, NULL, &x, &solution), cases[i].expansion);
+        assert_int_equal(solve(qs_expansion, qs_expansion_workspace, &m, NULL, &x, &solution),
+                         cases[i].expansion);
         x = 2;
         assert_int_equal(solve(qs_swap, qs_swap_workspace, &m, NULL, &x, &solution), cases[i].swap);
         assert_int_equal(x, cases[i].swap == QS_OK ? 0 : 2);
@@ -567,16 +617,25 @@ static void metrics(void **unused)
     for (uint32_t labels = 1; labels <= 5; labels++) {
         for (uint32_t truncation = 0; truncation <= 5; truncation++) {
             const int32_t none[5] = {0};
-            qs_model m = {.sites = 1, .labels = labels, .unary = none, .pairwise = {QS_TRUNCATED_QUADRATIC, truncation, NULL}, .pairwise_max = 16,
-                          .width = 1, .height = 1, .right = &weight, .down = &weight};
+            qs_model m = {.sites = 1,
+                          .labels = labels,
+                          .unary = none,
+                          .pairwise = {QS_TRUNCATED_QUADRATIC, truncation, NULL},
+                          .pairwise_max = 16,
+                          .width = 1,
+                          .height = 1,
+                          .right = &weight,
+                          .down = &weight};
             uint16_t x = 0;
             qs_solution solution;
-            assert_int_equal(solve(qs_expansion, qs_expansion_workspace, &m, NULL, &x, &solution), metric(&m) ? QS_OK : QS_E_ENCODING);
+            assert_int_equal(solve(qs_expansion, qs_expansion_workspace, &m, NULL, &x, &solution),
+                             metric(&m) ? QS_OK : QS_E_ENCODING);
         }
     }
 }
 
-/* A second run looks at every pair again, where the first passed over those that seemed unchanged. */
+/* A second run looks at every pair again, where the first passed over those that seemed unchanged.
+ */
 static void swap_again_finds_nothing(void **unused)
 {
     (void)unused;
@@ -586,7 +645,8 @@ static void swap_again_finds_nothing(void **unused)
     for (int round = 0; round < 150; round++) {
         const qs_smoothness kinds[] = {QS_POTTS, QS_TRUNCATED_LINEAR, QS_TABLE};
         qs_solution first, again;
-        field_make(&f, &state, round % 2 > 0, kinds[round % 3], 1 + (int32_t)tiny_random(&state, 20), 60);
+        field_make(&f, &state, round % 2 > 0, kinds[round % 3],
+                   1 + (int32_t)tiny_random(&state, 20), 60);
         random_labelling(&f.model, &state, x);
         int64_t start = qs_model_energy(&f.model, x);
         assert_int_equal(solve(qs_swap, qs_swap_workspace, &f.model, NULL, x, &first), QS_OK);
@@ -597,14 +657,23 @@ static void swap_again_finds_nothing(void **unused)
     }
 }
 
-/* The second site changes from 2 to 3 last of all, and only then label 1 is the better one for the first. */
+/* The second site changes from 2 to 3 last of all, and only then label 1 is the better one for the
+ * first. */
 static void swap_looks_again_at_neighbours(void **unused)
 {
     (void)unused;
     const int32_t table[16] = {0, 1, 1, 3, 1, 0, 3, 1, 1, 3, 0, 1, 3, 1, 1, 0};
-    const int32_t unary[8] = {0, 0, 100, 100, 100, 100, 50, 0}, right[2] = {10, 0}, down[2] = {0, 0};
-    qs_model m = {.sites = 2, .labels = 4, .unary = unary, .pairwise = {QS_TABLE, 0, table}, .pairwise_max = 3,
-                  .width = 2, .height = 1, .right = right, .down = down};
+    const int32_t unary[8] = {0, 0, 100, 100, 100, 100, 50, 0}, right[2] = {10, 0},
+                  down[2] = {0, 0};
+    qs_model m = {.sites = 2,
+                  .labels = 4,
+                  .unary = unary,
+                  .pairwise = {QS_TABLE, 0, table},
+                  .pairwise_max = 3,
+                  .width = 2,
+                  .height = 1,
+                  .right = right,
+                  .down = down};
     uint16_t x[2] = {0, 2};
     qs_solution solution;
     assert_int_equal(solve(qs_swap, qs_swap_workspace, &m, NULL, x, &solution), QS_OK);
@@ -621,7 +690,8 @@ static bool stop_there(void *context, const qs_progress *progress)
     return ++f->moves != f->stop;
 }
 
-/* A watch's word and a number of cycles both stop, with the energy of the labelling that is there. */
+/* A watch's word and a number of cycles both stop, with the energy of the labelling that is there.
+ */
 static void stops_when_told(void **unused)
 {
     (void)unused;
@@ -630,7 +700,8 @@ static void stops_when_told(void **unused)
     uint64_t state = 15;
     for (int round = 0; round < 60; round++) {
         qs_solver *solver = round % 2 ? qs_swap : qs_expansion;
-        size_t (*workspace)(const qs_model *) = round % 2 ? qs_swap_workspace : qs_expansion_workspace;
+        size_t (*workspace)(const qs_model *) =
+            round % 2 ? qs_swap_workspace : qs_expansion_workspace;
         do {
             field_make(&f, &state, round % 3 > 0, QS_POTTS, 10, 60);
         } while (f.model.labels < 3 || f.model.sites < 40);
@@ -700,9 +771,14 @@ static void refusals(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cuts_are_the_cheapest), cmocka_unit_test(local_optima),   cmocka_unit_test(expansion_move_by_move),
-        cmocka_unit_test(expansion_at_the_edge_of_its_range), cmocka_unit_test(swap_again_finds_nothing), cmocka_unit_test(swap_looks_again_at_neighbours),
-        cmocka_unit_test(metrics), cmocka_unit_test(stops_when_told),
+        cmocka_unit_test(cuts_are_the_cheapest),
+        cmocka_unit_test(local_optima),
+        cmocka_unit_test(expansion_move_by_move),
+        cmocka_unit_test(expansion_at_the_edge_of_its_range),
+        cmocka_unit_test(swap_again_finds_nothing),
+        cmocka_unit_test(swap_looks_again_at_neighbours),
+        cmocka_unit_test(metrics),
+        cmocka_unit_test(stops_when_told),
         cmocka_unit_test(refusals),
     };
     return cmocka_run_group_tests_name("moves", tests, NULL, NULL);

@@ -1,4 +1,5 @@
-/* Every encoding, over all labels and over those that are left, against all states of tiny problems (docs/MATHS.md). */
+/* Every encoding, over all labels and over those that are left, against all states of tiny problems
+ * (docs/MATHS.md). */
 #include "recoded.h"
 
 static void one_hot(void **unused)
@@ -81,17 +82,24 @@ static void what_is_written_can_be_repaired(void **unused)
         void (*smoothness)(fixture *, uint64_t *);
         qs_encoding encoding;
         qs_penalty penalty;
-    } kinds[] = {{any_smoothness, QS_ONE_HOT, QS_PENALTY_LOCAL}, {linear, QS_ONE_HOT_SPARSE, QS_PENALTY_LOCAL},
-                 {linear, QS_ONE_HOT_SPARSE, QS_PENALTY_MINIMAL}, {potts, QS_ONE_HOT_SPARSE, QS_PENALTY_MINIMAL},
-                 {potts, QS_DOMAIN_WALL, QS_PENALTY_LOCAL}, {linear, QS_DOMAIN_WALL, QS_PENALTY_LOCAL},
-                 {whole_linear, QS_DOMAIN_WALL, QS_PENALTY_LOCAL}, {potts, QS_MULTIWAY_CUT, QS_PENALTY_LOCAL},
-                 {whole_linear, QS_ST_CUT, QS_PENALTY_LOCAL}, {whole_linear, QS_ST_CUT_ARCS, QS_PENALTY_LOCAL}};
+    } kinds[] = {{any_smoothness, QS_ONE_HOT, QS_PENALTY_LOCAL},
+                 {linear, QS_ONE_HOT_SPARSE, QS_PENALTY_LOCAL},
+                 {linear, QS_ONE_HOT_SPARSE, QS_PENALTY_MINIMAL},
+                 {potts, QS_ONE_HOT_SPARSE, QS_PENALTY_MINIMAL},
+                 {potts, QS_DOMAIN_WALL, QS_PENALTY_LOCAL},
+                 {linear, QS_DOMAIN_WALL, QS_PENALTY_LOCAL},
+                 {whole_linear, QS_DOMAIN_WALL, QS_PENALTY_LOCAL},
+                 {potts, QS_MULTIWAY_CUT, QS_PENALTY_LOCAL},
+                 {whole_linear, QS_ST_CUT, QS_PENALTY_LOCAL},
+                 {whole_linear, QS_ST_CUT_ARCS, QS_PENALTY_LOCAL}};
     static fixture f;
     uint64_t state = 41;
     for (size_t kind = 0; kind < sizeof kinds / sizeof *kinds; kind++) {
         for (int round = 0; round < ROUNDS / 5;) {
             int64_t gap = 1 + tiny_random(&state, 3);
-            if (random_file(&f, &state, BITS - 2, kinds[kind].smoothness, (qs_encode_options){kinds[kind].encoding, kinds[kind].penalty, 0, (uint32_t)gap})) {
+            if (random_file(&f, &state, BITS - 2, kinds[kind].smoothness,
+                            (qs_encode_options){kinds[kind].encoding, kinds[kind].penalty, 0,
+                                                (uint32_t)gap})) {
                 repair_states(&f, gap);
                 round++;
             }
@@ -107,11 +115,13 @@ static void walls_apart_can_be_repaired(void **unused)
     for (uint64_t first = 1; first < 16; first++) {
         for (uint64_t second = 1; second < 16; second++) {
             make_grid(&f, 2, 1, 4, 5, QS_TRUNCATED_LINEAR);
-            memset(f.t.costs, 0, sizeof f.t.costs); /* of which the chains' kappa would come to more than the edge costs */
+            memset(f.t.costs, 0, sizeof f.t.costs); /* of which the chains' kappa would come to more
+                                                       than the edge costs */
             make_model(&f);
             f.left[0] = first;
             f.left[1] = second;
-            assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_DOMAIN_WALL}, false), QS_OK);
+            assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_DOMAIN_WALL}, false),
+                             QS_OK);
             repair_states(&f, 1);
         }
     }
@@ -119,7 +129,8 @@ static void walls_apart_can_be_repaired(void **unused)
 
 /* ---- A variable an arc: given the vertices, each is decided by itself. ---- */
 
-/* H with the arcs' variables at their best; `margin` = the least that any of them would cost at its other value. */
+/* H with the arcs' variables at their best; `margin` = the least that any of them would cost at its
+ * other value. */
 static int64_t best_arcs(const fixture *f, uint32_t vertices, uint64_t state, int64_t *margin)
 {
     uint8_t bits[BYTES];
@@ -128,7 +139,8 @@ static int64_t best_arcs(const fixture *f, uint32_t vertices, uint64_t state, in
     *margin = INT64_MAX;
     for (uint32_t z = vertices; z < f->qubo.variables; z++) {
         bits[z / 8] ^= (uint8_t)(1u << z % 8);
-        int64_t change = qs_qubo_energy(&f->index, bits) - none, size = change < 0 ? -change : change;
+        int64_t change = qs_qubo_energy(&f->index, bits) - none,
+                size = change < 0 ? -change : change;
         bits[z / 8] ^= (uint8_t)(1u << z % 8);
         best += change < 0 ? change : 0;
         *margin = size < *margin ? size : *margin;
@@ -179,7 +191,8 @@ static void st_cut_arcs(void **unused)
     uint64_t state = 15;
     for (int round = 0; round < ROUNDS / 2;) {
         uint32_t gap = 1 + tiny_random(&state, 3), vertices = 2, open = 0;
-        if (!random_file(&f, &state, 8 * BYTES, whole_linear, (qs_encode_options){QS_ST_CUT_ARCS, QS_PENALTY_LOCAL, 0, gap})) {
+        if (!random_file(&f, &state, 8 * BYTES, whole_linear,
+                         (qs_encode_options){QS_ST_CUT_ARCS, QS_PENALTY_LOCAL, 0, gap})) {
             continue;
         }
         for (uint32_t p = 0; p < f.sites; p++) {

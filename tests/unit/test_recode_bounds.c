@@ -1,7 +1,7 @@
 /* Counts, bounds that are the least, the paper's example, and the bytes of recoded files. */
 #include "recoded.h"
 
-#include "../../libqstereo/src/sort.h"
+#include "../../libqstereo/src/base/sort.h"
 
 /* ---- Counts. ---- */
 
@@ -29,20 +29,25 @@ static void counts_by_formula(void **unused)
         check_counts(&f, QS_ONE_HOT_SPARSE, n * m * k, n * m * k * (k - 1) / 2 + edges * k);
         check_counts(&f, QS_DOMAIN_WALL, n * m * (k - 1), n * m * (k - 2) + edges * (3 * k - 5));
         check_counts(&f, QS_MULTIWAY_CUT, n * m * k + k * k,
-                     n * m * k * (k - 1) / 2 + edges * k * (k - 1) + k * k * (k - 1) / 2 + n * m * k * k * (k - 1));
+                     n * m * k * (k - 1) / 2 + edges * k * (k - 1) + k * k * (k - 1) / 2 +
+                         n * m * k * k * (k - 1));
         make_grid(&f, cases[i].n, cases[i].m, cases[i].k, 7, QS_TRUNCATED_LINEAR);
         check_counts(&f, QS_DOMAIN_WALL, n * m * (k - 1), n * m * (k - 2) + edges * (k - 1));
         check_counts(&f, QS_ST_CUT, n * m * k + n * m + 2, n * m * (k + 2) + (k + 1) * edges);
-        check_counts(&f, QS_ST_CUT_ARCS, 7 * n * m * k + 9 * n * m - 2 * n * k - 2 * m * k - 2 * n - 2 * m + 2, 5 * (n * m * (k + 2) + (k + 1) * edges));
+        check_counts(&f, QS_ST_CUT_ARCS,
+                     7 * n * m * k + 9 * n * m - 2 * n * k - 2 * m * k - 2 * n - 2 * m + 2,
+                     5 * (n * m * (k + 2) + (k + 1) * edges));
         f.t.problem.pairwise.truncation = 2;
         make_model(&f);
-        check_counts(&f, QS_DOMAIN_WALL, n * m * (k - 1), n * m * (k - 2) + edges * (k - 1 + (k > 3 ? 2 * (k - 3) : 0)));
+        check_counts(&f, QS_DOMAIN_WALL, n * m * (k - 1),
+                     n * m * (k - 2) + edges * (k - 1 + (k > 3 ? 2 * (k - 3) : 0)));
     }
 }
 
 /* ---- Bounds that are the least. ---- */
 
-/* The least H of all states less min F where each penalty is `less` units smaller: `broken` says how many units of penalty a state pays. */
+/* The least H of all states less min F where each penalty is `less` units smaller: `broken` says
+ * how many units of penalty a state pays. */
 static int64_t margin(const fixture *f, int64_t less, int64_t (*broken)(const fixture *, uint64_t))
 {
     uint64_t labellings;
@@ -78,7 +83,8 @@ static void wall_bounds_are_tight(void **unused)
             f.t.costs[i] = i % 3 == 1 ? 25 : 0;
         }
         make_model(&f);
-        assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_DOMAIN_WALL, .gap = 1}, false), QS_OK);
+        assert_int_equal(
+            recode(&f, (qs_encode_options){.encoding = QS_DOMAIN_WALL, .gap = 1}, false), QS_OK);
         assert_int_equal(margin(&f, 1, up_steps), 0);
         assert_true(margin(&f, 0, up_steps) > 0);
         assert_true(margin(&f, 2, up_steps) < 0);
@@ -121,8 +127,8 @@ static void minimal_values(void **unused)
     assert_int_equal(b, a + (15 * 5 + 3) / 4 + 4);
 }
 
-/* A star K(1,4): the centre is free in two labels, two leaves are bound to each (and a 2 x 3 grid whose inner sites are so): the sites with
- * two labels cost as much as they save. */
+/* A star K(1,4): the centre is free in two labels, two leaves are bound to each (and a 2 x 3 grid
+ * whose inner sites are so): the sites with two labels cost as much as they save. */
 static void sparse_bounds_are_tight(void **unused)
 {
     (void)unused;
@@ -132,10 +138,20 @@ static void sparse_bounds_are_tight(void **unused)
         f.t.edges[leaf] = (qs_edge){0, leaf + 1, 100};
         f.t.costs[2 + 2 * leaf + (leaf < 2)] = 10000;
     }
-    f.t.problem = (qs_problem){.sites = 5, .labels = 2, .scale = 1, .edges = f.t.edges, .edge_count = 4, .costs = f.t.costs};
+    f.t.problem = (qs_problem){.sites = 5,
+                               .labels = 2,
+                               .scale = 1,
+                               .edges = f.t.edges,
+                               .edge_count = 4,
+                               .costs = f.t.costs};
     make_model(&f);
     for (uint32_t gap = 1; gap <= 6; gap += 5) {
-        assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_ONE_HOT_SPARSE, .penalty = QS_PENALTY_MINIMAL, .gap = gap}, false), QS_OK);
+        assert_int_equal(recode(&f,
+                                (qs_encode_options){.encoding = QS_ONE_HOT_SPARSE,
+                                                    .penalty = QS_PENALTY_MINIMAL,
+                                                    .gap = gap},
+                                false),
+                         QS_OK);
         assert_int_equal(margin(&f, 0, pairs_at_one), gap);
         assert_int_equal(margin(&f, 1, pairs_at_one), gap - 1);
     }
@@ -146,7 +162,12 @@ static void sparse_bounds_are_tight(void **unused)
         f.t.costs[2 * p + 1] = p % 3 == 0 ? 10000 : 0;
     }
     make_model(&f);
-    assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_ONE_HOT_SPARSE, .penalty = QS_PENALTY_MINIMAL, .gap = 1}, false), QS_OK);
+    assert_int_equal(recode(&f,
+                            (qs_encode_options){.encoding = QS_ONE_HOT_SPARSE,
+                                                .penalty = QS_PENALTY_MINIMAL,
+                                                .gap = 1},
+                            false),
+                     QS_OK);
     assert_int_equal(margin(&f, 1, pairs_at_one), 0);
     assert_true(margin(&f, 2, pairs_at_one) < 0);
 }
@@ -161,8 +182,9 @@ static int64_t empty_sites(const fixture *f, uint64_t state)
     return empty;
 }
 
-/* The same star, the centre bound to one label and the leaves to the other: an empty centre costs a, a labelling W = 400. A third label that is
- * gone changes nothing, and leaves that are fixed are no concern of the centre's penalty. */
+/* The same star, the centre bound to one label and the leaves to the other: an empty centre costs
+ * a, a labelling W = 400. A third label that is gone changes nothing, and leaves that are fixed are
+ * no concern of the centre's penalty. */
 static void one_hot_bound_is_tight(void **unused)
 {
     (void)unused;
@@ -174,14 +196,20 @@ static void one_hot_bound_is_tight(void **unused)
     for (uint32_t p = 0; p < 5; p++) {
         f.t.costs[3 * p + (p == 0)] = 10000;
     }
-    f.t.problem = (qs_problem){.sites = 5, .labels = 3, .scale = 1, .edges = f.t.edges, .edge_count = 4, .costs = f.t.costs};
+    f.t.problem = (qs_problem){.sites = 5,
+                               .labels = 3,
+                               .scale = 1,
+                               .edges = f.t.edges,
+                               .edge_count = 4,
+                               .costs = f.t.costs};
     make_model(&f);
     for (uint32_t fixed = 0; fixed <= 4; fixed++) {
         int64_t a, b;
         for (uint32_t p = 0; p < 5; p++) {
             f.left[p] = p > 0 && p <= fixed ? 2 : 3;
         }
-        assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_ONE_HOT, .gap = 7}, false), QS_OK);
+        assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_ONE_HOT, .gap = 7}, false),
+                         QS_OK);
         qs_index_penalty(&f.index, 0, &a, &b);
         assert_int_equal(a, 100 * (4 - fixed) + 7);
         assert_int_equal(b, a + 7);
@@ -206,9 +234,13 @@ static void encode_labelling(const fixture *f, const uint16_t *labelling, uint8_
     uint32_t labels = f->t.problem.labels, at = 0;
     memset(bits, 0, BYTES);
     for (uint32_t p = 0; p < f->sites; p++) {
-        uint32_t size = encoding == QS_DOMAIN_WALL ? labels - 1 : encoding >= QS_ST_CUT ? labels + 1 : labels;
+        uint32_t size = encoding == QS_DOMAIN_WALL ? labels - 1
+                        : encoding >= QS_ST_CUT    ? labels + 1
+                                                   : labels;
         for (uint32_t i = 0; i < size; i++) {
-            bool one = encoding == QS_DOMAIN_WALL ? i < labelling[p] : encoding >= QS_ST_CUT ? i <= labelling[p] : i == labelling[p];
+            bool one = encoding == QS_DOMAIN_WALL ? i < labelling[p]
+                       : encoding >= QS_ST_CUT    ? i <= labelling[p]
+                                                  : i == labelling[p];
             if (one) {
                 set_bit(bits, at + i);
             }
@@ -286,11 +318,14 @@ static void whole_problems_are_those_of_encode(void **unused)
         memset(&f, 0, sizeof f);
         tiny_make(&f.t, &state, SOURCE_BITS, round % 2 == 0);
         for (uint32_t i = 0; i < TINY_SITES * TINY_LABELS; i++) {
-            f.t.costs[i] += 10; /* none is negative: the file of a model says no more than the sum of the least ones */
+            f.t.costs[i] += 10; /* none is negative: the file of a model says no more than the sum
+                                   of the least ones */
         }
-        qs_encode_options options = {QS_ONE_HOT, (qs_penalty)tiny_random(&state, 4), 12345, 1 + tiny_random(&state, 4)};
+        qs_encode_options options = {QS_ONE_HOT, (qs_penalty)tiny_random(&state, 4), 12345,
+                                     1 + tiny_random(&state, 4)};
         bool linear_cost = f.t.problem.pairwise.smoothness == QS_TRUNCATED_LINEAR;
-        if (tiny_random(&state, 2) == 0 && (f.t.problem.pairwise.smoothness == QS_POTTS || (linear_cost && options.penalty != QS_PENALTY_PAPER))) {
+        if (tiny_random(&state, 2) == 0 && (f.t.problem.pairwise.smoothness == QS_POTTS ||
+                                            (linear_cost && options.penalty != QS_PENALTY_PAPER))) {
             options.encoding = QS_ONE_HOT_SPARSE;
         }
         make_model(&f);
@@ -298,7 +333,8 @@ static void whole_problems_are_those_of_encode(void **unused)
         assert_int_equal(recode(&f, options, false), QS_OK);
         qs_buffer buffer = {direct, sizeof direct, 0};
         qs_sink sink = qs_buffer_sink(&buffer);
-        assert_int_equal(qs_encode(&f.t.problem, &options, &sink, memory, sizeof memory, NULL), QS_OK);
+        assert_int_equal(qs_encode(&f.t.problem, &options, &sink, memory, sizeof memory, NULL),
+                         QS_OK);
         assert_int_equal(f.size, buffer.size);
         assert_memory_equal(f.file, direct, f.size);
     }
@@ -327,7 +363,8 @@ static void masked_rows_are_runs_of_their_own(void **unused)
             assert_int_equal(recode(&f, options, false), QS_OK);
             qs_buffer buffer = {direct, sizeof direct, 0};
             qs_sink sink = qs_buffer_sink(&buffer);
-            assert_int_equal(qs_encode(&f.t.problem, &options, &sink, memory, sizeof memory, NULL), QS_OK);
+            assert_int_equal(qs_encode(&f.t.problem, &options, &sink, memory, sizeof memory, NULL),
+                             QS_OK);
             assert_int_equal(f.size, buffer.size);
             assert_memory_equal(f.file, direct, f.size);
         }
@@ -373,7 +410,12 @@ static void labels_beyond_a_byte(void **unused)
     }
     f.t.edges[0] = (qs_edge){0, 1, 3};
     f.t.edges[1] = (qs_edge){1, 2, 4};
-    f.t.problem = (qs_problem){.sites = SITES, .labels = MANY, .scale = 1, .edges = f.t.edges, .edge_count = 2, .costs = costs};
+    f.t.problem = (qs_problem){.sites = SITES,
+                               .labels = MANY,
+                               .scale = 1,
+                               .edges = f.t.edges,
+                               .edge_count = 2,
+                               .costs = costs};
     make_model(&f);
     kept[299] = 1; /* of site 0 that label alone */
     for (int i = 0; i < 3; i++) {
@@ -383,7 +425,8 @@ static void labels_beyond_a_byte(void **unused)
     qs_recode_options options = {.encode.encoding = QS_ONE_HOT_SPARSE, .kept = kept};
     qs_buffer buffer = {f.file, sizeof f.file, 0};
     qs_sink sink = qs_buffer_sink(&buffer);
-    assert_int_equal(qs_recode(&f.model, &f.source_qubo, &options, &sink, memory, sizeof memory, NULL), QS_OK);
+    assert_int_equal(
+        qs_recode(&f.model, &f.source_qubo, &options, &sink, memory, sizeof memory, NULL), QS_OK);
     open_file(f.file, buffer.size, &f.qubo, f.memory, &f.index);
     assert_int_equal(f.qubo.variables, VARIABLES);
     assert_int_equal(f.qubo.labels.fixed_bytes, 2);
@@ -399,14 +442,16 @@ static void labels_beyond_a_byte(void **unused)
     }
 }
 
-/* What fixed neighbours add to a cost may be too much for a model; then no encoding that a model is built from is written. */
+/* What fixed neighbours add to a cost may be too much for a model; then no encoding that a model is
+ * built from is written. */
 static void costs_beyond_a_model(void **unused)
 {
     (void)unused;
     static fixture f;
     static uint64_t memory[MEMORY / 8];
     qs_model model;
-    const qs_encoding encodings[] = {QS_ONE_HOT, QS_ONE_HOT_SPARSE, QS_DOMAIN_WALL, QS_MULTIWAY_CUT, QS_ST_CUT, QS_ST_CUT_ARCS};
+    const qs_encoding encodings[] = {QS_ONE_HOT,      QS_ONE_HOT_SPARSE, QS_DOMAIN_WALL,
+                                     QS_MULTIWAY_CUT, QS_ST_CUT,         QS_ST_CUT_ARCS};
     for (int round = 0; round < 4 * 6; round++) {
         bool over = round % 2 == 1, truncate = round / 2 % 2 == 1;
         qs_encoding encoding = encodings[round / 4];
@@ -434,32 +479,55 @@ static void refusals(void **unused)
     static const qs_penalty fixed[2] = {QS_PENALTY_PAPER, QS_PENALTY_GIVEN};
     make_grid(&f, 2, 2, 3, 5, QS_POTTS);
     for (int i = 0; i < 2; i++) {
-        assert_int_equal(recode(&f, (qs_encode_options){QS_DOMAIN_WALL, fixed[i], 9, 0}, false), QS_E_ENCODING);
-        assert_int_equal(recode(&f, (qs_encode_options){QS_MULTIWAY_CUT, fixed[i], 9, 0}, false), QS_OK);
+        assert_int_equal(recode(&f, (qs_encode_options){QS_DOMAIN_WALL, fixed[i], 9, 0}, false),
+                         QS_E_ENCODING);
+        assert_int_equal(recode(&f, (qs_encode_options){QS_MULTIWAY_CUT, fixed[i], 9, 0}, false),
+                         QS_OK);
     }
     assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_ST_CUT}, false), QS_E_ENCODING);
-    assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_ST_CUT_ARCS + 1}, false), QS_E_ARGUMENT);
-    assert_int_equal(recode(&f, (qs_encode_options){.penalty = QS_PENALTY_MINIMAL + 1}, false), QS_E_ARGUMENT);
-    assert_int_equal(recode(&f, (qs_encode_options){.penalty = QS_PENALTY_GIVEN}, false), QS_E_ARGUMENT);
-    assert_int_equal(recode(&f, (qs_encode_options){.penalty = QS_PENALTY_GIVEN, .alpha = INT64_MAX}, false), QS_E_OVERFLOW);
-    assert_int_equal(recode(&f, (qs_encode_options){.penalty = QS_PENALTY_GIVEN, .alpha = (int64_t)1 << 50}, false), QS_E_OVERFLOW);
+    assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_ST_CUT_ARCS + 1}, false),
+                     QS_E_ARGUMENT);
+    assert_int_equal(recode(&f, (qs_encode_options){.penalty = QS_PENALTY_MINIMAL + 1}, false),
+                     QS_E_ARGUMENT);
+    assert_int_equal(recode(&f, (qs_encode_options){.penalty = QS_PENALTY_GIVEN}, false),
+                     QS_E_ARGUMENT);
+    assert_int_equal(
+        recode(&f, (qs_encode_options){.penalty = QS_PENALTY_GIVEN, .alpha = INT64_MAX}, false),
+        QS_E_OVERFLOW);
+    assert_int_equal(
+        recode(&f, (qs_encode_options){.penalty = QS_PENALTY_GIVEN, .alpha = (int64_t)1 << 50},
+               false),
+        QS_E_OVERFLOW);
     /* M = 4 sites x (4 a + 3 b) and some more, b = 2 a. */
-    assert_int_equal(recode(&f, (qs_encode_options){QS_ONE_HOT, QS_PENALTY_GIVEN, QS_ENERGY_MAX / 40, 0}, false), QS_E_OVERFLOW);
-    assert_int_equal(recode(&f, (qs_encode_options){QS_ONE_HOT, QS_PENALTY_GIVEN, QS_ENERGY_MAX / 41, 0}, false), QS_OK);
+    assert_int_equal(
+        recode(&f, (qs_encode_options){QS_ONE_HOT, QS_PENALTY_GIVEN, QS_ENERGY_MAX / 40, 0}, false),
+        QS_E_OVERFLOW);
+    assert_int_equal(
+        recode(&f, (qs_encode_options){QS_ONE_HOT, QS_PENALTY_GIVEN, QS_ENERGY_MAX / 41, 0}, false),
+        QS_OK);
     /* kappa is a weight of 32 bits. */
-    assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_DOMAIN_WALL, .gap = INT32_MAX}, false), QS_E_OVERFLOW);
+    assert_int_equal(
+        recode(&f, (qs_encode_options){.encoding = QS_DOMAIN_WALL, .gap = INT32_MAX}, false),
+        QS_E_OVERFLOW);
     f.left[3] = 0;
     assert_int_equal(recode(&f, (qs_encode_options){0}, false), QS_E_ARGUMENT);
     make_grid(&f, 2, 2, 3, 5, QS_TRUNCATED_LINEAR);
-    assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_MULTIWAY_CUT}, false), QS_E_ENCODING);
-    assert_int_equal(recode(&f, (qs_encode_options){QS_ST_CUT, QS_PENALTY_PAPER, 0, 0}, false), QS_E_ENCODING);
-    assert_int_equal(recode(&f, (qs_encode_options){QS_ONE_HOT_SPARSE, QS_PENALTY_PAPER, 0, 0}, false), QS_E_ENCODING);
+    assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_MULTIWAY_CUT}, false),
+                     QS_E_ENCODING);
+    assert_int_equal(recode(&f, (qs_encode_options){QS_ST_CUT, QS_PENALTY_PAPER, 0, 0}, false),
+                     QS_E_ENCODING);
+    assert_int_equal(
+        recode(&f, (qs_encode_options){QS_ONE_HOT_SPARSE, QS_PENALTY_PAPER, 0, 0}, false),
+        QS_E_ENCODING);
     f.t.problem.pairwise.truncation = 1;
     make_model(&f);
-    assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_ST_CUT_ARCS}, false), QS_E_ENCODING);
+    assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_ST_CUT_ARCS}, false),
+                     QS_E_ENCODING);
     make_grid(&f, 2, 2, 3, 5, QS_TRUNCATED_QUADRATIC);
-    assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_DOMAIN_WALL}, false), QS_E_ENCODING);
-    assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_ONE_HOT_SPARSE}, false), QS_E_ENCODING);
+    assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_DOMAIN_WALL}, false),
+                     QS_E_ENCODING);
+    assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_ONE_HOT_SPARSE}, false),
+                     QS_E_ENCODING);
 }
 
 static bool key_before(const void *context, uint32_t a, uint32_t b)
@@ -505,7 +573,9 @@ static void every_failing_write_is_told(void **unused)
         for (qs_status status = QS_E_IO; status != QS_OK; calls++) {
             int left = calls;
             qs_sink sink = {failing_write, &left};
-            status = qs_recode(&f.model, &f.source_qubo, &(qs_recode_options){.encode.encoding = encoding}, &sink, memory, sizeof memory, NULL);
+            status = qs_recode(&f.model, &f.source_qubo,
+                               &(qs_recode_options){.encode.encoding = encoding}, &sink, memory,
+                               sizeof memory, NULL);
             assert_true(status == QS_E_IO || status == QS_OK);
             assert_true(calls < 1000);
         }

@@ -1,16 +1,18 @@
-/* Labels that leave a problem, beside all labellings of tiny ones: none that leaves is in any optimum. */
+/* Labels that leave a problem, beside all labellings of tiny ones: none that leaves is in any
+ * optimum. */
 #include "tiny.h"
 
 #include <string.h>
 
-#include "../../libqstereo/src/eliminate.h"
-#include "../../libqstereo/src/lanes.h"
-#include "../../libqstereo/src/local.h"
-#include "../../libqstereo/src/trws.h"
+#include "../../libqstereo/src/reduce/label_sets.h"
+#include "../../libqstereo/src/base/simd.h"
+#include "../../libqstereo/src/model/neighbours.h"
+#include "../../libqstereo/src/solve/trws.h"
 
 enum { ROUNDS = 2000, BITS = 18, MEMORY = 1 << 17 };
 
-/* A tiny problem, its model with sets of labels, and the least energy of all labellings of these with a label at a site (INT64_MAX: no such label). */
+/* A tiny problem, its model with sets of labels, and the least energy of all labellings of these
+ * with a label at a site (INT64_MAX: no such label). */
 typedef struct bench {
     tiny t;
     tiny_qubo qubo;
@@ -31,7 +33,8 @@ static bool is_masked(uint32_t site)
 
 static bool is_there(uint32_t site, uint32_t label)
 {
-    return is_masked(site) ? label == 0 : !b.model.kept || b.model.kept[site * b.model.labels + label];
+    return is_masked(site) ? label == 0
+                           : !b.model.kept || b.model.kept[site * b.model.labels + label];
 }
 
 /* The next labelling of labels that are there; false after the last. */
@@ -74,7 +77,8 @@ static void enumerate(void)
 static void build(void)
 {
     tiny_encode(&b.t.problem, (qs_encode_options){QS_ONE_HOT, QS_PENALTY_LOCAL, 0, 0}, &b.qubo);
-    assert_int_equal(qs_model_build(&b.qubo.index, b.model_memory, sizeof b.model_memory, &b.model), QS_OK);
+    assert_int_equal(qs_model_build(&b.qubo.index, b.model_memory, sizeof b.model_memory, &b.model),
+                     QS_OK);
 }
 
 static int64_t weights_at(uint32_t site)
@@ -84,7 +88,8 @@ static int64_t weights_at(uint32_t site)
         sum += p == site || p + 1 == site ? b.model.right[p] : 0;
         sum += p == site || p + b.model.width == site ? b.model.down[p] : 0;
     }
-    for (uint32_t n = b.model.width > 0 ? 0 : b.model.link_start[site]; b.model.width == 0 && n < b.model.link_start[site + 1]; n++) {
+    for (uint32_t n = b.model.width > 0 ? 0 : b.model.link_start[site];
+         b.model.width == 0 && n < b.model.link_start[site + 1]; n++) {
         sum += b.model.links[n].weight;
     }
     return sum;
@@ -104,7 +109,9 @@ static void thin_out(uint64_t *state)
             least = kept[d] && unary[d] < least ? unary[d] : least;
         }
         for (uint32_t d = 0; d < b.model.labels; d++) {
-            unary[d] = kept[d] ? unary[d] - least : (int32_t)(weights_at(p) * b.model.pairwise_max) + 1 + (int32_t)tiny_random(state, 3);
+            unary[d] = kept[d] ? unary[d] - least
+                               : (int32_t)(weights_at(p) * b.model.pairwise_max) + 1 +
+                                     (int32_t)tiny_random(state, 3);
         }
         b.model.constant += least;
     }
@@ -133,7 +140,8 @@ static void make(uint64_t *state)
     enumerate();
 }
 
-/* Every label of every optimum must be there, of each site one or more, of a masked cell label 0. Returns the labels beyond those. */
+/* Every label of every optimum must be there, of each site one or more, of a masked cell label 0.
+ * Returns the labels beyond those. */
 static uint32_t check_sets(const uint8_t *kept)
 {
     uint32_t more = 0;
@@ -197,7 +205,8 @@ static bool watch(void *context, const qs_reduction *r)
     check_counts(w->kept, w->walls, r);
     check_labelling(w->kept, w->labelling, r);
     assert_true(w->calls == 0 || w->target == 0 || w->variables > w->target);
-    assert_true(r->variables <= w->variables && r->lower_bound >= w->lower && r->upper_bound <= w->upper);
+    assert_true(r->variables <= w->variables && r->lower_bound >= w->lower &&
+                r->upper_bound <= w->upper);
     w->variables = r->variables;
     w->lower = r->lower_bound;
     w->upper = r->upper_bound;
@@ -213,17 +222,21 @@ static qs_reduction reduce(qs_reduce_options options, uint64_t patience, uint8_t
     qs_eliminate_begin(&e, &b.model, options.walls, memory, before, labelling);
     bool at_once = options.target > 0 && e.variables <= options.target;
     qs_reduction r;
-    witness w = {kept, labelling, options.walls, 0, patience, UINT64_MAX, options.target, INT64_MIN, INT64_MAX};
+    witness w = {kept,       labelling,      options.walls, 0,        patience,
+                 UINT64_MAX, options.target, INT64_MIN,     INT64_MAX};
     options.watch = watch;
     options.context = &w;
     assert_true(qs_reduce_workspace(&b.model) <= sizeof memory);
     memset(memory, 0xa5, sizeof memory);
-    assert_int_equal(qs_reduce(&b.model, &options, memory, qs_reduce_workspace(&b.model), kept, labelling, &r), QS_OK);
+    assert_int_equal(
+        qs_reduce(&b.model, &options, memory, qs_reduce_workspace(&b.model), kept, labelling, &r),
+        QS_OK);
     check_sets(kept);
     check_counts(kept, options.walls, &r);
     check_labelling(kept, labelling, &r);
     assert_true(w.calls > 0 && w.calls <= patience);
-    assert_true(!at_once || (w.calls == 1 && memcmp(kept, before, (size_t)b.model.sites * b.model.labels) == 0));
+    assert_true(!at_once || (w.calls == 1 &&
+                             memcmp(kept, before, (size_t)b.model.sites * b.model.labels) == 0));
     if (options.target > 0 && w.calls < patience && r.variables > options.target) {
         assert_true(r.lower_bound == r.upper_bound || r.iterations == options.iterations);
     }
@@ -238,12 +251,14 @@ static void no_optimum_is_lost(void **unused)
     for (int round = 0; round < 2 * ROUNDS; round++) {
         uint8_t kept[TINY_SITES * TINY_LABELS];
         make(&state);
-        qs_reduction r = reduce((qs_reduce_options){.iterations = 100, .walls = round % 2}, UINT64_MAX, kept);
+        qs_reduction r =
+            reduce((qs_reduce_options){.iterations = 100, .walls = round % 2}, UINT64_MAX, kept);
         proven += r.upper_bound == r.lower_bound;
         ties_only += check_sets(kept) == 0;
         decided += r.open == 0;
     }
-    print_message("proven %u, ties only %u, decided %u of %d\n", proven, ties_only, decided, 2 * ROUNDS);
+    print_message("proven %u, ties only %u, decided %u of %d\n", proven, ties_only, decided,
+                  2 * ROUNDS);
     assert_true(proven > 2 * ROUNDS * 9 / 10);
     assert_true(ties_only > 2 * ROUNDS * 97 / 100);
 }
@@ -257,9 +272,11 @@ static void stopped_anywhere(void **unused)
     for (int round = 0; round < ROUNDS; round++) {
         uint8_t kept[TINY_SITES * TINY_LABELS];
         make(&state);
-        qs_reduce_options options = {.iterations = 1 + tiny_random(&state, 12), .walls = tiny_random(&state, 2)};
+        qs_reduce_options options = {.iterations = 1 + tiny_random(&state, 12),
+                                     .walls = tiny_random(&state, 2)};
         options.target = tiny_random(&state, 3) ? tiny_random(&state, 12) : 0;
-        qs_reduction r = reduce(options, tiny_random(&state, 2) ? 1 + tiny_random(&state, 5) : UINT64_MAX, kept);
+        qs_reduction r =
+            reduce(options, tiny_random(&state, 2) ? 1 + tiny_random(&state, 5) : UINT64_MAX, kept);
         reached += options.target > 0 && r.variables <= options.target && r.variables > 0;
     }
     assert_true(reached > ROUNDS / 20);
@@ -275,8 +292,9 @@ static qs_trws_state state_of(void)
     return s;
 }
 
-/* The bound and the excess of each label, beside the least energy with that label; the messages are those of an iteration without. On a chain
- * of which all is in the row both meet, once an iteration was made. */
+/* The bound and the excess of each label, beside the least energy with that label; the messages are
+ * those of an iteration without. On a chain of which all is in the row both meet, once an iteration
+ * was made. */
 static void check_excess(uint64_t *random, bool chain)
 {
     static uint32_t excess[MEMORY / 4];
@@ -302,9 +320,11 @@ static void check_excess(uint64_t *random, bool chain)
             if (!is_there(p, d) || is_masked(p)) {
                 continue;
             }
-            int64_t above = bound + excess[p * b.model.labels + d], scaled = (b.least[p][d] - b.model.constant) * ((int64_t)1 << s.scale.shift);
+            int64_t above = bound + excess[p * b.model.labels + d],
+                    scaled = (b.least[p][d] - b.model.constant) * ((int64_t)1 << s.scale.shift);
             assert_true(above <= scaled);
-            assert_true(!chain || above == scaled || b.model.unary[p * b.model.labels + d] > s.scale.most);
+            assert_true(!chain || above == scaled ||
+                        b.model.unary[p * b.model.labels + d] > s.scale.most);
         }
     }
 }
@@ -347,27 +367,36 @@ static void excess_is_exact_on_chains(void **unused)
     }
 }
 
-/* What is charged at each site to the row (or column) in a pass forward from `before` to `after`, as trws.h says: two halves where two chains go through, else
- * all to the one that goes on, to the row where none does. */
-static void charge(const int32_t *before, const int32_t *after, bool column, qs_scale scale, int32_t charged[TINY_SITES][TINY_LABELS])
+/* What is charged at each site to the row (or column) in a pass forward from `before` to `after`,
+ * as trws.h says: two halves where two chains go through, else all to the one that goes on, to the
+ * row where none does. */
+static void charge(const int32_t *before, const int32_t *after, bool column, qs_scale scale,
+                   int32_t charged[TINY_SITES][TINY_LABELS])
 {
     const qs_model *m = &b.model;
     for (uint32_t p = 0; p < m->sites; p++) {
-        bool left = p > 0 && m->right[p - 1] > 0, up = p >= m->width && m->down[p - m->width] > 0, right = m->right[p] > 0, down = m->down[p] > 0;
+        bool left = p > 0 && m->right[p - 1] > 0, up = p >= m->width && m->down[p - m->width] > 0,
+             right = m->right[p] > 0, down = m->down[p] > 0;
         bool two = (left && up) || (right && down), all = right || !down;
         for (uint32_t d = 0; d < m->labels; d++) {
-            int32_t unary = m->unary[p * m->labels + d] < scale.most ? m->unary[p * m->labels + d] : scale.most;
-            int32_t row = before[2 * m->labels * p + d] + (left ? after[2 * m->labels * (p - 1) + d] : 0);
-            int32_t other = before[2 * m->labels * p + m->labels + d] + (up ? after[2 * m->labels * (p - m->width) + m->labels + d] : 0);
-            int32_t total = unary * (1 << scale.shift) + row + other, half = (total - (total % 2 != 0 && total < 0)) / 2;
+            int32_t unary =
+                m->unary[p * m->labels + d] < scale.most ? m->unary[p * m->labels + d] : scale.most;
+            int32_t row =
+                before[2 * m->labels * p + d] + (left ? after[2 * m->labels * (p - 1) + d] : 0);
+            int32_t other = before[2 * m->labels * p + m->labels + d] +
+                            (up ? after[2 * m->labels * (p - m->width) + m->labels + d] : 0);
+            int32_t total = unary * (1 << scale.shift) + row + other,
+                    half = (total - (total % 2 != 0 && total < 0)) / 2;
             int32_t part = two ? half : all ? total : 0;
             charged[p][d] = column ? total - part - other : part - row;
         }
     }
 }
 
-/* Adds to the excess of each label of a line of sites what the best labelling of the line with it costs above the line's best. */
-static void add_line(int32_t charged[TINY_SITES][TINY_LABELS], uint32_t first, uint32_t length, uint32_t by, const int32_t *weight, unsigned shift,
+/* Adds to the excess of each label of a line of sites what the best labelling of the line with it
+ * costs above the line's best. */
+static void add_line(int32_t charged[TINY_SITES][TINY_LABELS], uint32_t first, uint32_t length,
+                     uint32_t by, const int32_t *weight, unsigned shift,
                      int64_t excess[TINY_SITES][TINY_LABELS])
 {
     uint32_t labels = b.model.labels, labelling[TINY_SITES] = {0};
@@ -379,7 +408,10 @@ static void add_line(int32_t charged[TINY_SITES][TINY_LABELS], uint32_t first, u
         int64_t cost = 0;
         for (uint32_t i = 0; i < length; i++) {
             cost += charged[first + i * by][labelling[i]];
-            cost += i > 0 ? weight[first + (i - 1) * by] * qs_model_pairwise(&b.model, labelling[i - 1], labelling[i]) * ((int64_t)1 << shift) : 0;
+            cost += i > 0 ? weight[first + (i - 1) * by] *
+                                qs_model_pairwise(&b.model, labelling[i - 1], labelling[i]) *
+                                ((int64_t)1 << shift)
+                          : 0;
         }
         all = cost < all ? cost : all;
         for (uint32_t i = 0; i < length; i++) {
@@ -416,11 +448,13 @@ static void excess_by_definition(void **unused)
         qs_trws_grid_excess(&s, excess, shares);
         charge(before, s.messages, false, s.scale, charged);
         for (uint32_t y = 0; y < b.model.height; y++) {
-            add_line(charged, y * b.model.width, b.model.width, 1, b.model.right, s.scale.shift, expected);
+            add_line(charged, y * b.model.width, b.model.width, 1, b.model.right, s.scale.shift,
+                     expected);
         }
         charge(before, s.messages, true, s.scale, charged);
         for (uint32_t x = 0; x < b.model.width; x++) {
-            add_line(charged, x, b.model.height, b.model.width, b.model.down, s.scale.shift, expected);
+            add_line(charged, x, b.model.height, b.model.width, b.model.down, s.scale.shift,
+                     expected);
         }
         for (uint32_t p = 0; p < b.model.sites; p++) {
             for (uint32_t d = 0; d < b.model.labels; d++) {
@@ -430,7 +464,8 @@ static void excess_by_definition(void **unused)
     }
 }
 
-/* The site's links of weight above 0 to earlier (or later) sites: the number of them, and number `i`. */
+/* The site's links of weight above 0 to earlier (or later) sites: the number of them, and number
+ * `i`. */
 static uint32_t links_of(uint32_t site, bool later, uint32_t i, const qs_link **link)
 {
     uint32_t count = 0;
@@ -444,7 +479,8 @@ static uint32_t links_of(uint32_t site, bool later, uint32_t i, const qs_link **
 }
 
 /* Follows chain `i` from where it begins, part by part, and adds its excess. */
-static void add_chain(const int32_t *before, const int32_t *after, qs_scale scale, uint32_t site, uint32_t i, int64_t excess[TINY_SITES][TINY_LABELS])
+static void add_chain(const int32_t *before, const int32_t *after, qs_scale scale, uint32_t site,
+                      uint32_t i, int64_t excess[TINY_SITES][TINY_LABELS])
 {
     static int32_t charged[TINY_SITES][TINY_LABELS];
     int64_t line[TINY_SITES][TINY_LABELS] = {{0}};
@@ -452,20 +488,27 @@ static void add_chain(const int32_t *before, const int32_t *after, qs_scale scal
     uint32_t sites[TINY_SITES], length = 0, labels = b.model.labels;
     const qs_link *came = NULL, *link = NULL;
     for (bool more = true; more; length++) {
-        uint32_t lower = links_of(site, false, 0, &link), higher = links_of(site, true, 0, &link), chains = lower > higher ? lower : higher;
+        uint32_t lower = links_of(site, false, 0, &link), higher = links_of(site, true, 0, &link),
+                 chains = lower > higher ? lower : higher;
         sites[length] = site;
         more = i < higher;
         links_of(site, true, i, &link);
         for (uint32_t d = 0; d < labels; d++) {
-            int32_t total = b.model.unary[site * labels + d] < scale.most ? b.model.unary[site * labels + d] : scale.most;
+            int32_t total = b.model.unary[site * labels + d] < scale.most
+                                ? b.model.unary[site * labels + d]
+                                : scale.most;
             total *= 1 << scale.shift;
             for (uint32_t n = b.model.link_start[site]; n < b.model.link_start[site + 1]; n++) {
                 const qs_link *other = &b.model.links[n];
-                total += other->weight > 0 ? (other->site < site ? after : before)[other->edge * labels + d] : 0;
+                total += other->weight > 0
+                             ? (other->site < site ? after : before)[other->edge * labels + d]
+                             : 0;
             }
             int32_t parts = chains > 0 ? (int32_t)chains : 1, rest = total % parts;
-            int32_t part = total / parts + (rest > 0 && (int32_t)i < rest) - (rest < 0 && (int32_t)i < -rest);
-            charged[length][d] = part - (came ? after[came->edge * labels + d] : 0) - (more ? before[link->edge * labels + d] : 0);
+            int32_t part =
+                total / parts + (rest > 0 && (int32_t)i < rest) - (rest < 0 && (int32_t)i < -rest);
+            charged[length][d] = part - (came ? after[came->edge * labels + d] : 0) -
+                                 (more ? before[link->edge * labels + d] : 0);
         }
         if (more) {
             weights[length] = link->weight;
@@ -517,7 +560,8 @@ static void graph_excess_by_definition(void **unused)
 }
 
 /* Whether Goldstein's criterion of Potts costs still takes out a label, from the definition. */
-static bool criterion_holds(const uint8_t *kept, const tiny_edge *edges, size_t count, uint32_t p, uint32_t d, uint32_t e)
+static bool criterion_holds(const uint8_t *kept, const tiny_edge *edges, size_t count, uint32_t p,
+                            uint32_t d, uint32_t e)
 {
     uint32_t k = b.model.labels;
     int64_t better = (int64_t)b.model.unary[p * k + d] - b.model.unary[p * k + e];
@@ -536,7 +580,8 @@ static bool criterion_holds(const uint8_t *kept, const tiny_edge *edges, size_t 
     return better > 0;
 }
 
-/* What is out costs more than what is kept, whatever the neighbours; the cheapest that is kept costs 0; a site of one label has no edges. */
+/* What is out costs more than what is kept, whatever the neighbours; the cheapest that is kept
+ * costs 0; a site of one label has no edges. */
 static void check_costs(const qs_elimination *e)
 {
     b.model = e->model;
@@ -552,14 +597,17 @@ static void check_costs(const qs_elimination *e)
             }
         }
         for (uint32_t d = 0; d < b.model.labels; d++) {
-            assert_true(e->kept[p * b.model.labels + d] || e->unary[p * b.model.labels + d] > highest + weights_at(p) * b.model.pairwise_max);
+            assert_true(e->kept[p * b.model.labels + d] ||
+                        e->unary[p * b.model.labels + d] >
+                            highest + weights_at(p) * b.model.pairwise_max);
         }
         assert_int_equal(least, 0);
         assert_true(count > 1 || weights_at(p) == 0);
     }
 }
 
-/* Alone: no optimum is lost, and when it is done there is nothing more that the criterion takes out. */
+/* Alone: no optimum is lost, and when it is done there is nothing more that the criterion takes
+ * out. */
 static void goldstein_by_definition(void **unused)
 {
     (void)unused;
@@ -578,15 +626,19 @@ static void goldstein_by_definition(void **unused)
         qs_model given = b.model;
         qs_eliminate_begin(&e, &b.model, false, memory, kept, labelling);
         taken += check_sets(kept) > 0;
-        qs_reduction r = {.upper_bound = qs_model_energy(&b.model, labelling), .lower_bound = QS_NO_BOUND};
+        qs_reduction r = {.upper_bound = qs_model_energy(&b.model, labelling),
+                          .lower_bound = QS_NO_BOUND};
         check_labelling(kept, labelling, &r);
         assert_int_equal(qs_model_energy(&e.model, labelling), r.upper_bound);
         check_costs(&e);
         tiny_edge edges[TINY_EDGES];
         size_t count = tiny_edges(&b.t.problem, edges);
         b.model = given;
-        for (uint32_t i = 0; i < b.model.sites * b.model.labels * b.model.labels && !b.model.mask && b.model.pairwise.smoothness == QS_POTTS; i++) {
-            uint32_t f = i % b.model.labels, d = i / b.model.labels % b.model.labels, p = i / b.model.labels / b.model.labels;
+        for (uint32_t i = 0; i < b.model.sites * b.model.labels * b.model.labels && !b.model.mask &&
+                             b.model.pairwise.smoothness == QS_POTTS;
+             i++) {
+            uint32_t f = i % b.model.labels, d = i / b.model.labels % b.model.labels,
+                     p = i / b.model.labels / b.model.labels;
             if (kept[p * b.model.labels + d] && kept[p * b.model.labels + f] && d != f) {
                 assert_false(criterion_holds(kept, edges, count, p, d, f));
             }
@@ -609,7 +661,10 @@ static void huge_costs(void **unused)
         }
         int32_t times = 1 << (24 + tiny_random(&state, 3));
         for (uint32_t i = 0; i < TINY_SITES * TINY_LABELS; i++) {
-            b.t.costs[i] *= b.t.costs[i] < INT32_MAX / times / 2 && b.t.costs[i] > -INT32_MAX / times / 2 ? times : 1;
+            b.t.costs[i] *=
+                b.t.costs[i] < INT32_MAX / times / 2 && b.t.costs[i] > -INT32_MAX / times / 2
+                    ? times
+                    : 1;
         }
         b.t.problem.weight *= times;
         for (uint32_t i = 0; i < TINY_SITES; i++) {
@@ -627,7 +682,8 @@ static void huge_costs(void **unused)
     assert_true(without > ROUNDS / 50);
 }
 
-/* Grids too large for all labellings, of labels enough for AVX2: three columns, so that all labellings of three sites in a row, the frontier, are few. */
+/* Grids too large for all labellings, of labels enough for AVX2: three columns, so that all
+ * labellings of three sites in a row, the frontier, are few. */
 enum { COLUMNS = 3, ROWS = 5, WIDE_LABELS = 9, FRONTIER = WIDE_LABELS * WIDE_LABELS * WIDE_LABELS };
 
 typedef struct wide_grid {
@@ -638,7 +694,11 @@ typedef struct wide_grid {
 static void make_wide(wide_grid *g, uint64_t *state)
 {
     uint32_t kind = tiny_random(state, 3);
-    g->model = (qs_model){.sites = COLUMNS * ROWS, .labels = WIDE_LABELS, .constant = 5, .unary = g->unary, .pairwise_max = 1};
+    g->model = (qs_model){.sites = COLUMNS * ROWS,
+                          .labels = WIDE_LABELS,
+                          .constant = 5,
+                          .unary = g->unary,
+                          .pairwise_max = 1};
     g->model.width = COLUMNS;
     g->model.height = ROWS;
     g->model.right = g->right;
@@ -653,8 +713,9 @@ static void make_wide(wide_grid *g, uint64_t *state)
     }
 }
 
-/* The least energy of all labellings with a label at a site (or of all: site = the number of sites), site by site: `least` is that of the sites
- * before with each labelling of the last three of them. */
+/* The least energy of all labellings with a label at a site (or of all: site = the number of
+ * sites), site by site: `least` is that of the sites before with each labelling of the last three
+ * of them. */
 static int64_t least_with(const wide_grid *g, uint32_t site, uint32_t label)
 {
     static int64_t least[2][FRONTIER];
@@ -664,11 +725,15 @@ static int64_t least_with(const wide_grid *g, uint32_t site, uint32_t label)
         for (uint32_t i = 0; i < FRONTIER; i++) {
             to[i] = INT64_MAX / 2;
         }
-        for (uint32_t i = 0; i < FRONTIER; i++) { /* digits: the site above, the one after it, the one to the left */
-            uint32_t above = i / WIDE_LABELS / WIDE_LABELS, before = i % WIDE_LABELS, rest = i % (WIDE_LABELS * WIDE_LABELS);
+        for (uint32_t i = 0; i < FRONTIER;
+             i++) { /* digits: the site above, the one after it, the one to the left */
+            uint32_t above = i / WIDE_LABELS / WIDE_LABELS, before = i % WIDE_LABELS,
+                     rest = i % (WIDE_LABELS * WIDE_LABELS);
             for (uint32_t d = 0; d < WIDE_LABELS; d++) {
-                int64_t cost = from[i] + g->unary[p * WIDE_LABELS + d] + (p % COLUMNS > 0 && before != d ? g->right[p - 1] : 0) +
-                               (p >= COLUMNS && above != d ? g->down[p - COLUMNS] : 0) + (p == site && d != label ? INT32_MAX : 0);
+                int64_t cost = from[i] + g->unary[p * WIDE_LABELS + d] +
+                               (p % COLUMNS > 0 && before != d ? g->right[p - 1] : 0) +
+                               (p >= COLUMNS && above != d ? g->down[p - COLUMNS] : 0) +
+                               (p == site && d != label ? INT32_MAX : 0);
                 int64_t *there = &to[rest * WIDE_LABELS + d];
                 *there = cost < *there ? cost : *there;
             }
@@ -693,7 +758,8 @@ static void no_optimum_of_larger_grids_is_lost(void **unused)
         qs_reduction r;
         make_wide(&g, &state);
         assert_true(qs_reduce_workspace(&g.model) <= sizeof memory);
-        assert_int_equal(qs_reduce(&g.model, NULL, memory, sizeof memory, kept, labelling, &r), QS_OK);
+        assert_int_equal(qs_reduce(&g.model, NULL, memory, sizeof memory, kept, labelling, &r),
+                         QS_OK);
         int64_t minimum = least_with(&g, g.model.sites, 0);
         assert_true(r.lower_bound <= minimum && minimum <= r.upper_bound);
         for (uint32_t i = 0; i < g.model.sites * WIDE_LABELS; i++) {
@@ -716,13 +782,15 @@ static bool bounds_hold(void *context, const qs_reduction *r)
     return true;
 }
 
-/* With targets, so that labels leave in many iterations, each of which must leave the rest right. */
+/* With targets, so that labels leave in many iterations, each of which must leave the rest right.
+ */
 static bool until(void *context, const qs_reduction *so_far)
 {
     return so_far->iterations < *(const uint64_t *)context;
 }
 
-/* Whoever loses patience gets what has been proven until then: nearly as much as at the end of so many iterations, which ends with one labelling more. */
+/* Whoever loses patience gets what has been proven until then: nearly as much as at the end of so
+ * many iterations, which ends with one labelling more. */
 static void stopped_is_nearly_as_good_as_ended(void **unused)
 {
     (void)unused;
@@ -734,9 +802,11 @@ static void stopped_is_nearly_as_good_as_ended(void **unused)
         make_wide(&g, &state);
         for (int i = 0; i < 2; i++) {
             uint64_t last = 2 + (uint64_t)round % 5;
-            qs_reduce_options options = {.iterations = i ? last : 0, .watch = i ? NULL : until, .context = &last};
+            qs_reduce_options options = {
+                .iterations = i ? last : 0, .watch = i ? NULL : until, .context = &last};
             qs_reduction r;
-            assert_int_equal(qs_reduce(&g.model, &options, memory, sizeof memory, kept, labelling, &r), QS_OK);
+            assert_int_equal(
+                qs_reduce(&g.model, &options, memory, sizeof memory, kept, labelling, &r), QS_OK);
             assert_int_equal(qs_model_energy(&g.model, labelling), r.upper_bound);
             left[i] += r.variables;
         }
@@ -751,7 +821,8 @@ static bool until_proven(void *context, const qs_reduction *so_far)
     return so_far->lower_bound < so_far->upper_bound;
 }
 
-/* After the proof it goes on for fewer labels: within the limit of iterations, and until the watch has had enough. */
+/* After the proof it goes on for fewer labels: within the limit of iterations, and until the watch
+ * has had enough. */
 static void after_the_proof(void **unused)
 {
     (void)unused;
@@ -762,11 +833,14 @@ static void after_the_proof(void **unused)
         uint16_t labelling[COLUMNS * ROWS];
         qs_reduction r, s, t;
         make_wide(&g, &state);
-        assert_int_equal(qs_reduce(&g.model, NULL, memory, sizeof memory, kept, labelling, &r), QS_OK);
+        assert_int_equal(qs_reduce(&g.model, NULL, memory, sizeof memory, kept, labelling, &r),
+                         QS_OK);
         qs_reduce_options options = {.watch = until_proven};
-        assert_int_equal(qs_reduce(&g.model, &options, memory, sizeof memory, kept, labelling, &s), QS_OK);
+        assert_int_equal(qs_reduce(&g.model, &options, memory, sizeof memory, kept, labelling, &s),
+                         QS_OK);
         options = (qs_reduce_options){.iterations = r.iterations > 1 ? r.iterations - 1 : 1};
-        assert_int_equal(qs_reduce(&g.model, &options, memory, sizeof memory, kept, labelling, &t), QS_OK);
+        assert_int_equal(qs_reduce(&g.model, &options, memory, sizeof memory, kept, labelling, &t),
+                         QS_OK);
         assert_true(s.iterations <= r.iterations && t.iterations <= options.iterations);
         whole += r.iterations;
         stopped += s.iterations;
@@ -787,28 +861,36 @@ static void larger_grids_step_by_step(void **unused)
         qs_reduction r;
         make_wide(&g, &state);
         int64_t minimum = least_with(&g, g.model.sites, 0);
-        qs_reduce_options options = {.target = 1 + tiny_random(&state, 30), .watch = bounds_hold, .context = &minimum};
-        assert_int_equal(qs_reduce(&g.model, &options, memory, sizeof memory, kept, labelling, &r), QS_OK);
+        qs_reduce_options options = {
+            .target = 1 + tiny_random(&state, 30), .watch = bounds_hold, .context = &minimum};
+        assert_int_equal(qs_reduce(&g.model, &options, memory, sizeof memory, kept, labelling, &r),
+                         QS_OK);
         assert_int_equal(qs_model_energy(&g.model, labelling), r.upper_bound);
-        assert_true(r.variables <= options.target || r.lower_bound == r.upper_bound || r.iterations == 2000);
+        assert_true(r.variables <= options.target || r.lower_bound == r.upper_bound ||
+                    r.iterations == 2000);
         for (uint32_t p = 0; p < g.model.sites; p++) {
             assert_true(kept[p * WIDE_LABELS + labelling[p]]);
         }
         qs_elimination e;
         qs_eliminate_begin(&e, &g.model, false, memory, kept, labelling);
         before += e.variables;
-        for (int i = 0; i < 2; i++) { /* to the end of the iterations: at the last one labels leave, too */
-            options = (qs_reduce_options){.iterations = 1 + (uint64_t)i, .watch = bounds_hold, .context = &minimum};
-            assert_int_equal(qs_reduce(&g.model, &options, memory, sizeof memory, kept, labelling, &r), QS_OK);
+        for (int i = 0; i < 2;
+             i++) { /* to the end of the iterations: at the last one labels leave, too */
+            options = (qs_reduce_options){
+                .iterations = 1 + (uint64_t)i, .watch = bounds_hold, .context = &minimum};
+            assert_int_equal(
+                qs_reduce(&g.model, &options, memory, sizeof memory, kept, labelling, &r), QS_OK);
             assert_int_equal(qs_model_energy(&g.model, labelling), r.upper_bound);
             left[i] += r.variables;
         }
     }
-    print_message("variables by Goldstein's criterion %d, after one iteration %d, after two %d\n", (int)before, (int)left[0], (int)left[1]);
+    print_message("variables by Goldstein's criterion %d, after one iteration %d, after two %d\n",
+                  (int)before, (int)left[0], (int)left[1]);
     assert_true(left[0] < before / 4 && left[1] < left[0]);
 }
 
-/* Passes over some sites only, the others without edges: wide, plain and over all sites they do the same. */
+/* Passes over some sites only, the others without edges: wide, plain and over all sites they do the
+ * same. */
 static void visits_leave_nothing_out(void **unused)
 {
     (void)unused;
@@ -830,9 +912,14 @@ static void visits_leave_nothing_out(void **unused)
         }
         for (int way = 0; way < 3; way++) {
             size_t padding = (size_t)qs_trws_padding(&g.model);
-            qs_trws_state s = {.model = &g.model, .wide = way == 1 && qs_lanes_avx2(), .messages = messages[way] + padding, .scratch = scratch};
+            qs_trws_state s = {.model = &g.model,
+                               .wide = way == 1 && qs_lanes_avx2(),
+                               .messages = messages[way] + padding,
+                               .scratch = scratch};
             assert_true(qs_scale_choose(&g.model, 14, &s.scale));
-            assert_true(padding + qs_trws_messages(&g.model) <= sizeof messages[0] / sizeof *messages[0] && qs_trws_scratch(&g.model) <= 4 * WIDE_LABELS + 64);
+            assert_true(padding + qs_trws_messages(&g.model) <=
+                            sizeof messages[0] / sizeof *messages[0] &&
+                        qs_trws_scratch(&g.model) <= 4 * WIDE_LABELS + 64);
             memset(messages[way], 0, sizeof messages[way]);
             for (uint32_t i = 0; i < 2 * g.model.sites * WIDE_LABELS; i++) {
                 s.messages[i] = (int32_t)i % 5 << s.scale.shift;
@@ -863,8 +950,11 @@ static void scale_has_room(void **unused)
         assert_true(qs_scale_choose(&b.model, 29, &scale));
         int64_t edges = 0, most = 0, neighbours = 4;
         for (uint32_t p = 0; p < b.model.sites; p++) {
-            edges = weights_at(p) * b.model.pairwise_max > edges ? weights_at(p) * b.model.pairwise_max : edges;
-            for (uint32_t n = b.model.width > 0 ? 0 : b.model.link_start[p]; b.model.width == 0 && n < b.model.link_start[p + 1]; n++) {
+            edges = weights_at(p) * b.model.pairwise_max > edges
+                        ? weights_at(p) * b.model.pairwise_max
+                        : edges;
+            for (uint32_t n = b.model.width > 0 ? 0 : b.model.link_start[p];
+                 b.model.width == 0 && n < b.model.link_start[p + 1]; n++) {
                 most = b.model.links[n].weight > most ? b.model.links[n].weight : most;
             }
             if (b.model.width > 0) {
@@ -876,7 +966,9 @@ static void scale_has_room(void **unused)
             }
         }
         assert_true(scale.most > edges);
-        assert_true((scale.most + (neighbours + 3) * most * b.model.pairwise_max) * ((int64_t)1 << scale.shift) <= INT32_MAX);
+        assert_true((scale.most + (neighbours + 3) * most * b.model.pairwise_max) *
+                        ((int64_t)1 << scale.shift) <=
+                    INT32_MAX);
     }
 }
 
@@ -926,7 +1018,8 @@ static void refusals(void **unused)
     assert_int_equal(qs_reduce(&b.model, NULL, memory, size, NULL, labelling, &r), QS_E_ARGUMENT);
     assert_int_equal(qs_reduce(&b.model, NULL, memory, size, kept, NULL, &r), QS_E_ARGUMENT);
     assert_int_equal(qs_reduce(&b.model, NULL, memory, size, kept, labelling, NULL), QS_E_ARGUMENT);
-    assert_int_equal(qs_reduce(&b.model, NULL, memory, size - 1, kept, labelling, &r), QS_E_WORKSPACE);
+    assert_int_equal(qs_reduce(&b.model, NULL, memory, size - 1, kept, labelling, &r),
+                     QS_E_WORKSPACE);
     assert_int_equal(qs_reduce(&b.model, NULL, memory, size, kept, labelling, &r), QS_OK);
 }
 

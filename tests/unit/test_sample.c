@@ -1,10 +1,11 @@
-/* Samples of every encoding, over the labels that are left: what they mean, and their repair (docs/FORMAT.md, labl; docs/MATHS.md). */
+/* Samples of every encoding, over the labels that are left: what they mean, and their repair
+ * (docs/FORMAT.md, labl; docs/MATHS.md). */
 #include "slow.h"
 
 #include <string.h>
 
-#include "../../libqstereo/src/blocks.h"
-#include "../../libqstereo/src/bytes.h"
+#include "../../libqstereo/src/qubo/blocks.h"
+#include "../../libqstereo/src/base/bytes.h"
 
 enum { ROUNDS = 1500, BITS = 16, FEW = 11, DRAWN = 150, BYTES = SLOW_VARIABLES / 8 };
 
@@ -12,7 +13,8 @@ static tiny t;
 static slow_qubo q;
 static slow_request request;
 
-static const qs_encoding encodings[] = {QS_ONE_HOT, QS_ONE_HOT_SPARSE, QS_DOMAIN_WALL, QS_MULTIWAY_CUT, QS_ST_CUT, QS_ST_CUT_ARCS};
+static const qs_encoding encodings[] = {QS_ONE_HOT,      QS_ONE_HOT_SPARSE, QS_DOMAIN_WALL,
+                                        QS_MULTIWAY_CUT, QS_ST_CUT,         QS_ST_CUT_ARCS};
 
 /* A random problem that the encoding fits, some labels of it left. */
 static void make(uint64_t *state, qs_encoding encoding)
@@ -20,7 +22,10 @@ static void make(uint64_t *state, qs_encoding encoding)
     do {
         tiny_make(&t, state, BITS, false);
     } while (!slow_fits(&t.problem, encoding));
-    request = (slow_request){.problem = &t.problem, .encoding = encoding, .gap = 1 + tiny_random(state, 3), .truncate = tiny_random(state, 3) == 0};
+    request = (slow_request){.problem = &t.problem,
+                             .encoding = encoding,
+                             .gap = 1 + tiny_random(state, 3),
+                             .truncate = tiny_random(state, 3) == 0};
     request.penalty = tiny_random(state, 2) == 0 ? QS_PENALTY_LOCAL : QS_PENALTY_MINIMAL;
     slow_choose_labels(&request, state);
     slow_encode(&request, &q);
@@ -53,7 +58,9 @@ static bool expected(uint32_t i, uint32_t j)
 
 static uint32_t variables_of(uint32_t size)
 {
-    return request.encoding == QS_DOMAIN_WALL ? size - 1 : request.encoding >= QS_ST_CUT ? size + 1 : size;
+    return request.encoding == QS_DOMAIN_WALL ? size - 1
+           : request.encoding >= QS_ST_CUT    ? size + 1
+                                              : size;
 }
 
 /* By that table: how much is no labelling; the labels of what is. */
@@ -61,7 +68,8 @@ static uint32_t count_infeasible(const uint8_t *bits, uint16_t *labelling)
 {
     uint32_t at = 0, wrong = 0, open = 0, labels = t.problem.labels;
     for (uint32_t p = 0; p < qs_problem_sites(&t.problem); p++) {
-        uint32_t size = size_of(p), variables = size > 1 ? variables_of(size) : 0, found = 0, rank = 0;
+        uint32_t size = size_of(p), variables = size > 1 ? variables_of(size) : 0, found = 0,
+                 rank = 0;
         open += size > 1;
         for (uint32_t d = 0; d < labels; d++) {
             bool same = request.kept[p][d];
@@ -82,10 +90,13 @@ static uint32_t count_infeasible(const uint8_t *bits, uint16_t *labelling)
         }
         wrong += !same;
     }
-    return wrong + (open > 0 && request.encoding >= QS_ST_CUT ? !bit(bits, at) + (uint32_t)bit(bits, at + 1) : 0);
+    return wrong + (open > 0 && request.encoding >= QS_ST_CUT
+                        ? !bit(bits, at) + (uint32_t)bit(bits, at + 1)
+                        : 0);
 }
 
-/* State `number`: all of them where there are few variables, else drawn. False when there are enough. */
+/* State `number`: all of them where there are few variables, else drawn. False when there are
+ * enough. */
 static bool make_state(uint64_t *state, uint32_t number, uint8_t *bits)
 {
     uint32_t n = q.qubo.variables;
@@ -98,7 +109,8 @@ static bool make_state(uint64_t *state, uint32_t number, uint8_t *bits)
     slow_first(&request, labelling);
     uint32_t kind = tiny_random(state, 4);
     if (kind == 0) { /* a few flips away from a labelling */
-        for (uint32_t steps = tiny_random(state, 20); steps > 0 && slow_next(&request, labelling); steps--) {
+        for (uint32_t steps = tiny_random(state, 20); steps > 0 && slow_next(&request, labelling);
+             steps--) {
         }
         assert_int_equal(qs_sample_encode(&q.index, labelling, bits), QS_OK);
         for (uint32_t flips = tiny_random(state, 4); flips > 0; flips--) {
@@ -132,7 +144,8 @@ static void labellings_come_and_go(void **unused)
             assert_memory_equal(by_table, labelling, sites * sizeof *labelling);
             assert_int_equal(qs_sample_decode(&q.index, bits, again), QS_OK);
             assert_memory_equal(again, labelling, sites * sizeof *labelling);
-            assert_int_equal(qs_qubo_energy(&q.index, bits) + qs_sample_excess(&q.qubo, labelling), slow_energy(&t.problem, labelling));
+            assert_int_equal(qs_qubo_energy(&q.index, bits) + qs_sample_excess(&q.qubo, labelling),
+                             slow_energy(&t.problem, labelling));
             assert_true(request.truncate || qs_sample_excess(&q.qubo, labelling) == 0);
         } while (--left > 0 && slow_next(&request, labelling));
         for (uint32_t p = 0; p < sites; p++) {
@@ -141,7 +154,8 @@ static void labellings_come_and_go(void **unused)
                 slow_first(&request, labelling);
                 labelling[p] = d;
                 bool fine = d < t.problem.labels && request.kept[p][d];
-                assert_int_equal(qs_sample_encode(&q.index, labelling, bits), fine ? QS_OK : QS_E_ARGUMENT);
+                assert_int_equal(qs_sample_encode(&q.index, labelling, bits),
+                                 fine ? QS_OK : QS_E_ARGUMENT);
             }
         }
     }
@@ -158,15 +172,18 @@ static void states_are_told_from_labellings(void **unused)
         for (uint32_t i = 0; make_state(&state, i, bits); i++) {
             uint32_t wrong = count_infeasible(bits, labelling);
             assert_int_equal(qs_sample_infeasible(&q.index, bits), wrong);
-            assert_int_equal(qs_sample_decode(&q.index, bits, decoded), wrong > 0 ? QS_E_INFEASIBLE : QS_OK);
+            assert_int_equal(qs_sample_decode(&q.index, bits, decoded),
+                             wrong > 0 ? QS_E_INFEASIBLE : QS_OK);
             if (wrong == 0) {
-                assert_memory_equal(decoded, labelling, qs_problem_sites(&t.problem) * sizeof *labelling);
+                assert_memory_equal(decoded, labelling,
+                                    qs_problem_sites(&t.problem) * sizeof *labelling);
             }
         }
     }
 }
 
-/* H never rises, and falls by the gap where there was something to repair; what was a labelling stays one. */
+/* H never rises, and falls by the gap where there was something to repair; what was a labelling
+ * stays one. */
 static void repair_never_raises(void **unused)
 {
     (void)unused;
@@ -195,7 +212,8 @@ static void repair_never_raises(void **unused)
             repairs[encoding] += wrong > 0;
         }
         if (size > 0) {
-            assert_int_equal(qs_sample_repair(&q.index, bits, memory, size - 1, NULL), QS_E_WORKSPACE);
+            assert_int_equal(qs_sample_repair(&q.index, bits, memory, size - 1, NULL),
+                             QS_E_WORKSPACE);
             assert_int_equal(qs_sample_repair(&q.index, bits, NULL, size, NULL), QS_E_ARGUMENT);
         }
     }
@@ -204,7 +222,8 @@ static void repair_never_raises(void **unused)
     }
 }
 
-/* Small costs, six labels and edges of very different weights: which way steps are moved decides. */
+/* Small costs, six labels and edges of very different weights: which way steps are moved decides.
+ */
 static void steps_go_the_cheaper_way(void **unused)
 {
     (void)unused;
@@ -216,13 +235,20 @@ static void steps_go_the_cheaper_way(void **unused)
         uint32_t sites = 2 + tiny_random(&state, 3), edges = 0;
         for (uint32_t a = 0; a < sites; a++) {
             for (uint32_t b = a + 1; b < sites; b++) {
-                t.edges[edges++] = (qs_edge){a, b, tiny_random(&state, 3) == 0 ? 40 : (int32_t)tiny_random(&state, 3)};
+                t.edges[edges++] = (qs_edge){
+                    a, b, tiny_random(&state, 3) == 0 ? 40 : (int32_t)tiny_random(&state, 3)};
             }
         }
         for (uint32_t i = 0; i < 6 * sites; i++) {
             t.costs[i] = (int32_t)tiny_random(&state, 2);
         }
-        t.problem = (qs_problem){.sites = sites, .labels = 6, .scale = 1, .pairwise = {QS_TRUNCATED_LINEAR, 0, NULL}, .edges = t.edges, .edge_count = edges, .costs = t.costs};
+        t.problem = (qs_problem){.sites = sites,
+                                 .labels = 6,
+                                 .scale = 1,
+                                 .pairwise = {QS_TRUNCATED_LINEAR, 0, NULL},
+                                 .edges = t.edges,
+                                 .edge_count = edges,
+                                 .costs = t.costs};
         request = (slow_request){.problem = &t.problem, .encoding = linear[round % 3], .gap = 1};
         slow_choose_labels(&request, &state);
         slow_encode(&request, &q);
@@ -249,7 +275,8 @@ static void steps_go_the_cheaper_way(void **unused)
                     }
                 }
             }
-            int64_t energy = qs_qubo_energy(&q.index, bits), wrong = count_infeasible(bits, labelling);
+            int64_t energy = qs_qubo_energy(&q.index, bits),
+                    wrong = count_infeasible(bits, labelling);
             assert_int_equal(qs_sample_repair(&q.index, bits, memory, sizeof memory, NULL), QS_OK);
             assert_int_equal(count_infeasible(bits, labelling), 0);
             assert_true(qs_qubo_energy(&q.index, bits) <= energy - (wrong > 0));
@@ -257,12 +284,15 @@ static void steps_go_the_cheaper_way(void **unused)
     }
 }
 
-/* The labels d of a site with x_pd = 1, where a wall's x is u_i - u_i+1; `at` is its first variable. */
+/* The labels d of a site with x_pd = 1, where a wall's x is u_i - u_i+1; `at` is its first
+ * variable. */
 static uint32_t candidates(const uint8_t *bits, uint32_t site, uint32_t at, uint16_t *labels)
 {
     uint32_t rank = 0, count = 0, size = size_of(site);
     for (uint16_t d = 0; d < t.problem.labels; d++) {
-        bool wall = request.encoding == QS_DOMAIN_WALL, u = wall && (rank == 0 || bit(bits, at + rank - 1)), next = wall && rank + 1 < size && bit(bits, at + rank);
+        bool wall = request.encoding == QS_DOMAIN_WALL,
+             u = wall && (rank == 0 || bit(bits, at + rank - 1)),
+             next = wall && rank + 1 < size && bit(bits, at + rank);
         if (request.kept[site][d] && (size == 1 || (wall ? u && !next : bit(bits, at + rank)))) {
             labels[count++] = d;
         }
@@ -279,7 +309,8 @@ static int64_t labelling_energy(const uint16_t *labelling)
 }
 
 /* The sum of H over all choices of a candidate for each site by itself, and their number. */
-static int64_t sum_of_choices(uint16_t choices[][TINY_LABELS], const uint32_t *counts, uint32_t sites, int64_t *number)
+static int64_t sum_of_choices(uint16_t choices[][TINY_LABELS], const uint32_t *counts,
+                              uint32_t sites, int64_t *number)
 {
     uint32_t at[TINY_SITES] = {0};
     int64_t sum = 0;
@@ -301,7 +332,8 @@ static int64_t sum_of_choices(uint16_t choices[][TINY_LABELS], const uint32_t *c
 }
 
 /* The same over all orders of the labels, each site taking the first of its candidates in it. */
-static int64_t sum_of_orders(uint16_t choices[][TINY_LABELS], const uint32_t *counts, uint32_t sites, int64_t *number)
+static int64_t sum_of_orders(uint16_t choices[][TINY_LABELS], const uint32_t *counts,
+                             uint32_t sites, int64_t *number)
 {
     uint32_t labels = t.problem.labels, swaps[TINY_LABELS] = {0};
     uint16_t place[TINY_LABELS] = {0, 1, 2, 3, 4, 5}; /* of each label in the order */
@@ -314,7 +346,8 @@ static int64_t sum_of_orders(uint16_t choices[][TINY_LABELS], const uint32_t *co
             for (uint32_t p = 0; p < sites; p++) {
                 labelling[p] = choices[p][0];
                 for (uint32_t c = 1; c < counts[p]; c++) {
-                    labelling[p] = place[choices[p][c]] < place[labelling[p]] ? choices[p][c] : labelling[p];
+                    labelling[p] =
+                        place[choices[p][c]] < place[labelling[p]] ? choices[p][c] : labelling[p];
                 }
             }
             sum += labelling_energy(labelling);
@@ -345,8 +378,10 @@ static void repair_is_no_worse_than_chance(void **unused)
     for (int round = 0; round < 2 * ROUNDS; round++) {
         make(&state, round % 2 == 0 ? QS_ONE_HOT_SPARSE : QS_DOMAIN_WALL);
         uint32_t labels = t.problem.labels, tau = t.problem.pairwise.truncation;
-        bool potts = t.problem.pairwise.smoothness == QS_POTTS, wall = request.encoding == QS_DOMAIN_WALL;
-        if (wall ? !potts && (tau == 0 || tau >= labels - 1) : request.penalty != QS_PENALTY_MINIMAL) {
+        bool potts = t.problem.pairwise.smoothness == QS_POTTS,
+             wall = request.encoding == QS_DOMAIN_WALL;
+        if (wall ? !potts && (tau == 0 || tau >= labels - 1)
+                 : request.penalty != QS_PENALTY_MINIMAL) {
             continue; /* repaired in another way */
         }
         for (int i = 0; i < 20; i++) {
@@ -365,7 +400,8 @@ static void repair_is_no_worse_than_chance(void **unused)
             if (!full) {
                 continue;
             }
-            int64_t number, sum = potts ? sum_of_orders(choices, counts, sites, &number) : sum_of_choices(choices, counts, sites, &number);
+            int64_t number, sum = potts ? sum_of_orders(choices, counts, sites, &number)
+                                        : sum_of_choices(choices, counts, sites, &number);
             assert_int_equal(qs_sample_repair(&q.index, bits, memory, sizeof memory, NULL), QS_OK);
             int64_t energy = qs_qubo_energy(&q.index, bits);
             assert_true(energy * number <= sum);
@@ -375,7 +411,8 @@ static void repair_is_no_worse_than_chance(void **unused)
     assert_true(better[0] > 1000 && better[1] > 1000);
 }
 
-/* The least H of all states is the least F of the labels left, and every infeasible state lies the gap above it: the second opinion on the penalties. */
+/* The least H of all states is the least F of the labels left, and every infeasible state lies the
+ * gap above it: the second opinion on the penalties. */
 static void minima_agree(void **unused)
 {
     (void)unused;
@@ -394,7 +431,8 @@ static void minima_agree(void **unused)
             least = energy < least ? energy : least;
         } while (slow_next(&request, labelling));
         for (uint32_t i = 0; make_state(&state, i, bits); i++) {
-            int64_t energy = qs_qubo_energy(&q.index, bits), *of = count_infeasible(bits, labelling) > 0 ? &infeasible : &feasible;
+            int64_t energy = qs_qubo_energy(&q.index, bits),
+                    *of = count_infeasible(bits, labelling) > 0 ? &infeasible : &feasible;
             *of = energy < *of ? energy : *of;
         }
         assert_int_equal(feasible, least);
@@ -421,16 +459,23 @@ static void ising_beside(const char *what)
     for (uint32_t i = 0; i < n; i++) {
         int64_t own = energy_of(i, i) - offset, field = 2 * own;
         for (uint32_t j = 0; j < n; j++) {
-            int64_t pair = i == j ? 0 : energy_of(i, j) - energy_of(i, i) - energy_of(j, j) + offset;
+            int64_t pair =
+                i == j ? 0 : energy_of(i, j) - energy_of(i, i) - energy_of(j, j) + offset;
             field += pair;
             if (pair != 0) {
                 bool first = pairs++ == 0;
-                expected_range.coupling_min = first || pair < expected_range.coupling_min ? pair : expected_range.coupling_min;
-                expected_range.coupling_max = first || pair > expected_range.coupling_max ? pair : expected_range.coupling_max;
+                expected_range.coupling_min = first || pair < expected_range.coupling_min
+                                                  ? pair
+                                                  : expected_range.coupling_min;
+                expected_range.coupling_max = first || pair > expected_range.coupling_max
+                                                  ? pair
+                                                  : expected_range.coupling_max;
             }
         }
-        expected_range.field_min = i == 0 || field < expected_range.field_min ? field : expected_range.field_min;
-        expected_range.field_max = i == 0 || field > expected_range.field_max ? field : expected_range.field_max;
+        expected_range.field_min =
+            i == 0 || field < expected_range.field_min ? field : expected_range.field_min;
+        expected_range.field_max =
+            i == 0 || field > expected_range.field_max ? field : expected_range.field_max;
     }
     size_t size = qs_ising_workspace(&q.qubo);
     assert_true(size <= sizeof memory);
@@ -465,7 +510,8 @@ static void block_sums(void **unused)
     (void)unused;
     uint64_t state = 36;
     for (int round = 0; round < ROUNDS; round++) {
-        uint32_t rows = 1 + tiny_random(&state, 6), columns = 1 + tiny_random(&state, 6), count = tiny_random(&state, rows + columns);
+        uint32_t rows = 1 + tiny_random(&state, 6), columns = 1 + tiny_random(&state, 6),
+                 count = tiny_random(&state, rows + columns);
         uint32_t first = count > 0 ? 1 - rows + tiny_random(&state, rows + columns - count) : 0;
         uint8_t block[24 + 4 * 12];
         const uint32_t head[6] = {rows, columns, 1, tiny_random(&state, 9) - 4, first, count};

@@ -16,11 +16,15 @@ static qs_stereo pair(void)
             right[y][x] = (uint8_t)tiny_random(&state, 256);
         }
     }
-    return (qs_stereo){.left = {left[0], WIDTH, HEIGHT, sizeof left[0]}, .right = {right[0], WIDTH, HEIGHT, sizeof right[0]},
-                       .disparity_max = 15, .scale = 1, .weight = 20};
+    return (qs_stereo){.left = {left[0], WIDTH, HEIGHT, sizeof left[0]},
+                       .right = {right[0], WIDTH, HEIGHT, sizeof right[0]},
+                       .disparity_max = 15,
+                       .scale = 1,
+                       .weight = 20};
 }
 
-/* Costs of every row beside the definition, for numbers of labels and widths that do and do not fill the tiles. */
+/* Costs of every row beside the definition, for numbers of labels and widths that do and do not
+ * fill the tiles. */
 static void costs_are_absolute_differences(void **unused)
 {
     (void)unused;
@@ -49,7 +53,8 @@ static void costs_are_absolute_differences(void **unused)
                 int32_t expected = INT32_MAX;
                 for (uint32_t d = 0; d < p.labels; d++) {
                     size_t at = (size_t)x * p.labels + d;
-                    int32_t cost = (int32_t)(s.scale == 1 ? ((uint8_t *)row)[at] : row[at]) + least[x];
+                    int32_t cost =
+                        (int32_t)(s.scale == 1 ? ((uint8_t *)row)[at] : row[at]) + least[x];
                     uint32_t px = p.frame.x + x;
                     int32_t theta = left[s.y + y][px] - right[s.y + y][px - s.disparity_min - d];
                     assert_int_equal(cost, (theta < 0 ? -theta : theta) * (int32_t)s.scale);
@@ -61,7 +66,8 @@ static void costs_are_absolute_differences(void **unused)
     }
 }
 
-/* Rows made on the way and the same costs as an array give the same file, and the same energy; masked, too. */
+/* Rows made on the way and the same costs as an array give the same file, and the same energy;
+ * masked, too. */
 static void source_and_array_agree(void **unused)
 {
     (void)unused;
@@ -91,13 +97,17 @@ static void source_and_array_agree(void **unused)
         array.costs = costs;
         qs_buffer a = {files[0], sizeof files[0], 0}, b = {files[1], sizeof files[1], 0};
         qs_sink sink_a = qs_buffer_sink(&a), sink_b = qs_buffer_sink(&b);
-        qs_encode_options options = {.penalty = round % 4 == 3 ? QS_PENALTY_PAPER : QS_PENALTY_LOCAL};
-        assert_int_equal(qs_encode(&made, &options, &sink_a, workspace, sizeof workspace, NULL), QS_OK);
-        assert_int_equal(qs_encode(&array, &options, &sink_b, workspace, sizeof workspace, NULL), QS_OK);
+        qs_encode_options options = {.penalty =
+                                         round % 4 == 3 ? QS_PENALTY_PAPER : QS_PENALTY_LOCAL};
+        assert_int_equal(qs_encode(&made, &options, &sink_a, workspace, sizeof workspace, NULL),
+                         QS_OK);
+        assert_int_equal(qs_encode(&array, &options, &sink_b, workspace, sizeof workspace, NULL),
+                         QS_OK);
         assert_int_equal(a.size, b.size);
         assert_memory_equal(files[0], files[1], a.size);
         int64_t energy_a, energy_b;
-        assert_int_equal(qs_problem_energy(&made, labelling, workspace, sizeof workspace, &energy_a), QS_OK);
+        assert_int_equal(
+            qs_problem_energy(&made, labelling, workspace, sizeof workspace, &energy_a), QS_OK);
         assert_int_equal(qs_problem_energy(&array, labelling, NULL, 0, &energy_b), QS_OK);
         assert_int_equal(energy_a, energy_b);
     }
@@ -112,10 +122,12 @@ static void windows(void **unused)
         uint32_t x, y, width, height, max;
         qs_status status;
     } cases[] = {
-        {0, 0, WIDTH, HEIGHT, 15, QS_OK},          {149, 3, 1, 1, 15, QS_OK},          {150, 0, 1, 1, 15, QS_E_GEOMETRY},
-        {0, 4, 1, 1, 0, QS_E_GEOMETRY},            {100, 0, 51, 1, 15, QS_E_GEOMETRY}, {100, 2, 20, 3, 15, QS_E_GEOMETRY},
-        {0, 0, 15, 4, 15, QS_E_GEOMETRY},          {0, 0, 16, 4, 15, QS_OK},           {0, 0, 0, 0, 150, QS_E_GEOMETRY},
-        {0xffffffff, 0, 2, 1, 15, QS_E_GEOMETRY},  {20, 1, 5, 0, 15, QS_E_GEOMETRY},   {0, 0, 0, 0, 70000, QS_E_LIMIT},
+        {0, 0, WIDTH, HEIGHT, 15, QS_OK},   {149, 3, 1, 1, 15, QS_OK},
+        {150, 0, 1, 1, 15, QS_E_GEOMETRY},  {0, 4, 1, 1, 0, QS_E_GEOMETRY},
+        {100, 0, 51, 1, 15, QS_E_GEOMETRY}, {100, 2, 20, 3, 15, QS_E_GEOMETRY},
+        {0, 0, 15, 4, 15, QS_E_GEOMETRY},   {0, 0, 16, 4, 15, QS_OK},
+        {0, 0, 0, 0, 150, QS_E_GEOMETRY},   {0xffffffff, 0, 2, 1, 15, QS_E_GEOMETRY},
+        {20, 1, 5, 0, 15, QS_E_GEOMETRY},   {0, 0, 0, 0, 70000, QS_E_LIMIT},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         qs_stereo s = pair();
@@ -130,7 +142,8 @@ static void windows(void **unused)
     s.right.height--;
     assert_int_equal(qs_stereo_problem(&s, memory, sizeof memory, &p), QS_E_GEOMETRY);
     s = pair();
-    assert_int_equal(qs_stereo_problem(&s, memory, qs_stereo_workspace(&s) - 1, &p), QS_E_WORKSPACE);
+    assert_int_equal(qs_stereo_problem(&s, memory, qs_stereo_workspace(&s) - 1, &p),
+                     QS_E_WORKSPACE);
     s.disparity_min = 16;
     assert_int_equal(qs_stereo_problem(&s, memory, sizeof memory, &p), QS_E_ARGUMENT);
 }
@@ -138,12 +151,13 @@ static void windows(void **unused)
 static void grey(void **unused)
 {
     (void)unused;
-    const uint8_t colour[2][9] = {{255, 0, 0, 0, 255, 0, 0, 0, 255}, {1, 2, 3, 255, 255, 255, 10, 200, 30}};
+    const uint8_t colour[2][9] = {{255, 0, 0, 0, 255, 0, 0, 0, 255},
+                                  {1, 2, 3, 255, 255, 255, 10, 200, 30}};
     uint8_t got[4];
     assert_int_equal(qs_image_grey(colour[0], 2, 2, 9, 3, got), QS_OK);
-    assert_int_equal(got[0], 76);  /* 76.245 */
+    assert_int_equal(got[0], 76); /* 76.245 */
     assert_int_equal(got[1], 150); /* 149.685 */
-    assert_int_equal(got[2], 2);   /* 1.815 */
+    assert_int_equal(got[2], 2); /* 1.815 */
     assert_int_equal(got[3], 255);
     assert_int_equal(qs_image_grey(colour[1], 2, 1, 9, 4, got), QS_OK);
     assert_int_equal(got[1], (299 * 255 + 587 * 255 + 114 * 10 + 500) / 1000);
@@ -158,7 +172,8 @@ static void grey(void **unused)
 static void scores(void **unused)
 {
     (void)unused;
-    /* Scale 8 against 4: errors of 0, 0.5 (not more than 0.5), 0.625, 1.0, 1.125 pixels, and two without a value. */
+    /* Scale 8 against 4: errors of 0, 0.5 (not more than 0.5), 0.625, 1.0, 1.125 pixels, and two
+     * without a value. */
     const int32_t map[7] = {16, 20, 21, 24, 25, QS_NO_DISPARITY, 8};
     const int32_t truth[7] = {8, 8, 8, 8, 8, 8, QS_NO_DISPARITY};
     qs_score s;
@@ -175,11 +190,13 @@ static void scores(void **unused)
     assert_int_equal(qs_score_map(&a, &b, &s), QS_E_ARGUMENT);
 }
 
-/* Squares beyond 64 bits: (2^31 - 1) px at scale 65536 against -(2^31 - 1) at 65536, three times. */
+/* Squares beyond 64 bits: (2^31 - 1) px at scale 65536 against -(2^31 - 1) at 65536, three times.
+ */
 static void large_squares(void **unused)
 {
     (void)unused;
-    const int32_t map[3] = {INT32_MAX, INT32_MAX, INT32_MAX}, truth[3] = {-INT32_MAX, -INT32_MAX, -INT32_MAX};
+    const int32_t map[3] = {INT32_MAX, INT32_MAX, INT32_MAX},
+                  truth[3] = {-INT32_MAX, -INT32_MAX, -INT32_MAX};
     qs_score s;
     qs_map a = {map, 3, 1, 65536}, b = {truth, 3, 1, 65536};
     assert_int_equal(qs_score_map(&a, &b, &s), QS_OK);
@@ -215,8 +232,10 @@ static void texts(void **unused)
 static void status_values(void **unused)
 {
     (void)unused;
-    const qs_status order[] = {QS_OK, QS_E_ARGUMENT, QS_E_WORKSPACE, QS_E_LIMIT, QS_E_OVERFLOW, QS_E_FORMAT, QS_E_UNSUPPORTED,
-                               QS_E_CORRUPT, QS_E_TRUNCATED, QS_E_IO, QS_E_GEOMETRY, QS_E_ENCODING, QS_E_INFEASIBLE};
+    const qs_status order[] = {QS_OK,          QS_E_ARGUMENT, QS_E_WORKSPACE,   QS_E_LIMIT,
+                               QS_E_OVERFLOW,  QS_E_FORMAT,   QS_E_UNSUPPORTED, QS_E_CORRUPT,
+                               QS_E_TRUNCATED, QS_E_IO,       QS_E_GEOMETRY,    QS_E_ENCODING,
+                               QS_E_INFEASIBLE};
     for (size_t i = 0; i < sizeof order / sizeof *order; i++) {
         assert_int_equal(order[i], i);
     }

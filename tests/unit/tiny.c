@@ -99,10 +99,12 @@ void tiny_encode(const qs_problem *problem, qs_encode_options options, tiny_qubo
     qs_sink sink = qs_buffer_sink(&buffer);
     uint64_t memory[8192];
     assert_true(qs_encode_workspace(problem) <= sizeof memory);
-    assert_int_equal(qs_encode(problem, &options, &sink, memory, qs_encode_workspace(problem), NULL), QS_OK);
+    assert_int_equal(
+        qs_encode(problem, &options, &sink, memory, qs_encode_workspace(problem), NULL), QS_OK);
     q->size = buffer.size;
     assert_int_equal(qs_qubo_open(q->file, q->size, TINY_INDEX, &q->qubo, NULL), QS_OK);
-    assert_int_equal(qs_index_build(&q->qubo, q->memory, qs_index_workspace(&q->qubo), &q->index), QS_OK);
+    assert_int_equal(qs_index_build(&q->qubo, q->memory, qs_index_workspace(&q->qubo), &q->index),
+                     QS_OK);
 }
 
 int64_t tiny_minimum(const qs_problem *problem)
@@ -135,7 +137,8 @@ size_t tiny_edges(const qs_problem *problem, tiny_edge edges[TINY_EDGES])
     const qs_grid *grid = &problem->grid;
     size_t count = 0;
     for (size_t e = 0; grid->width == 0 && e < problem->edge_count; e++) {
-        edges[count++] = (tiny_edge){problem->edges[e].first, problem->edges[e].second, problem->edges[e].weight};
+        edges[count++] = (tiny_edge){problem->edges[e].first, problem->edges[e].second,
+                                     problem->edges[e].weight};
     }
     int site[TINY_SITES], next = 0;
     for (uint32_t c = 0; c < grid->width * grid->height; c++) {
@@ -144,10 +147,12 @@ size_t tiny_edges(const qs_problem *problem, tiny_edge edges[TINY_EDGES])
     for (uint32_t c = 0; c < grid->width * grid->height; c++) {
         uint32_t right = c + 1, down = c + grid->width;
         if (right % grid->width != 0 && site[c] >= 0 && site[right] >= 0) {
-            edges[count++] = (tiny_edge){(uint32_t)site[c], (uint32_t)site[right], grid->right ? grid->right[c] : problem->weight};
+            edges[count++] = (tiny_edge){(uint32_t)site[c], (uint32_t)site[right],
+                                         grid->right ? grid->right[c] : problem->weight};
         }
         if (down < grid->width * grid->height && site[c] >= 0 && site[down] >= 0) {
-            edges[count++] = (tiny_edge){(uint32_t)site[c], (uint32_t)site[down], grid->down ? grid->down[c] : problem->weight};
+            edges[count++] = (tiny_edge){(uint32_t)site[c], (uint32_t)site[down],
+                                         grid->down ? grid->down[c] : problem->weight};
         }
     }
     return count;
@@ -178,7 +183,8 @@ int64_t tiny_energy(const qs_problem *problem, bool sparse, const qs_index *inde
         int64_t pairs = sparse;
         for (uint32_t d1 = 0; d1 < labels; d1++) {
             for (uint32_t d2 = 0; d2 < labels; d2++) {
-                bool both = (state >> (edges[e].p * labels + d1) & 1) && (state >> (edges[e].q * labels + d2) & 1);
+                bool both = (state >> (edges[e].p * labels + d1) & 1) &&
+                            (state >> (edges[e].q * labels + d2) & 1);
                 if (both) {
                     pairs += sparse ? -(d1 == d2) : qs_pairwise_cost(problem, d1, d2);
                 }

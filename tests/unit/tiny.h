@@ -35,8 +35,9 @@ typedef struct tiny_qubo {
 
 uint32_t tiny_random(uint64_t *state, uint32_t below);
 
-/* A random problem of at most `bits` variables: grid, masked grid, weighted grid or list of edges; costs of one of several
- * kinds (uniform, peaked, zero, binary: many ties). With `potts` every smoothness is Potts. */
+/* A random problem of at most `bits` variables: grid, masked grid, weighted grid or list of edges;
+ * costs of one of several kinds (uniform, peaked, zero, binary: many ties). With `potts` every
+ * smoothness is Potts. */
 void tiny_make(tiny *t, uint64_t *state, uint32_t bits, bool potts);
 
 /* Encodes and opens; fails the test where either fails. */
@@ -48,7 +49,8 @@ int64_t tiny_minimum(const qs_problem *problem);
 /* Bits of a state, packed as in a file. */
 void tiny_bits(uint32_t state, uint8_t bits[4]);
 
-/* H computed naively from the definition of the encoding, without the library's file: the penalties are those of the index. */
+/* H computed naively from the definition of the encoding, without the library's file: the penalties
+ * are those of the index. */
 int64_t tiny_energy(const qs_problem *problem, bool sparse, const qs_index *index, uint32_t state);
 
 /* Sites and labels of each edge, in the order of the problem. */

@@ -1,5 +1,7 @@
-/* The classical solvers. Each takes a model (model.h), the caller's workspace, and a labelling of the model's sites; each energy is exact,
- * each bound a proof. They are deterministic: the same arguments give the same answer on every machine. */
+/* The classical solvers. Each takes a model (model.h), the caller's workspace,
+ * and a labelling of the model's sites; each energy is exact, each bound a
+ * proof. They are deterministic: the same arguments give the same answer on
+ * every machine. */
 #ifndef QSTEREO_SOLVE_H
 #define QSTEREO_SOLVE_H
 
@@ -13,78 +15,111 @@ extern "C" {
 
 /* How far a solver is. */
 typedef struct qs_progress {
-    int64_t energy;      /* of the best labelling so far; of anneal the present one */
-    int64_t lower_bound; /* of all labellings; QS_NO_BOUND where the solver has none */
+    int64_t
+        energy; /* of the best labelling so far; of anneal the present one */
+    int64_t lower_bound; /* of all labellings; QS_NO_BOUND where the solver has
+                            none */
     uint64_t iteration;
 } qs_progress;
 
-/* Told of progress; returns false to stop the solver at the next opportunity. */
+/* Told of progress; returns false to stop the solver at the next opportunity.
+ */
 typedef bool qs_watch(void *context, const qs_progress *progress);
 
 typedef struct qs_solve_options {
-    uint64_t iterations; /* at most; 0 = the solver's own default, which its comment states */
-    uint64_t seed;       /* of the solvers that draw numbers */
-    qs_watch *watch;     /* NULL = nobody; called at least once an iteration (of which there may be none, as in swap with one label) */
-    void *context;       /* of watch */
+    uint64_t iterations; /* at most; 0 = the solver's own default, which its
+                            comment states */
+    uint64_t seed; /* of the solvers that draw numbers */
+    qs_watch *watch; /* NULL = nobody; called at least once an iteration (of
+                        which there may be none, as in swap with one label) */
+    void *context; /* of watch */
 } qs_solve_options;
 
 typedef struct qs_solution {
-    int64_t energy;      /* of the labelling */
-    int64_t lower_bound; /* QS_NO_BOUND where the solver has none; proven optimal if it equals the energy */
+    int64_t energy; /* of the labelling */
+    int64_t lower_bound; /* QS_NO_BOUND where the solver has none; proven
+                            optimal if it equals the energy */
     uint64_t iterations; /* done */
-    bool converged;      /* it came to its end, not to a watch's word or, where it would have gone on, to its limit of iterations */
+    bool converged; /* it came to its end, not to a watch's word or, where it
+                       would have gone on, to its limit of iterations */
 } qs_solution;
 
 /* Every solver:
  *
  * options    NULL = all zero
  * workspace  at least the solver's ..._workspace(model), aligned for any type
- * labelling  out: a label of each of the model's sites, the best found (whenever the watch is called it holds that of the energy
- *            that the watch is told); for icm, anneal, expansion and swap it is also
- *            the start (qs_model_winner makes a usual one). Every label that is returned is left to its site (model->kept), also by a solver that was stopped
- * Returns QS_OK (also when stopped), QS_E_ARGUMENT, QS_E_WORKSPACE, or QS_E_ENCODING: not usable for this pairwise cost (QS_E_OVERFLOW: costs too
- * large for the solver's arithmetic). */
-typedef qs_status qs_solver(const qs_model *model, const qs_solve_options *options, void *workspace, size_t workspace_size,
-                            uint16_t *labelling, qs_solution *solution);
+ * labelling  out: a label of each of the model's sites, the best found
+ * (whenever the watch is called it holds that of the energy that the watch is
+ * told); for icm, anneal, expansion and swap it is also the start
+ * (qs_model_winner makes a usual one). Every label that is returned is left to
+ * its site (model->kept), also by a solver that was stopped Returns QS_OK (also
+ * when stopped), QS_E_ARGUMENT, QS_E_WORKSPACE, or QS_E_ENCODING: not usable
+ * for this pairwise cost (QS_E_OVERFLOW: costs too large for the solver's
+ * arithmetic). */
+typedef qs_status qs_solver(const qs_model *model,
+                            const qs_solve_options *options, void *workspace,
+                            size_t workspace_size, uint16_t *labelling,
+                            qs_solution *solution);
 
-/* Iterated conditional modes (Besag 1986): each site in raster order takes its cheapest label beside its neighbours, of equals the lowest, until
- * none changes. An iteration is a sweep; default: no limit. */
-QS_MUST_CHECK qs_status qs_icm(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
+/* Iterated conditional modes (Besag 1986): each site in raster order takes its
+ * cheapest label beside its neighbours, of equals the lowest, until none
+ * changes. An iteration is a sweep; default: no limit. */
+QS_MUST_CHECK qs_status qs_icm(const qs_model *, const qs_solve_options *,
+                               void *, size_t, uint16_t *, qs_solution *);
 size_t qs_icm_workspace(const qs_model *model);
 
-/* Simulated annealing on labels (Cerny 1985; Metropolis): each site in raster order is offered a label drawn from all, so that the search never leaves the
- * labellings. Geometric schedule from half the largest cost of an edge to an eighth of that, then icm; never above the start. An iteration is a
- * sweep; default 1000. */
-QS_MUST_CHECK qs_status qs_anneal(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
+/* Simulated annealing on labels (Cerny 1985; Metropolis): each site in raster
+ * order is offered a label drawn from all, so that the search never leaves the
+ * labellings. Geometric schedule from half the largest cost of an edge to an
+ * eighth of that, then icm; never above the start. An iteration is a sweep;
+ * default 1000. */
+QS_MUST_CHECK qs_status qs_anneal(const qs_model *, const qs_solve_options *,
+                                  void *, size_t, uint16_t *, qs_solution *);
 size_t qs_anneal_workspace(const qs_model *model);
 
-/* Alpha-expansion (Boykov, Veksler and Zabih 2001): the best move to each label in turn by a minimum cut, until a cycle changes nothing. For
- * metric pairwise costs, else QS_E_ENCODING. An iteration is a cycle over the labels; default: no limit. */
-QS_MUST_CHECK qs_status qs_expansion(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
+/* Alpha-expansion (Boykov, Veksler and Zabih 2001): the best move to each label
+ * in turn by a minimum cut, until a cycle changes nothing. For metric pairwise
+ * costs, else QS_E_ENCODING. An iteration is a cycle over the labels; default:
+ * no limit. */
+QS_MUST_CHECK qs_status qs_expansion(const qs_model *, const qs_solve_options *,
+                                     void *, size_t, uint16_t *, qs_solution *);
 size_t qs_expansion_workspace(const qs_model *model);
 
-/* Alpha-beta-swap (the same): for semi-metric pairwise costs (V(a, b) = V(b, a), V(a, a) = 0), else QS_E_ENCODING. An iteration
- * is a cycle over the pairs of labels; default: no limit. */
-QS_MUST_CHECK qs_status qs_swap(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
+/* Alpha-beta-swap (the same): for semi-metric pairwise costs (V(a, b) = V(b,
+ * a), V(a, a) = 0), else QS_E_ENCODING. An iteration is a cycle over the pairs
+ * of labels; default: no limit. */
+QS_MUST_CHECK qs_status qs_swap(const qs_model *, const qs_solve_options *,
+                                void *, size_t, uint16_t *, qs_solution *);
 size_t qs_swap_workspace(const qs_model *model);
 
-/* Max-product loopy belief propagation with sequential schedule, BP-M of the Middlebury study (Szeliski et al. 2008; Tappen and Freeman 2003):
- * an iteration is the four sweeps right, left, down, up (a general graph: one sweep in the order of the sites and one back). As the study's
- * code keeps 1/5 of an old message, ours keeps 3/16. The labelling is decoded site by site, not by the beliefs alone, so that ties cost
- * nothing. Default 50. The best labelling of all iterations is kept. */
-QS_MUST_CHECK qs_status qs_bp(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
+/* Max-product loopy belief propagation with sequential schedule, BP-M of the
+ * Middlebury study (Szeliski et al. 2008; Tappen and Freeman 2003): an
+ * iteration is the four sweeps right, left, down, up (a general graph: one
+ * sweep in the order of the sites and one back). As the study's code keeps 1/5
+ * of an old message, ours keeps 3/16. The labelling is decoded site by site,
+ * not by the beliefs alone, so that ties cost nothing. Default 50. The best
+ * labelling of all iterations is kept. */
+QS_MUST_CHECK qs_status qs_bp(const qs_model *, const qs_solve_options *,
+                              void *, size_t, uint16_t *, qs_solution *);
 size_t qs_bp_workspace(const qs_model *model);
 
-/* Sequential tree-reweighted message passing (Kolmogorov 2006). An iteration is a forward and a backward pass; default 500. Stops when the bound proves
- * the best labelling found. The bound is exact: messages are fixed-point numbers, whatever they are their reparametrisation is
- * minimised in integers on each row and column of the grid (on each chain of a general graph). */
-QS_MUST_CHECK qs_status qs_trws(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
+/* Sequential tree-reweighted message passing (Kolmogorov 2006). An iteration is
+ * a forward and a backward pass; default 500. Stops when the bound proves the
+ * best labelling found. The bound is exact: messages are fixed-point numbers,
+ * whatever they are their reparametrisation is minimised in integers on each
+ * row and column of the grid (on each chain of a general graph). */
+QS_MUST_CHECK qs_status qs_trws(const qs_model *, const qs_solve_options *,
+                                void *, size_t, uint16_t *, qs_solution *);
 size_t qs_trws_workspace(const qs_model *model);
 
-/* The best of these together: TRW-S, whose labelling is improved by expansion after 8 iterations, 16, 32 and so on (by icm where the pairwise cost is no
- * metric), until the bound proves the best labelling or it is stopped. TRW-S comes first because in any given time it gets lower than expansion from
- * the winner's labelling. An iteration is one of TRW-S; default 2000. Works for every pairwise cost. */
-QS_MUST_CHECK qs_status qs_best(const qs_model *, const qs_solve_options *, void *, size_t, uint16_t *, qs_solution *);
+/* The best of these together: TRW-S, whose labelling is improved by expansion
+ * after 8 iterations, 16, 32 and so on (by icm where the pairwise cost is no
+ * metric), until the bound proves the best labelling or it is stopped. TRW-S
+ * comes first because in any given time it gets lower than expansion from the
+ * winner's labelling. An iteration is one of TRW-S; default 2000. Works for
+ * every pairwise cost. */
+QS_MUST_CHECK qs_status qs_best(const qs_model *, const qs_solve_options *,
+                                void *, size_t, uint16_t *, qs_solution *);
 size_t qs_best_workspace(const qs_model *model);
 
 #ifdef __cplusplus

@@ -1,11 +1,12 @@
-/* The library's version, and apart from it the version of the file formats that it writes and reads. */
+/* The library's version, and apart from it the version of the file formats that
+ * it writes and reads. */
 #ifndef QSTEREO_VERSION_H
 #define QSTEREO_VERSION_H
 
 #define QS_VERSION_MAJOR 0
 #define QS_VERSION_MINOR 1
 #define QS_VERSION_PATCH 0
-#define QS_VERSION "0.1.0"
+#define QS_VERSION       "0.1.0"
 
 #define QS_FORMAT_VERSION 1 /* docs/FORMAT.md, of .qcf and .qsf */
 

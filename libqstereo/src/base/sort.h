@@ -1,0 +1,18 @@
+/* A stable sort of numbers that stand for things. */
+#ifndef QS_SORT_H
+#define QS_SORT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* Whether thing a stands strictly before thing b. */
+typedef bool qs_before(const void *context, uint32_t a, uint32_t b);
+
+/* Sorts by merging, equals in their order.
+ *
+ * scratch  room for `count` */
+void qs_sort(uint32_t *items, uint32_t *scratch, size_t count, qs_before *before,
+             const void *context);
+
+#endif

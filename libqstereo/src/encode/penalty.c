@@ -1,0 +1,81 @@
+#include "penalty.h"
+
+#include "../base/saturate.h"
+
+uint32_t qs_band(const qs_pairwise *pairwise, uint32_t labels)
+{
+    if (pairwise->smoothness == QS_POTTS) {
+        return 1;
+    }
+    return pairwise->truncation == 0 || pairwise->truncation > labels - 1 ? labels - 1
+                                                                          : pairwise->truncation;
+}
+
+bool qs_is_linear(const qs_pairwise *pairwise, uint32_t labels)
+{
+    return pairwise->smoothness == QS_TRUNCATED_LINEAR && qs_band(pairwise, labels) == labels - 1;
+}
+
+bool qs_one_hot_holds(qs_encoding encoding, qs_penalty penalty, const qs_pairwise *pairwise)
+{
+    bool linear = pairwise->smoothness == QS_TRUNCATED_LINEAR;
+    return encoding == QS_ONE_HOT ||
+           (encoding == QS_ONE_HOT_SPARSE &&
+            (pairwise->smoothness == QS_POTTS || (linear && penalty != QS_PENALTY_PAPER)));
+}
+
+/* ceil(x * y / divisor) */
+static uint64_t share(uint64_t x, uint64_t y, uint64_t divisor)
+{
+    uint64_t sum = 0;
+    qs_grow(&sum, x / divisor, y);
+    qs_grow(&sum, 1, (x % divisor * y + divisor - 1) / divisor);
+    return sum;
+}
+
+/* (tau - 1) + (tau - 2) + ..., at most `count` terms. */
+static uint64_t falling(uint64_t tau, uint64_t count)
+{
+    uint64_t terms = count < tau - 1 ? count : tau - 1;
+    return terms * tau - terms * (terms + 1) / 2;
+}
+
+/* The largest sum of a row of the band: that of the label in the middle. */
+static uint64_t largest_row(uint64_t tau, uint64_t labels)
+{
+    return tau == 0 ? 0 : tau + falling(tau, (labels - 1) / 2) + falling(tau, labels / 2);
+}
+
+void qs_one_hot_bound(qs_encoding encoding, qs_penalty penalty, const qs_pairwise *pairwise,
+                      uint32_t labels, uint64_t gap, qs_site_edges edges, uint64_t *a, uint64_t *b)
+{
+    *a = gap;
+    uint64_t above = gap;
+    if (encoding == QS_ONE_HOT) {
+        qs_grow(a, 1, edges.most);
+    } else {
+        uint64_t tau = qs_band(pairwise, labels);
+        if (pairwise->smoothness == QS_POTTS) {
+            qs_grow(&above, 1, penalty == QS_PENALTY_LOCAL ? edges.most : share(edges.most, 1, 2));
+        } else if (penalty == QS_PENALTY_LOCAL) {
+            qs_grow(&above, edges.weights, largest_row(tau, labels));
+        } else if (tau > 0) {
+            qs_grow(&above, 1, share(edges.weights, 6 * tau - 3, 4));
+        }
+    }
+    *b = *a;
+    qs_grow(b, 1, above);
+}
+
+uint64_t qs_wall_bound(const qs_pairwise *pairwise, uint32_t labels, uint64_t gap, uint64_t inner,
+                       uint64_t weights)
+{
+    uint64_t kappa = gap, tau = qs_band(pairwise, labels);
+    qs_grow(&kappa, 1, inner);
+    if (pairwise->smoothness == QS_POTTS) {
+        qs_grow(&kappa, 1, weights);
+    } else if (!qs_is_linear(pairwise, labels)) {
+        qs_grow(&kappa, 1, share(weights, 3 * tau, 2));
+    }
+    return kappa;
+}

@@ -1,0 +1,146 @@
+#include "neighbours.h"
+
+enum { GRID_NEIGHBOURS = 4 };
+
+static bool grid_neighbour(const qs_model *model, uint32_t site, uint32_t at, qs_beside *beside)
+{
+    uint32_t width = model->width;
+    switch (at) {
+    case 0: *beside = (qs_beside){site + 1, model->right[site], true}; break;
+    case 1: *beside = (qs_beside){site + width, model->down[site], true}; break;
+    case 2: *beside = (qs_beside){site - 1, site > 0 ? model->right[site - 1] : 0, false}; break;
+    case 3:
+        *beside = (qs_beside){site - width, site >= width ? model->down[site - width] : 0, false};
+        break;
+    default: break;
+    }
+    if (at < GRID_NEIGHBOURS && beside->weight == 0) {
+        beside->site = site; /* none there: a site that exists, at weight 0 */
+    }
+    return at < GRID_NEIGHBOURS;
+}
+
+bool qs_local_neighbour(const qs_model *model, uint32_t site, uint32_t at, qs_beside *beside)
+{
+    if (model->width > 0) {
+        return grid_neighbour(model, site, at, beside);
+    }
+    uint32_t n = model->link_start[site] + at;
+    if (n >= model->link_start[site + 1]) {
+        return false;
+    }
+    *beside =
+        (qs_beside){model->links[n].site, model->links[n].weight, model->links[n].site > site};
+    return true;
+}
+
+int64_t qs_local_edges(const qs_model *model, uint32_t site)
+{
+    int64_t weights = 0;
+    qs_beside beside;
+    for (uint32_t at = 0; qs_local_neighbour(model, site, at, &beside); at++) {
+        weights += beside.weight;
+    }
+    return weights * model->pairwise_max; /* at most 2^QS_MODEL_BITS */
+}
+
+bool qs_local_many(const qs_model *model, uint32_t site)
+{
+    return model->width == 0 &&
+           model->link_start[site + 1] - model->link_start[site] > model->labels;
+}
+
+bool qs_labels_in_range(const qs_model *model, const uint16_t *labelling)
+{
+    for (uint32_t p = 0; p < model->sites; p++) {
+        if (labelling[p] >= model->labels) {
+            return false;
+        }
+    }
+    return true;
+}
+
+int64_t qs_local_cost(const qs_model *model, const uint16_t *labelling, uint32_t site,
+                      uint16_t label)
+{
+    int64_t cost = model->unary[(size_t)site * model->labels + label];
+    qs_beside beside;
+    for (uint32_t at = 0; qs_local_neighbour(model, site, at, &beside); at++) {
+        uint16_t other = labelling[beside.site];
+        cost += beside.weight * (beside.first ? qs_model_pairwise(model, label, other)
+                                              : qs_model_pairwise(model, other, label));
+    }
+    return cost;
+}
+
+typedef struct candidate {
+    uint16_t label;
+    int64_t cost;
+} candidate;
+
+/* The cheaper one; of equals the lower label. */
+static void offer(candidate *best, uint16_t label, int64_t cost)
+{
+    if (cost < best->cost || (cost == best->cost && label < best->label)) {
+        *best = (candidate){label, cost};
+    }
+}
+
+/* Of Potts costs only a neighbour's label or the cheapest one by itself can be the cheapest beside
+ * them. */
+static uint16_t best_of_potts(const qs_model *model, const uint16_t *labelling, uint32_t site)
+{
+    const int32_t *unary = model->unary + (size_t)site * model->labels;
+    uint16_t winner = 0;
+    for (uint16_t d = 1; d < model->labels; d++) {
+        winner = unary[d] < unary[winner] ? d : winner;
+    }
+    candidate best = {winner, qs_local_cost(model, labelling, site, winner)};
+    qs_beside beside;
+    for (uint32_t at = 0; qs_local_neighbour(model, site, at, &beside); at++) {
+        uint16_t label = labelling[beside.site];
+        offer(&best, label, qs_local_cost(model, labelling, site, label));
+    }
+    return best.label;
+}
+
+uint16_t qs_local_best(const qs_model *model, const uint16_t *labelling, uint32_t site)
+{
+    if (model->pairwise.smoothness == QS_POTTS && !qs_local_many(model, site)) {
+        return best_of_potts(model, labelling, site);
+    }
+    candidate best = {0, INT64_MAX};
+    for (uint16_t d = 0; d < model->labels; d++) {
+        offer(&best, d, qs_local_cost(model, labelling, site, d));
+    }
+    return best.label;
+}
+
+bool qs_local_mend(const qs_model *model, uint16_t *labelling, uint32_t site)
+{
+    const uint8_t *kept = model->kept + (size_t)site * model->labels;
+    if (kept[labelling[site]]) {
+        return false;
+    }
+    candidate best = {0, INT64_MAX};
+    for (uint16_t d = 0; d < model->labels; d++) {
+        if (kept[d]) {
+            offer(&best, d, qs_local_cost(model, labelling, site, d));
+        }
+    }
+    labelling[site] = best.label;
+    return true;
+}
+
+int64_t qs_local_keep(const qs_model *model, uint16_t *labelling)
+{
+    int64_t gain = 0;
+    for (uint32_t p = 0; model->kept && p < model->sites; p++) {
+        uint16_t was = labelling[p];
+        if (qs_local_mend(model, labelling, p)) {
+            gain += qs_local_cost(model, labelling, p, was) -
+                    qs_local_cost(model, labelling, p, labelling[p]);
+        }
+    }
+    return gain;
+}

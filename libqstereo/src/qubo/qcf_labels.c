@@ -1,0 +1,276 @@
+#include "qcf_labels.h"
+
+#include <string.h>
+
+#include "../base/bits.h"
+#include "../base/bytes.h"
+#include "sites.h"
+
+enum { GROUP_RUN = 8, LABL_SIZE = 64, KEPT_HEAD = 8, TRNC_HEAD = 8 };
+
+static bool corrupt(qs_reader *reader, const qs_chunk *chunk, const char *what)
+{
+    return qs_reject(reader, QS_E_CORRUPT, chunk->offset, what);
+}
+
+/* ---- labl ---- */
+
+static qs_labels load(const uint8_t *p)
+{
+    return (qs_labels){
+        .encoding = (qs_encoding)qs_load_u32(p),
+        .pairwise = {(qs_smoothness)qs_load_u32(p + 4), qs_load_u32(p + 8), NULL},
+        .labels = qs_load_u32(p + 12),
+        .scale = qs_load_u32(p + 16),
+        .penalty = (qs_penalty)qs_load_u32(p + 20),
+        .gap = qs_load_u32(p + 24),
+        .weight = qs_load_i32(p + 28),
+        .width = qs_load_u32(p + 32),
+        .height = qs_load_u32(p + 36),
+        .frame = {qs_load_u32(p + 40), qs_load_u32(p + 44), qs_load_u32(p + 48),
+                  qs_load_u32(p + 52), qs_load_u32(p + 56)},
+    };
+}
+
+static bool in_range(const qs_labels *l)
+{
+    const qs_frame *f = &l->frame;
+    bool known = l->encoding >= QS_ONE_HOT && l->encoding <= QS_ST_CUT_ARCS &&
+                 l->pairwise.smoothness <= QS_TABLE && l->penalty <= QS_PENALTY_MINIMAL &&
+                 l->scale >= 1 && l->gap >= 1 && l->gap <= INT32_MAX && l->weight >= -1 &&
+                 f->first <= INT32_MAX && l->labels >= 1 && l->labels <= QS_LABELS_MAX;
+    bool framed = (l->width == 0) == (l->height == 0) && l->width <= f->picture_width &&
+                  l->height <= f->picture_height && f->x <= f->picture_width - l->width &&
+                  f->y <= f->picture_height - l->height &&
+                  (uint64_t)l->width * l->height <= QS_VARIABLES_MAX;
+    return known && framed;
+}
+
+/* The number of sites that a mask leaves; false where its spare bits are in use. */
+static bool count_mask(const qs_labels *l, uint32_t *sites)
+{
+    uint64_t cells = (uint64_t)l->width * l->height;
+    *sites = 0;
+    for (uint64_t byte = 0; byte < (cells + 7) / 8; byte++) {
+        *sites += qs_byte_count(l->mask[byte]);
+    }
+    return cells % 8 == 0 || l->mask[cells / 8] >> cells % 8 == 0;
+}
+
+static bool read_labl(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q)
+{
+    if (q->has_labels || chunk->length < LABL_SIZE) {
+        return corrupt(reader, chunk, "length or number of labl");
+    }
+    qs_labels labels = load(chunk->payload);
+    uint32_t masked = qs_load_u32(chunk->payload + 60);
+    if (!in_range(&labels) || masked > 1) {
+        return corrupt(reader, chunk, "contents of labl");
+    }
+    uint64_t cells = (uint64_t)labels.width * labels.height;
+    if (chunk->length != LABL_SIZE + (masked ? (cells + 7) / 8 : 0)) {
+        return corrupt(reader, chunk, "length of labl");
+    }
+    labels.sites = cells > 0 ? (uint32_t)cells : q->groups;
+    if (masked) {
+        labels.mask = chunk->payload + LABL_SIZE;
+        if (!count_mask(&labels, &labels.sites)) {
+            return corrupt(reader, chunk, "mask of labl");
+        }
+    }
+    labels.open = labels.sites;
+    q->labels = labels;
+    q->has_labels = true;
+    return true;
+}
+
+/* ---- kept ---- */
+
+/* Two labels or more, none beyond the last. */
+static bool is_set(const uint8_t *set, uint32_t labels)
+{
+    uint32_t count = 0;
+    for (uint32_t byte = 0; byte < (labels + 7) / 8; byte++) {
+        count += qs_byte_count(set[byte]);
+    }
+    return count >= 2 && (labels % 8 == 0 || set[labels / 8] >> labels % 8 == 0);
+}
+
+static bool read_sets(qs_reader *reader, const qs_chunk *chunk, qs_labels *l)
+{
+    uint64_t map = (uint64_t)l->sites * l->fixed_bytes, each = (l->labels + 7) / 8;
+    if (chunk->length < KEPT_HEAD + map) {
+        return corrupt(reader, chunk, "length of kept");
+    }
+    l->fixed = chunk->payload + KEPT_HEAD;
+    l->sets = l->fixed + map;
+    l->open = 0;
+    for (uint32_t site = 0; site < l->sites; site++) {
+        uint32_t fixed = qs_fixed_at(l, site);
+        if (fixed != qs_open_mark(l) && fixed >= l->labels) {
+            return corrupt(reader, chunk, "a fixed label of kept");
+        }
+        l->open += fixed == qs_open_mark(l);
+    }
+    if (chunk->length != KEPT_HEAD + map + l->open * each) {
+        return corrupt(reader, chunk, "length of kept");
+    }
+    for (uint32_t open = 0; open < l->open; open++) {
+        if (!is_set(l->sets + open * each, l->labels)) {
+            return corrupt(reader, chunk, "a set of labels of kept");
+        }
+    }
+    return true;
+}
+
+static bool read_kept(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q, bool first)
+{
+    qs_labels *l = &q->labels;
+    if (!first || chunk->length < KEPT_HEAD) {
+        return corrupt(reader, chunk, "length, number or place of kept");
+    }
+    uint32_t sites = qs_load_u32(chunk->payload);
+    l->fixed_bytes = qs_load_u32(chunk->payload + 4);
+    bool width = l->fixed_bytes == 0 || l->fixed_bytes == (l->labels <= UINT8_MAX ? 1 : 2);
+    bool plain = l->fixed_bytes == 0; /* all sites are open: each has a group at least */
+    if (sites == 0 || !width || (l->width > 0 && sites != l->sites) ||
+        (plain && (chunk->length != KEPT_HEAD || sites > q->groups))) {
+        return corrupt(reader, chunk, "head of kept");
+    }
+    l->sites = l->open = sites;
+    return plain || read_sets(reader, chunk, l);
+}
+
+/* ---- trnc ---- */
+
+static bool read_trnc(qs_reader *reader, const qs_chunk *chunk, qs_labels *l, bool first)
+{
+    if (!first || chunk->length < TRNC_HEAD) {
+        return corrupt(reader, chunk, "length, number or place of trnc");
+    }
+    uint32_t bytes = qs_load_u32(chunk->payload);
+    uint64_t left = 0;
+    for (qs_site site = {.labels = l}; qs_site_next(&site);) {
+        left += site.is_open ? site.count : 0;
+    }
+    if ((bytes != 1 && bytes != 2 && bytes != 4) || qs_load_u32(chunk->payload + 4) != 0 ||
+        chunk->length != TRNC_HEAD + left * bytes) {
+        return corrupt(reader, chunk, "head or length of trnc");
+    }
+    l->excess_bytes = bytes;
+    l->excess = chunk->payload + TRNC_HEAD;
+    return true;
+}
+
+/* ---- What labels and groups must have in common. ---- */
+
+/* Walks the groups of a file. */
+typedef struct group_cursor {
+    const qs_qubo *qubo;
+    size_t run;
+    uint32_t in_run;
+} group_cursor;
+
+/* Whether the next group is there and has `size` variables. */
+static bool next_group(group_cursor *at, uint64_t size)
+{
+    const uint8_t *run = at->qubo->group_runs + at->run * GROUP_RUN;
+    if (at->run == at->qubo->group_run_count || qs_load_u32(run + 4) != size) {
+        return false;
+    }
+    bool last = ++at->in_run == qs_load_u32(run);
+    at->run += last;
+    at->in_run = last ? 0 : at->in_run;
+    return true;
+}
+
+/* One-hot groups, domain walls and the terminals of multiway-cut. */
+static bool groups_agree(const qs_qubo *q)
+{
+    const qs_labels *l = &q->labels;
+    group_cursor at = {.qubo = q};
+    for (qs_site site = {.labels = l}; qs_site_next(&site);) {
+        if (site.is_open && !next_group(&at, qs_site_variables(l->encoding, site.count))) {
+            return false;
+        }
+    }
+    for (uint32_t t = 0; l->encoding == QS_MULTIWAY_CUT && l->open > 0 && t < l->labels; t++) {
+        if (!next_group(&at, l->labels)) {
+            return false;
+        }
+    }
+    return at.run == q->group_run_count;
+}
+
+/* Cuts: groups of one variable each, of the sites, of source and sink, and perhaps of arcs. */
+static bool vertices_agree(const qs_qubo *q)
+{
+    qs_site site = {.labels = &q->labels};
+    while (qs_site_next(&site)) {
+    }
+    uint64_t vertices = q->labels.open > 0 ? site.next_variable + 2 : 0;
+    bool arcs = q->labels.encoding == QS_ST_CUT_ARCS && q->labels.open > 0;
+    return q->groups == q->variables &&
+           (arcs ? q->variables >= vertices : q->variables == vertices);
+}
+
+/* A file that is not reduced, the usual one: a single run of groups. */
+static bool plain_agrees(const qs_qubo *q)
+{
+    const qs_labels *l = &q->labels;
+    return l->encoding <= QS_ONE_HOT_SPARSE && q->groups == l->sites && q->group_run_count == 1 &&
+           qs_load_u32(q->group_runs + 4) == l->labels;
+}
+
+/* A penalty makes a group one-hot, and sites and terminals of these encodings are. */
+static bool penalties_agree(const qs_qubo *q)
+{
+    bool one_hot = q->labels.encoding <= QS_ONE_HOT_SPARSE || q->labels.encoding == QS_MULTIWAY_CUT;
+    size_t numbers = 2 * (size_t)q->penalty_bytes;
+    for (size_t r = 0; one_hot && r < q->penalty_run_count; r++) {
+        const uint8_t *a = q->penalty_runs + r * (4 + numbers) + 4;
+        if (qs_load_unsigned(a, q->penalty_bytes) == 0 &&
+            qs_load_unsigned(a + q->penalty_bytes, q->penalty_bytes) == 0) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool agree(const qs_qubo *q, bool kept)
+{
+    if (!kept) {
+        return plain_agrees(q);
+    }
+    return q->labels.encoding >= QS_ST_CUT ? vertices_agree(q) : groups_agree(q);
+}
+
+bool qs_labels_read(qs_reader *reader, qs_qubo *qubo)
+{
+    bool kept = false;
+    qs_chunk labl = {0};
+    for (qs_chunk chunk; qs_read_side_chunk(reader, &chunk);) {
+        if (memcmp(chunk.type, "labl", 4) == 0) {
+            labl = chunk;
+            if (!read_labl(reader, &chunk, qubo)) {
+                return false;
+            }
+        } else if (memcmp(chunk.type, "kept", 4) == 0) {
+            if (!read_kept(reader, &chunk, qubo,
+                           qubo->has_labels && !kept && !qubo->labels.excess)) {
+                return false;
+            }
+            kept = true;
+        } else if (memcmp(chunk.type, "trnc", 4) == 0 &&
+                   !read_trnc(reader, &chunk, &qubo->labels,
+                              qubo->has_labels && !qubo->labels.excess)) {
+            return false;
+        }
+    }
+    if (reader->status != QS_OK || !qubo->has_labels) {
+        return reader->status == QS_OK;
+    }
+    return (agree(qubo, kept) || corrupt(reader, &labl, "labels that do not fit the groups")) &&
+           (penalties_agree(qubo) ||
+            corrupt(reader, &labl, "a site or terminal without a penalty"));
+}

@@ -1,0 +1,25 @@
+/* Parts of H of a sample, group by group. */
+#ifndef QS_QUBO_ENERGY_H
+#define QS_QUBO_ENERGY_H
+
+#include "../../include/qstereo/qubo.h"
+
+/* t[own][other] of a group's coupling with a neighbour, own and other counted from each group's
+ * first variable. */
+static inline int32_t qs_near_entry(const qs_index *index, const qs_neighbour *near, uint32_t own,
+                                    uint32_t other)
+{
+    bool turned = (near->block & QS_TRANSPOSED) != 0;
+    return qs_index_block(index, near->block & ~QS_TRANSPOSED, turned ? other : own,
+                          turned ? own : other);
+}
+
+/* What the couplings of `variable` with one neighbour of its group, itself excepted, cost in a
+ * sample. */
+int64_t qs_near_energy(const qs_index *index, const uint8_t *bits, uint32_t group,
+                       uint32_t variable, const qs_neighbour *near);
+
+/* What having `variable` at 1 costs beside the other groups as they are. */
+int64_t qs_field(const qs_index *index, const uint8_t *bits, uint32_t group, uint32_t variable);
+
+#endif

@@ -1,0 +1,140 @@
+#include "../../include/qstereo/solve.h"
+
+#include <string.h>
+
+#include "../model/neighbours.h"
+#include "progress.h"
+
+/* Logarithms and temperatures are fixed-point numbers: the answer must be the same on every
+ * machine. */
+enum { ONE = 1 << 16, SWEEPS = 1000, COOLEST = 8, FINE = 2 * COOLEST };
+
+/* 0.3431 x (1 - x) is what log2(1 + x) has over x, to within 0.009. */
+static uint32_t bend(uint32_t x)
+{
+    return (uint32_t)((uint64_t)22485 * x / ONE * (ONE - x) / ONE);
+}
+
+/* log2 of n >= 1, in 1/65536. */
+static uint32_t log2_of(uint64_t n)
+{
+    uint32_t whole = 0;
+    while (n >> whole > 1) {
+        whole++;
+    }
+    uint32_t x = (uint32_t)((whole >= 16 ? n >> (whole - 16) : n << (16 - whole)) & (ONE - 1));
+    return whole * ONE + x + bend(x);
+}
+
+/* 2^(l / 65536) in 1/256, for l below 40 x 65536. */
+static uint64_t exp2_of(uint32_t l)
+{
+    uint32_t x = l % ONE;
+    return (uint64_t)(ONE + x - bend(x)) << l / ONE >> 8;
+}
+
+/* SplitMix64 (Steele, Lea and Flood 2014). */
+static uint64_t draw(uint64_t *state)
+{
+    uint64_t z = *state += 0x9e3779b97f4a7c15u;
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+    return z ^ z >> 31;
+}
+
+/* The largest rise that Metropolis' rule accepts for the random number u: rise <= -T ln((u + 1) /
+ * 2^32). */
+static int64_t accepted_rise(uint64_t temperature, uint32_t u)
+{
+    uint64_t minus_log2 = 32u * ONE - log2_of((uint64_t)u + 1);
+    uint64_t minus_ln = minus_log2 * 45426 / ONE;
+    return (int64_t)(temperature * minus_ln >> 24);
+}
+
+/* A sweep at one temperature (in 1/256 of a unit): every site in turn is offered another label.
+ * Returns the change of the energy. */
+static int64_t sweep(const qs_model *model, uint64_t temperature, uint64_t *random,
+                     uint16_t *labelling)
+{
+    int64_t change = 0;
+    for (uint32_t p = 0; p < model->sites; p++) {
+        uint64_t number = draw(random);
+        uint16_t label = (uint16_t)((number >> 32) * model->labels >> 32);
+        if (label == labelling[p]) {
+            continue;
+        }
+        int64_t rise = qs_local_cost(model, labelling, p, label) -
+                       qs_local_cost(model, labelling, p, labelling[p]);
+        if (rise <= 0 || rise <= accepted_rise(temperature, (uint32_t)number)) {
+            labelling[p] = label;
+            change += rise;
+        }
+    }
+    return change;
+}
+
+/* The largest cost of an edge: about what it takes to move a site against its neighbours. */
+static uint64_t largest_edge(const qs_model *model)
+{
+    int32_t weight = 1;
+    for (uint32_t p = 0; model->width > 0 && p < model->sites; p++) {
+        weight = model->right[p] > weight ? model->right[p] : weight;
+        weight = model->down[p] > weight ? model->down[p] : weight;
+    }
+    for (uint32_t n = 0; model->width == 0 && n < model->link_start[model->sites]; n++) {
+        weight = model->links[n].weight > weight ? model->links[n].weight : weight;
+    }
+    uint64_t cost =
+        (uint64_t)weight * (uint64_t)(model->pairwise_max > 0 ? model->pairwise_max : 1);
+    return cost < INT32_MAX ? cost : INT32_MAX;
+}
+
+size_t qs_anneal_workspace(const qs_model *model)
+{
+    return sizeof(uint16_t) * model->sites;
+}
+
+qs_status qs_anneal(const qs_model *model, const qs_solve_options *options, void *workspace,
+                    size_t workspace_size, uint16_t *labelling, qs_solution *solution)
+{
+    if (!model || !workspace || !labelling || !solution || !qs_labels_in_range(model, labelling)) {
+        return QS_E_ARGUMENT;
+    }
+    if (workspace_size < qs_anneal_workspace(model)) {
+        return QS_E_WORKSPACE;
+    }
+    uint16_t *start = workspace;
+    memcpy(start, labelling, sizeof *start * model->sites);
+    int64_t start_energy = qs_model_energy(model, labelling);
+    qs_solution s = {.energy = start_energy, .lower_bound = QS_NO_BOUND};
+    uint64_t random = options ? options->seed : 0,
+             sweeps = options && options->iterations > 0 ? options->iterations : SWEEPS;
+    uint32_t hottest = log2_of(largest_edge(model) * FINE / 2), span = log2_of(COOLEST);
+    bool go = true;
+    for (; go && s.iterations < sweeps; s.iterations++) {
+        /* From half the largest edge down to a COOLEST-th of that, in equal ratios: about where
+         * labels of a Potts model begin to hold together, and where nothing moves any more. The
+         * logarithms stand for FINE times the temperature, so that none is below 0. */
+        uint32_t below =
+            sweeps > 1 ? (uint32_t)(span * (s.iterations * ONE / (sweeps - 1)) / ONE) : span;
+        s.energy += sweep(model, exp2_of(hottest - below) / FINE, &random, labelling);
+        go = qs_told(options, &s);
+    }
+    qs_solution descent;
+    qs_solve_options cooling = {
+        .iterations = go ? 0 : 1}; /* told to stop: one sweep, which nobody waits long for */
+    if (go && options) {
+        cooling.watch = options->watch;
+        cooling.context = options->context;
+    }
+    qs_status status = qs_icm(model, &cooling, NULL, 0, labelling, &descent);
+    s.energy = descent.energy;
+    s.converged = go && descent.converged;
+    if (s.energy > start_energy) {
+        memcpy(labelling, start, sizeof *start * model->sites);
+        s.energy = start_energy;
+    }
+    s.energy -= qs_local_keep(model, labelling);
+    *solution = s;
+    return status;
+}

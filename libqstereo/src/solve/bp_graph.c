@@ -1,0 +1,82 @@
+#include "bp.h"
+
+#include "../base/simd.h"
+
+/* The message along a link to the site whose link it is, or from it. */
+static int32_t *message_of(const qs_bp_state *state, uint32_t site, const qs_link *link,
+                           bool to_site)
+{
+    bool upward = (link->site < site) == to_site;
+    return state->messages + (2 * (size_t)link->edge + !upward) * state->model->labels;
+}
+
+static void believe(const qs_bp_state *state, uint32_t site, int32_t *belief)
+{
+    const qs_model *model = state->model;
+    const int32_t *unary = model->unary + (size_t)site * model->labels;
+    for (uint32_t d = 0; d < model->labels; d++) {
+        belief[d] = qs_min32(unary[d], state->scale.most) << state->scale.shift;
+    }
+    for (uint32_t n = model->link_start[site]; n < model->link_start[site + 1]; n++) {
+        const int32_t *message = message_of(state, site, &model->links[n], true);
+        for (uint32_t d = 0; d < model->labels; d++) {
+            belief[d] += message[d];
+        }
+    }
+}
+
+/* To all neighbours later in the order of the sweep. */
+static void send(const qs_bp_state *state, uint32_t site, bool upward)
+{
+    const qs_model *model = state->model;
+    int32_t *belief = state->scratch, *costs = belief + model->labels,
+            *rest = costs + model->labels;
+    believe(state, site, belief);
+    for (uint32_t n = model->link_start[site]; n < model->link_start[site + 1]; n++) {
+        const qs_link *link = &model->links[n];
+        if ((link->site > site) != upward) {
+            continue;
+        }
+        const int32_t *back = message_of(state, site, link, true);
+        for (uint32_t d = 0; d < model->labels; d++) {
+            costs[d] = belief[d] - back[d];
+        }
+        qs_bp_send(state, link->weight << state->scale.shift, upward, costs,
+                   message_of(state, site, link, false), rest);
+    }
+}
+
+void qs_bp_graph_sweep(const qs_bp_state *state)
+{
+    for (uint32_t p = 0; p < state->model->sites; p++) {
+        send(state, p, true);
+    }
+    for (uint32_t p = state->model->sites; p-- > 0;) {
+        send(state, p, false);
+    }
+}
+
+/* As a site's belief, with the labels of its earlier neighbours in place of their messages. */
+void qs_bp_graph_labels(const qs_bp_state *state, uint16_t *labelling)
+{
+    const qs_model *model = state->model;
+    int32_t *costs = state->scratch;
+    for (uint32_t p = 0; p < model->sites; p++) {
+        believe(state, p, costs);
+        for (uint32_t n = model->link_start[p];
+             n < model->link_start[p + 1] && model->links[n].site < p; n++) {
+            const qs_link *link = &model->links[n];
+            const int32_t *message = message_of(state, p, link, true);
+            for (uint32_t d = 0; d < model->labels; d++) {
+                costs[d] -= message[d];
+            }
+            qs_message_pay(model, link->weight << state->scale.shift, true, labelling[link->site],
+                           costs);
+        }
+        uint16_t best = 0;
+        for (uint32_t d = 1; d < model->labels; d++) {
+            best = costs[d] < costs[best] ? (uint16_t)d : best;
+        }
+        labelling[p] = best;
+    }
+}

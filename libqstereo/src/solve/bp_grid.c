@@ -1,0 +1,35 @@
+#include "bp_visit.h"
+
+static void send(const qs_bp_state *state, uint32_t site, int from)
+{
+    uint32_t labels = state->model->labels;
+    int32_t *costs = state->scratch;
+    qs_letter letter = qs_letter_of(state, site, labels, from);
+    for (uint32_t d = 0; d < labels; d++) {
+        costs[d] = (qs_min32(letter.unary[d], state->scale.most) << state->scale.shift) +
+                   letter.behind[d] + letter.beside[0][d] + letter.beside[1][d];
+    }
+    qs_bp_send(state, letter.weight, from == QS_FROM_LEFT || from == QS_FROM_ABOVE, costs,
+               letter.message, costs + labels);
+}
+
+void qs_bp_grid_sweep(const qs_bp_state *state)
+{
+    uint32_t width = state->model->width, sites = state->model->sites;
+    for (uint32_t p = 0; p < sites; p++) {
+        if ((p + 1) % width != 0) {
+            send(state, p, QS_FROM_LEFT);
+        }
+    }
+    for (uint32_t p = sites; p-- > 0;) {
+        if (p % width != 0) {
+            send(state, p, QS_FROM_RIGHT);
+        }
+    }
+    for (uint32_t p = 0; p + width < sites; p++) {
+        send(state, p, QS_FROM_ABOVE);
+    }
+    for (uint32_t p = sites; p-- > width;) {
+        send(state, p, QS_FROM_BELOW);
+    }
+}

@@ -1,0 +1,34 @@
+/* A message that a site of a grid sends in a sweep of belief propagation. */
+#ifndef QS_BP_VISIT_H
+#define QS_BP_VISIT_H
+
+#include "bp.h"
+#include "../base/simd.h"
+
+typedef struct qs_letter {
+    const int32_t *unary, *behind,
+        *beside[2]; /* of the sender: its costs, the message from behind, those from the sides */
+    int32_t *message;
+    int32_t weight;
+} qs_letter;
+
+/* From cell `site` to its neighbour in the direction of travel, which takes it as from `from`. */
+QS_KERNEL qs_letter qs_letter_of(const qs_bp_state *state, uint32_t site, uint32_t labels, int from)
+{
+    const qs_model *model = state->model;
+    size_t each = (size_t)QS_FROM_ALL * labels;
+    const int32_t *in = state->messages + each * site;
+    bool along = from == QS_FROM_LEFT || from == QS_FROM_RIGHT,
+         onward = from == QS_FROM_LEFT || from == QS_FROM_ABOVE;
+    uint32_t step = along ? 1 : model->width, to = onward ? site + step : site - step,
+             edge = onward ? site : to;
+    qs_letter letter = {.unary = model->unary + (size_t)labels * site,
+                        .behind = in + (size_t)from * labels};
+    letter.beside[0] = in + (along ? QS_FROM_ABOVE : QS_FROM_LEFT) * labels;
+    letter.beside[1] = in + (along ? QS_FROM_BELOW : QS_FROM_RIGHT) * labels;
+    letter.message = state->messages + each * to + (size_t)from * labels;
+    letter.weight = (along ? model->right[edge] : model->down[edge]) << state->scale.shift;
+    return letter;
+}
+
+#endif

@@ -1,0 +1,409 @@
+#include "min_cut.h"
+
+#if defined(__GNUC__)
+#define INLINE static inline __attribute__((always_inline))
+#else
+#define INLINE static inline
+#endif
+
+/* Every function below exists twice, for grids and for graphs: `grid` is a constant wherever they
+ * are called. */
+
+/* Where the residual of arc `a` of `p` is. */
+INLINE size_t index_of(const qs_cut *cut, bool grid, uint32_t p, uint32_t a)
+{
+    return grid ? (size_t)a * cut->nodes + p : (size_t)cut->start[p] + a;
+}
+
+INLINE uint32_t arcs(const qs_cut *cut, bool grid, uint32_t p)
+{
+    return grid ? 4 : cut->start[p + 1] - cut->start[p];
+}
+
+/* The node at the other end of arc `a` of node `p`. In a grid it may lie outside: there are nodes
+ * there that are in no tree. */
+INLINE ptrdiff_t head(const qs_cut *cut, bool grid, ptrdiff_t p, uint32_t a)
+{
+    if (!grid) {
+        return cut->links[cut->start[p] + a].site;
+    }
+    ptrdiff_t step = a < QS_CUT_DOWN ? 1 : (ptrdiff_t)cut->width;
+    return a & 1 ? p - step : p + step;
+}
+
+/* Where the residual of the opposite of that arc is; q is its head. */
+INLINE size_t sister(const qs_cut *cut, bool grid, uint32_t p, uint32_t a, uint32_t q)
+{
+    return grid ? (size_t)(a ^ 1) * cut->nodes + q : cut->sister[cut->start[p] + a];
+}
+
+/* The number of that opposite among the arcs of q. */
+INLINE uint32_t opposite(const qs_cut *cut, bool grid, uint32_t p, uint32_t a, uint32_t q)
+{
+    return grid ? a ^ 1 : cut->sister[cut->start[p] + a] - cut->start[q];
+}
+
+INLINE void activate(qs_cut *cut, uint32_t p)
+{
+    qs_cut_node *node = &cut->node[p];
+    if (!node->active) {
+        size_t at = cut->queue_first + cut->queue_count++;
+        node->active = 1;
+        cut->queue[at < cut->nodes ? at : at - cut->nodes] = p;
+    }
+}
+
+INLINE uint32_t next_active(qs_cut *cut)
+{
+    uint32_t p = cut->queue[cut->queue_first];
+    cut->queue_first = cut->queue_first + 1 < cut->nodes ? cut->queue_first + 1 : 0;
+    cut->queue_count--;
+    cut->node[p].active = 0;
+    return p;
+}
+
+INLINE void make_orphan(qs_cut *cut, uint32_t p)
+{
+    cut->node[p].parent = QS_CUT_ORPHAN;
+    cut->orphan[cut->orphan_count++] = p;
+}
+
+INLINE uint16_t farther(uint16_t distance)
+{
+    return (uint16_t)(distance + (distance < UINT16_MAX));
+}
+
+/* Pushes what the path root ... p -> q takes; q wants flow. */
+INLINE void augment(qs_cut *cut, bool grid, uint32_t p, uint32_t a, uint32_t q)
+{
+    const qs_cut_node *node = cut->node;
+    int32_t *residual = cut->residual, *excess = cut->excess;
+    size_t last = index_of(cut, grid, p, a);
+    int32_t most = residual[last] < -excess[q] ? residual[last] : -excess[q];
+    uint32_t i = p;
+    while (node[i].parent != QS_CUT_ROOT) {
+        uint32_t up = (uint32_t)head(cut, grid, i, node[i].parent);
+        int32_t r = residual[sister(cut, grid, i, node[i].parent, up)];
+        most = r < most ? r : most;
+        i = up;
+    }
+    most = excess[i] < most ? excess[i] : most;
+    residual[last] -= most;
+    residual[sister(cut, grid, p, a, q)] += most;
+    excess[q] += most;
+    i = p;
+    while (node[i].parent != QS_CUT_ROOT) {
+        uint32_t arc = node[i].parent, up = (uint32_t)head(cut, grid, i, arc);
+        int32_t *r = &residual[sister(cut, grid, i, arc, up)];
+        residual[index_of(cut, grid, i, arc)] += most;
+        *r -= most;
+        if (*r == 0) {
+            make_orphan(cut, i);
+        }
+        i = up;
+    }
+    excess[i] -= most;
+    if (excess[i] == 0) {
+        make_orphan(cut, i);
+    }
+}
+
+/* The distance of q from a root, or UINT32_MAX if its path ends at an orphan. */
+INLINE uint32_t origin(qs_cut *cut, bool grid, uint32_t q)
+{
+    qs_cut_node *node = cut->node;
+    uint32_t steps = 0, i = q;
+    for (;; steps++) {
+        if (node[i].stamp == cut->time) {
+            steps += node[i].distance;
+            break;
+        }
+        if (node[i].parent == QS_CUT_ORPHAN) {
+            return UINT32_MAX;
+        }
+        if (node[i].parent == QS_CUT_ROOT) {
+            node[i].stamp = cut->time;
+            node[i].distance = 0;
+            break;
+        }
+        i = (uint32_t)head(cut, grid, i, node[i].parent);
+    }
+    uint32_t distance = steps;
+    for (i = q; node[i].stamp != cut->time; i = (uint32_t)head(cut, grid, i, node[i].parent)) {
+        node[i].stamp = cut->time;
+        node[i].distance = (uint16_t)(steps < UINT16_MAX ? steps : UINT16_MAX);
+        steps--;
+    }
+    return distance;
+}
+
+/* No parent: out of the tree, its children are orphans, and those who could reach it may try again.
+ */
+INLINE void set_free(qs_cut *cut, bool grid, uint32_t p)
+{
+    qs_cut_node *node = cut->node;
+    node[p].parent = QS_CUT_FREE;
+    for (uint32_t a = 0; a < arcs(cut, grid, p); a++) {
+        ptrdiff_t to = head(cut, grid, p, a);
+        if (!qs_cut_in_tree(&node[to])) {
+            continue;
+        }
+        uint32_t q = (uint32_t)to;
+        if (node[q].parent == opposite(cut, grid, p, a, q)) {
+            make_orphan(cut, q);
+        }
+        if (cut->residual[sister(cut, grid, p, a, q)] > 0) {
+            activate(cut, q);
+        }
+    }
+}
+
+INLINE void adopt(qs_cut *cut, bool grid, uint32_t p)
+{
+    qs_cut_node *node = cut->node;
+    uint32_t nearest = UINT32_MAX, parent = 0;
+    for (uint32_t a = 0; a < arcs(cut, grid, p); a++) {
+        ptrdiff_t q = head(cut, grid, p, a);
+        if (!qs_cut_in_tree(&node[q]) || node[q].parent == QS_CUT_ORPHAN ||
+            cut->residual[sister(cut, grid, p, a, (uint32_t)q)] == 0) {
+            continue;
+        }
+        uint32_t distance = origin(cut, grid, (uint32_t)q);
+        if (distance < nearest) {
+            nearest = distance;
+            parent = a;
+        }
+    }
+    if (nearest == UINT32_MAX) {
+        set_free(cut, grid, p);
+        return;
+    }
+    node[p].parent = parent;
+    node[p].stamp = cut->time;
+    node[p].distance = (uint16_t)(nearest + 1 < UINT16_MAX ? nearest + 1 : UINT16_MAX);
+}
+
+/* The clock is full: the tree begins anew. */
+static void restart(qs_cut *cut)
+{
+    cut->time = 0;
+    for (uint32_t p = 0; p < cut->nodes; p++) {
+        qs_cut_node *node = &cut->node[p];
+        if (qs_cut_in_tree(node)) {
+            node->parent = cut->excess[p] > 0 ? QS_CUT_ROOT : QS_CUT_FREE;
+        }
+        node->stamp = 0;
+        node->distance = 0;
+        if (node->parent == QS_CUT_ROOT) {
+            activate(cut, p);
+        }
+    }
+}
+
+/* The path's orphans first, from the root down, then their children as they come: a node is an
+ * orphan at most once, for the paths of those that were adopted are sound. */
+INLINE void adopt_all(qs_cut *cut, bool grid)
+{
+    cut->time++;
+    for (size_t i = 0, j = cut->orphan_count; i + 1 < j; i++) {
+        uint32_t orphan = cut->orphan[--j];
+        cut->orphan[j] = cut->orphan[i];
+        cut->orphan[i] = orphan;
+    }
+    for (size_t i = 0; i < cut->orphan_count; i++) {
+        adopt(cut, grid, cut->orphan[i]);
+    }
+    cut->orphan_count = 0;
+    if (cut->time == UINT32_MAX) {
+        restart(cut);
+    }
+}
+
+/* Arc `a` of `p`, in the tree: to a node that wants flow, one to take into the tree, or one that
+ * has a shorter way through p. */
+INLINE void grow(qs_cut *cut, bool grid, uint32_t p, uint32_t a)
+{
+    qs_cut_node *node = cut->node;
+    const int32_t *residual = &cut->residual[index_of(cut, grid, p, a)], *excess = cut->excess;
+    if (*residual == 0) {
+        return;
+    }
+    uint32_t q = (uint32_t)head(cut, grid, p, a);
+    if (node[q].parent == QS_CUT_UNLOADED) {
+        cut->load(cut->context, q);
+    }
+    if (node[q].parent != QS_CUT_FREE) {
+        if (node[q].parent < QS_CUT_ORPHAN && node[q].stamp <= node[p].stamp &&
+            node[q].distance > farther(node[p].distance)) {
+            node[q].parent = opposite(cut, grid, p, a, q);
+            node[q].stamp = node[p].stamp;
+            node[q].distance = farther(node[p].distance);
+        }
+        return;
+    }
+    while (excess[q] < 0 && node[q].parent == QS_CUT_FREE && *residual > 0 &&
+           qs_cut_in_tree(&node[p])) {
+        augment(cut, grid, p, a, q);
+        adopt_all(cut, grid);
+    }
+    if (excess[q] == 0 && node[q].parent == QS_CUT_FREE && *residual > 0 &&
+        qs_cut_in_tree(&node[p])) {
+        node[q].parent = opposite(cut, grid, p, a, q);
+        node[q].stamp = node[p].stamp;
+        node[q].distance = farther(node[p].distance);
+        activate(cut, q);
+    }
+}
+
+INLINE void run(qs_cut *cut, bool grid)
+{
+    while (cut->queue_count > 0) {
+        uint32_t p = next_active(cut);
+        for (uint32_t a = 0; a < arcs(cut, grid, p) && qs_cut_in_tree(&cut->node[p]); a++) {
+            grow(cut, grid, p, a);
+        }
+    }
+}
+
+/* Of `most` (which may be negative: then it is pulled) what an edge takes. */
+INLINE int32_t clamp(int32_t most, int32_t in, int32_t out)
+{
+    most = most > out ? out : most;
+    return most < -in ? -in : most;
+}
+
+/* Shares the excess or want of p among its later neighbours, or its earlier ones. */
+INLINE void spread_node(qs_cut *cut, bool grid, uint32_t p, bool forward)
+{
+    uint32_t count = arcs(cut, grid, p), left = 0;
+    for (uint32_t a = 0; a < count; a++) {
+        left += (head(cut, grid, p, a) > (ptrdiff_t)p) == forward;
+    }
+    for (uint32_t a = 0; a < count; a++) {
+        ptrdiff_t to = head(cut, grid, p, a);
+        if ((to > (ptrdiff_t)p) == forward) {
+            int32_t share = cut->excess[p] / (int32_t)left--;
+            if (cut->node[to].parent != QS_CUT_UNLOADED) {
+                uint32_t q = (uint32_t)to;
+                int32_t *out = &cut->residual[index_of(cut, grid, p, a)],
+                        *in = &cut->residual[sister(cut, grid, p, a, q)];
+                int32_t flow = clamp(share, *in, *out);
+                *out -= flow;
+                *in += flow;
+                cut->excess[p] -= flow;
+                cut->excess[q] += flow;
+            }
+        }
+    }
+}
+
+/* Half of the excess of each node of a row goes on along the row, `step` by step. */
+static void spread_along(int32_t *excess, int32_t *out, int32_t *in, uint32_t count, ptrdiff_t step)
+{
+    int32_t flow = 0;
+    for (uint32_t i = 1; i < count; i++, excess += step, out += step, in += step) {
+        int32_t here = *excess + flow;
+        flow = clamp(here / 2, in[step], *out);
+        *out -= flow;
+        in[step] += flow;
+        *excess = here - flow;
+    }
+    *excess += flow;
+}
+
+/* All that is left goes to the next row. */
+static void spread_across(int32_t *restrict excess, int32_t *restrict next, int32_t *restrict out,
+                          int32_t *restrict in, uint32_t count)
+{
+    for (uint32_t x = 0; x < count; x++) {
+        int32_t flow = clamp(excess[x], in[x], out[x]);
+        excess[x] -= flow;
+        next[x] += flow;
+        out[x] -= flow;
+        in[x] += flow;
+    }
+}
+
+static void spread_grid(qs_cut *cut)
+{
+    size_t width = cut->width, nodes = cut->nodes;
+    int32_t *right = cut->residual, *left = right + nodes, *down = left + nodes, *up = down + nodes,
+            *excess = cut->excess;
+    for (size_t row = 0; row < nodes; row += width) {
+        spread_along(excess + row, right + row, left + row, cut->width, 1);
+        if (row + width < nodes) {
+            spread_across(excess + row, excess + row + width, down + row, up + row + width,
+                          cut->width);
+        }
+    }
+    for (size_t row = nodes; row > 0; row -= width) {
+        spread_along(excess + row - 1, left + row - 1, right + row - 1, cut->width, -1);
+        if (row > width) {
+            size_t at = row - width;
+            spread_across(excess + at, excess + at - width, up + at, down + at - width, cut->width);
+        }
+    }
+}
+
+static void spread_graph(qs_cut *cut)
+{
+    for (uint32_t p = 0; p < cut->nodes; p++) {
+        spread_node(cut, false, p, true);
+    }
+    for (uint32_t p = cut->nodes; p-- > 0;) {
+        spread_node(cut, false, p, false);
+    }
+}
+
+void qs_cut_spread(qs_cut *cut)
+{
+    for (int round = 0; round < 2; round++) { /* more cost more than they save */
+        if (cut->width > 0) {
+            spread_grid(cut);
+        } else {
+            spread_graph(cut);
+        }
+    }
+}
+
+INLINE void spread_some(qs_cut *cut, bool grid, const uint32_t *list, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        spread_node(cut, grid, list[i], true);
+    }
+    for (uint32_t i = count; i-- > 0;) {
+        spread_node(cut, grid, list[i], false);
+    }
+}
+
+void qs_cut_spread_some(qs_cut *cut, const uint32_t *list, uint32_t count)
+{
+    if (cut->width > 0) {
+        spread_some(cut, true, list, count);
+    } else {
+        spread_some(cut, false, list, count);
+    }
+}
+
+void qs_cut_begin(qs_cut *cut)
+{
+    cut->queue_first = 0;
+    cut->queue_count = 0;
+    cut->orphan_count = 0;
+    cut->time = 0;
+}
+
+void qs_cut_source(qs_cut *cut, uint32_t node)
+{
+    cut->node[node].parent = QS_CUT_ROOT;
+    activate(cut, node);
+}
+
+void qs_cut_run(qs_cut *cut)
+{
+    if (cut->width > 0) {
+        run(cut, true);
+    } else {
+        run(cut, false);
+    }
+}

@@ -1,0 +1,233 @@
+/* TRW-S on lists of neighbours: the chains go through each site from its i-th earlier edge to its
+ * i-th later one; where the numbers differ, some begin or end there. */
+#include "trws.h"
+
+#include <string.h>
+
+#include "../base/simd.h"
+
+/* A site's edges to earlier and later sites, of weight above 0. */
+static void count_chains(const qs_model *model, uint32_t site, uint32_t *lower, uint32_t *higher)
+{
+    *lower = *higher = 0;
+    for (uint32_t n = model->link_start[site]; n < model->link_start[site + 1]; n++) {
+        if (model->links[n].weight > 0) {
+            ++*(model->links[n].site < site ? lower : higher);
+        }
+    }
+}
+
+static int32_t *message_of(const qs_trws_state *state, const qs_link *link)
+{
+    return state->messages + (size_t)link->edge * state->model->labels;
+}
+
+/* All that is charged at a site: its unary costs and the messages to it. */
+static void add_all(const qs_trws_state *state, uint32_t site, int32_t *total)
+{
+    const qs_model *model = state->model;
+    const int32_t *unary = model->unary + (size_t)site * model->labels;
+    for (uint32_t d = 0; d < model->labels; d++) {
+        total[d] = qs_min32(unary[d], state->scale.most) << state->scale.shift;
+    }
+    for (uint32_t n = model->link_start[site]; n < model->link_start[site + 1]; n++) {
+        const int32_t *message = message_of(state, &model->links[n]);
+        for (uint32_t d = 0; model->links[n].weight > 0 && d < model->labels; d++) {
+            total[d] += message[d];
+        }
+    }
+}
+
+/* The i-th of n whole parts of each cost; all n make the cost, whatever its sign. */
+static void take_part(const int32_t *total, uint32_t labels, uint32_t i, uint32_t n, int32_t *part)
+{
+    int32_t parts = (int32_t)n, at = (int32_t)i;
+    for (uint32_t d = 0; d < labels; d++) {
+        int32_t rest = total[d] % parts;
+        part[d] = total[d] / parts + (at < rest) - (at < -rest);
+    }
+}
+
+static int32_t least_part(const int32_t *part, uint32_t labels)
+{
+    int32_t least = part[0];
+    for (uint32_t d = 1; d < labels; d++) {
+        least = qs_min32(least, part[d]);
+    }
+    return least;
+}
+
+/* What a pass forward leaves for the sweep back: of each site what was charged there, of each edge
+ * the message that was replaced. */
+typedef struct record {
+    int32_t *total, *replaced;
+} pass_record;
+
+static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward,
+                     const pass_record *record)
+{
+    const qs_model *model = state->model;
+    uint32_t labels = model->labels, lower, higher, sent = 0;
+    int32_t *total = state->scratch, *part = total + labels, *rest = part + labels;
+    count_chains(model, site, &lower, &higher);
+    uint32_t chains = lower > higher ? lower : higher;
+    chains = chains > 0 ? chains : 1;
+    add_all(state, site, total);
+    if (record) {
+        memcpy(record->total + (size_t)site * labels, total, sizeof *total * labels);
+    }
+    int64_t bound = 0;
+    for (uint32_t n = model->link_start[site]; n < model->link_start[site + 1]; n++) {
+        const qs_link *link = &model->links[n];
+        if (link->weight == 0 || (link->site > site) != forward) {
+            continue;
+        }
+        int32_t *message = message_of(state, link);
+        if (record) {
+            memcpy(record->replaced + (size_t)link->edge * labels, message,
+                   sizeof *message * labels);
+        }
+        take_part(total, labels, sent++, chains, part);
+        for (uint32_t d = 0; d < labels; d++) {
+            part[d] -= message[d];
+        }
+        bound += qs_message_send(model, link->weight << state->scale.shift, forward, part, message,
+                                 rest);
+    }
+    for (; sent < chains; sent++) { /* the chains that end here */
+        take_part(total, labels, sent, chains, part);
+        bound += least_part(part, labels);
+    }
+    return bound;
+}
+
+int64_t qs_trws_graph_pass(const qs_trws_state *state, bool forward)
+{
+    int64_t bound = 0;
+    for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
+        bound += visit(state, qs_trws_site(state, at, forward), forward, NULL);
+    }
+    return bound;
+}
+
+/* The next link from `at` on of weight above 0. */
+static uint32_t next_link(const qs_model *model, uint32_t at, uint32_t end)
+{
+    while (at < end && model->links[at].weight == 0) {
+        at++;
+    }
+    return at;
+}
+
+/* One chain at a site, from part `part` of what was charged there: adds what its labels cost above
+ * the least, and sends the costs from the site on back along `before`. Of the edge after it,
+ * `after`, the record has the costs of what comes later, less the message that was replaced. NULL =
+ * no such edge. */
+static void sweep_chain(const qs_trws_state *state, const pass_record *record,
+                        const qs_link *before, const qs_link *after, int32_t *part,
+                        uint32_t *excess)
+{
+    const qs_model *model = state->model;
+    uint32_t labels = model->labels;
+    const int32_t *later = after ? record->replaced + (size_t)after->edge * labels : NULL;
+    for (uint32_t d = 0; later && d < labels; d++) {
+        part[d] += later[d];
+    }
+    int32_t least = least_part(part, labels);
+    for (uint32_t d = 0; d < labels; d++) {
+        uint32_t more = (uint32_t)part[d] - (uint32_t)least;
+        excess[d] = more < UINT32_MAX - excess[d] ? excess[d] + more : UINT32_MAX;
+    }
+    if (before) {
+        const int32_t *came = message_of(state, before);
+        int32_t *message = state->scratch, *rest = message + labels,
+                *replaced = record->replaced + (size_t)before->edge * labels;
+        for (uint32_t d = 0; d < labels; d++) {
+            part[d] -= came[d];
+        }
+        (void)qs_message_send(model, before->weight << state->scale.shift, false, part, message,
+                              rest);
+        for (uint32_t d = 0; d < labels; d++) {
+            replaced[d] = message[d] - replaced[d];
+        }
+    }
+}
+
+/* The chains through a site; `work` are two numbers a label. What was charged there is replaced by
+ * the excess. */
+static void sweep_site(const qs_trws_state *state, uint32_t site, const pass_record *record,
+                       int32_t *work)
+{
+    const qs_model *model = state->model;
+    uint32_t labels = model->labels, lower, higher, end = model->link_start[site + 1];
+    uint32_t before = next_link(model, model->link_start[site], end), after = before;
+    count_chains(model, site, &lower, &higher);
+    uint32_t chains = lower > higher ? lower : higher;
+    chains = chains > 0 ? chains : 1;
+    for (uint32_t i = 0; i < lower; i++) {
+        after = next_link(model, after + 1, end);
+    }
+    int32_t *part = work, *total = record->total + (size_t)site * labels;
+    uint32_t *excess = (uint32_t *)work + labels;
+    memset(excess, 0, sizeof *excess * labels);
+    for (uint32_t i = 0; i < chains; i++) {
+        take_part(total, labels, i, chains, part);
+        sweep_chain(state, record, i < lower ? &model->links[before] : NULL,
+                    i < higher ? &model->links[after] : NULL, part, excess);
+        before = next_link(model, before + 1, end);
+        after = next_link(model, after + 1, end);
+    }
+    memcpy(total, excess, sizeof *excess * labels);
+}
+
+void qs_trws_graph_excess(const qs_trws_state *state, uint32_t *excess, int64_t *shares)
+{
+    const qs_model *model = state->model;
+    pass_record record = {(int32_t *)excess,
+                          (int32_t *)excess + (size_t)model->sites * model->labels};
+    int32_t *work = record.replaced + (size_t)model->edges * model->labels;
+    for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
+        uint32_t p = qs_trws_site(state, at, true);
+        shares[p] = visit(state, p, true, &record);
+    }
+    for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
+        sweep_site(state, qs_trws_site(state, at, false), &record, work);
+    }
+}
+
+/* A site's costs beside the labels of its earlier neighbours and the messages of the later ones. */
+static void add_around(const qs_trws_state *state, uint32_t site, bool forward,
+                       const uint16_t *labelling, int32_t *costs)
+{
+    const qs_model *model = state->model;
+    const int32_t *unary = model->unary + (size_t)site * model->labels;
+    for (uint32_t d = 0; d < model->labels; d++) {
+        costs[d] = qs_min32(unary[d], state->scale.most) << state->scale.shift;
+    }
+    for (uint32_t n = model->link_start[site]; n < model->link_start[site + 1]; n++) {
+        const qs_link *link = &model->links[n];
+        if ((link->site < site) == forward) {
+            qs_message_pay(model, link->weight << state->scale.shift, forward,
+                           labelling[link->site], costs);
+            continue;
+        }
+        const int32_t *message = message_of(state, link);
+        for (uint32_t d = 0; link->weight > 0 && d < model->labels; d++) {
+            costs[d] += message[d];
+        }
+    }
+}
+
+void qs_trws_graph_labels(const qs_trws_state *state, bool forward, uint16_t *labelling)
+{
+    const qs_model *model = state->model;
+    int32_t *costs = state->scratch;
+    for (uint32_t at = 0; at < model->sites; at++) {
+        uint32_t p = forward ? at : model->sites - 1 - at, best = 0;
+        add_around(state, p, forward, labelling, costs);
+        for (uint32_t d = 1; d < model->labels; d++) {
+            best = costs[d] < costs[best] ? d : best;
+        }
+        labelling[p] = (uint16_t)best;
+    }
+}

@@ -1,0 +1,105 @@
+/* The excess of labels on grids: of the row and of the column through each site. Plain C on the
+ * same costs as trws_grid.c; it leaves the same messages, to the bit. */
+#include "trws.h"
+
+#include <string.h>
+
+#include "trws_visit.h"
+
+/* Parts of the workspace: the chains' costs of each label as far as the pass has come, the row's
+ * where the excess will be; of the sweep back, the costs of what comes later on the row and on each
+ * column; and costs to send. */
+typedef struct sweep {
+    const qs_trws_state *state;
+    int32_t *row, *column, *row_later, *column_later, *costs;
+    uint32_t labels;
+} sweep;
+
+static uint64_t of_labels(const qs_model *model)
+{
+    return model->width > 0 ? 2 * (uint64_t)model->sites + model->width + 2
+                            : (uint64_t)model->sites + model->edges + 2;
+}
+
+uint64_t qs_trws_excess_numbers(const qs_model *model)
+{
+    return of_labels(model) * model->labels;
+}
+
+static sweep lay_out(const qs_trws_state *state, uint32_t *excess)
+{
+    const qs_model *model = state->model;
+    size_t labels = model->labels, all = model->sites * labels;
+    sweep s = {.state = state, .row = (int32_t *)excess, .labels = model->labels};
+    s.column = s.row + all;
+    s.row_later = s.column + all;
+    s.column_later = s.row_later + labels;
+    s.costs = s.column_later + model->width * labels;
+    return s;
+}
+
+/* Sends costs that must stay as they are. */
+static int32_t send(const sweep *s, int32_t weight, bool upward, const int32_t *costs,
+                    int32_t *message)
+{
+    memcpy(s->costs, costs, sizeof *costs * s->labels);
+    return qs_message_send(s->state->model, weight, upward, s->costs, message, s->state->scratch);
+}
+
+static void forward(const sweep *s, int64_t *shares)
+{
+    const qs_trws_state *state = s->state;
+    for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
+        uint32_t p = qs_trws_site(state, at, true);
+        int32_t *row = s->row + (size_t)p * s->labels, *column = s->column + (size_t)p * s->labels;
+        qs_visit v = qs_visit_of(state, p, s->labels, true);
+        qs_visit_charge(&v, state->scale, s->labels, row, column);
+        shares[p] = send(s, v.row_weight, true, row, v.row_out);
+        shares[p] += send(s, v.column_weight, true, column, v.column_out);
+    }
+}
+
+/* One chain at a site: min-marginals from the costs up to it and those of what comes later, less
+ * their least; and the costs from it on, less the message that came along the chain, sent back to
+ * the site before. */
+static void sweep_chain(const sweep *s, int32_t *costs, int32_t *later, const int32_t *came,
+                        int32_t weight)
+{
+    int32_t least = INT32_MAX;
+    for (uint32_t d = 0; d < s->labels; d++) {
+        costs[d] += later[d];
+        s->costs[d] = costs[d] - came[d];
+        least = qs_min32(least, costs[d]);
+    }
+    for (uint32_t d = 0; d < s->labels; d++) {
+        costs[d] -= least;
+    }
+    (void)qs_message_send(s->state->model, weight, false, s->costs, later, s->state->scratch);
+}
+
+/* Where a chain ends no cost comes later: nothing was sent there, along an edge of weight 0. */
+static void back(const sweep *s)
+{
+    const qs_model *model = s->state->model;
+    uint32_t labels = s->labels;
+    memset(s->row_later, 0, sizeof *s->row_later * labels * (model->width + (size_t)1));
+    for (uint32_t at = 0; at < qs_trws_visits(s->state); at++) {
+        uint32_t p = qs_trws_site(s->state, at, false);
+        qs_visit v = qs_visit_of(s->state, p, labels, false); /* its `out` = to the sites before */
+        int32_t *row = s->row + (size_t)p * labels, *column = s->column + (size_t)p * labels;
+        sweep_chain(s, row, s->row_later, v.row_out, v.row_weight);
+        sweep_chain(s, column, s->column_later + (size_t)(p % model->width) * labels, v.column_out,
+                    v.column_weight);
+        uint32_t *excess = (uint32_t *)row;
+        for (uint32_t d = 0; d < labels; d++) {
+            excess[d] += (uint32_t)column[d];
+        }
+    }
+}
+
+void qs_trws_grid_excess(const qs_trws_state *state, uint32_t *excess, int64_t *shares)
+{
+    sweep s = lay_out(state, excess);
+    forward(&s, shares);
+    back(&s);
+}

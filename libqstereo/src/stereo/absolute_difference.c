@@ -1,0 +1,214 @@
+#include "../../include/qstereo/stereo.h"
+
+#include <stdbool.h>
+#include <string.h>
+
+/* Costs are computed for TILE pixels at a time, label by label, so that the least of each pixel is
+ * a plain minimum of rows, then turned round to the file's order. Both stay in the first cache for
+ * all usual numbers of labels. */
+enum { TILE = 64, GROUP = 16, HALF = 8 };
+
+typedef struct matcher {
+    qs_stereo stereo;
+    uint32_t x, y, width, labels; /* of the grid */
+    uint8_t *planes; /* labels x TILE */
+} matcher;
+
+static uint32_t labels_of(const qs_stereo *stereo)
+{
+    return stereo->disparity_max - stereo->disparity_min + 1;
+}
+
+size_t qs_stereo_workspace(const qs_stereo *stereo)
+{
+    return sizeof(matcher) + (size_t)TILE * labels_of(stereo);
+}
+
+/* |left - right| of a tile for one label, and the least so far. Larger less smaller: byte
+ * instructions throughout. */
+static void ad_plane(const uint8_t *restrict left, const uint8_t *restrict right,
+                     uint8_t *restrict plane, uint8_t *restrict least)
+{
+    for (int i = 0; i < TILE; i++) {
+        uint8_t a = left[i], b = right[i];
+        uint8_t apart = (uint8_t)((a > b ? a : b) - (a < b ? a : b));
+        plane[i] = apart;
+        least[i] = apart < least[i] ? apart : least[i];
+    }
+}
+
+/* GROUP or HALF planes, less the least, side by side for each pixel. Two functions, for the
+ * compiler makes a network of interleavings of each only where it knows the number. */
+static void interleave_group(const uint8_t *restrict planes, const uint8_t *restrict least,
+                             uint8_t *restrict out)
+{
+    for (int i = 0; i < TILE; i++) {
+        for (int d = 0; d < GROUP; d++) {
+            out[GROUP * i + d] = (uint8_t)(planes[TILE * d + i] - least[i]);
+        }
+    }
+}
+
+static void interleave_half(const uint8_t *restrict planes, const uint8_t *restrict least,
+                            uint8_t *restrict out)
+{
+    for (int i = 0; i < TILE; i++) {
+        for (int d = 0; d < HALF; d++) {
+            out[HALF * i + d] = (uint8_t)(planes[TILE * d + i] - least[i]);
+        }
+    }
+}
+
+static void place(const uint8_t *together, size_t size, uint8_t *costs, size_t labels,
+                  uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        memcpy(costs + i * labels, together + i * size, size);
+    }
+}
+
+/* Turns planes (label by label) into costs (pixel by pixel), several labels at a time; the last
+ * ones may overlap. */
+static void turn(const matcher *m, const uint8_t *least, uint32_t count, uint8_t *costs)
+{
+    uint8_t together[TILE * GROUP];
+    uint32_t labels = m->labels, d = 0;
+    if (labels == GROUP && count == TILE) {
+        interleave_group(m->planes, least, costs);
+        return;
+    }
+    for (; d + GROUP <= labels; d += GROUP) {
+        interleave_group(m->planes + (size_t)TILE * d, least, together);
+        place(together, GROUP, costs + d, labels, count);
+    }
+    for (; d < labels && labels >= HALF; d += HALF) {
+        d = d + HALF <= labels ? d : labels - HALF;
+        interleave_half(m->planes + (size_t)TILE * d, least, together);
+        place(together, HALF, costs + d, labels, count);
+    }
+    for (; d < labels; d++) {
+        for (uint32_t i = 0; i < count; i++) {
+            costs[(size_t)i * labels + d] = (uint8_t)(m->planes[(size_t)TILE * d + i] - least[i]);
+        }
+    }
+}
+
+/* The costs of `count` pixels of a row from grid column x on, in units of grey. */
+static void ad_tile(const matcher *m, uint32_t row, uint32_t x, uint32_t count, uint8_t *costs,
+                    uint8_t least[TILE])
+{
+    const qs_stereo *stereo = &m->stereo;
+    size_t y = (size_t)m->y + row, at = (size_t)m->x + x;
+    const uint8_t *left = stereo->left.pixels + y * stereo->left.stride + at;
+    const uint8_t *right =
+        stereo->right.pixels + y * stereo->right.stride + at - stereo->disparity_min;
+    uint8_t left_tile[TILE] = {0}, right_tile[TILE] = {0};
+    memset(least, UINT8_MAX, TILE);
+    if (count < TILE) { /* nothing is read beyond the window */
+        left = memcpy(left_tile, left, count);
+    }
+    for (uint32_t d = 0; d < m->labels; d++) {
+        const uint8_t *from = count < TILE ? memcpy(right_tile, right - d, count) : right - d;
+        ad_plane(left, from, m->planes + (size_t)TILE * d, least);
+    }
+    turn(m, least, count, costs);
+}
+
+static void ad_row(void *context, uint32_t row, void *costs, int32_t *least)
+{
+    const matcher *m = context;
+    uint32_t count = m->width < TILE ? m->width : TILE;
+    for (uint32_t x = 0; x < m->width; x += TILE) {
+        uint8_t tile_least[TILE];
+        uint32_t from = x + count <= m->width
+                            ? x
+                            : m->width - count; /* the last tile may overlap the one before */
+        ad_tile(m, row, from, count, (uint8_t *)costs + (size_t)from * m->labels, tile_least);
+        for (uint32_t i = 0; i < count; i++) {
+            least[from + i] = tile_least[i];
+        }
+    }
+}
+
+/* The same times the scale, in 32 bits. */
+static void scaled_ad_row(void *context, uint32_t row, void *costs, int32_t *least)
+{
+    const matcher *m = context;
+    uint32_t scale = m->stereo.scale, *wide = costs;
+    size_t count = (size_t)m->width * m->labels;
+    uint8_t *narrow = (uint8_t *)costs +
+                      3 * count; /* the last quarter: widening from the front never overtakes it */
+    ad_row(context, row, narrow, least);
+    for (size_t i = 0; i < count; i++) {
+        wide[i] = narrow[i] * scale;
+    }
+    for (uint32_t x = 0; x < m->width; x++) {
+        least[x] *= (int32_t)scale;
+    }
+}
+
+static bool is_image(const qs_image *image)
+{
+    return image->pixels && image->width > 0 && image->height > 0 &&
+           image->stride >= image->width && image->width <= INT32_MAX && image->height <= INT32_MAX;
+}
+
+static bool is_stereo(const qs_stereo *stereo)
+{
+    return stereo && is_image(&stereo->left) && is_image(&stereo->right) &&
+           stereo->cost == QS_COST_AD && stereo->disparity_min <= stereo->disparity_max &&
+           stereo->scale >= 1 && stereo->scale <= INT32_MAX / UINT8_MAX && stereo->weight >= 0;
+}
+
+/* The window less the pixels whose matches leave the right picture. */
+static qs_status place_grid(const qs_stereo *stereo, qs_problem *problem)
+{
+    uint32_t width = (uint32_t)stereo->left.width, height = (uint32_t)stereo->left.height;
+    uint32_t x = stereo->x, y = stereo->y, w = stereo->width, h = stereo->height;
+    if (w == 0) {
+        x = y = 0;
+        w = width;
+        h = height;
+    }
+    if (stereo->right.width != width || stereo->right.height != height || x >= width ||
+        w > width - x || y >= height || h > height - y || h == 0) {
+        return QS_E_GEOMETRY;
+    }
+    uint32_t lost = stereo->disparity_max > x ? stereo->disparity_max - x : 0;
+    if (lost >= w) {
+        return QS_E_GEOMETRY;
+    }
+    problem->grid = (qs_grid){.width = w - lost, .height = h};
+    problem->frame = (qs_frame){width, height, x + lost, y, stereo->disparity_min};
+    return QS_OK;
+}
+
+qs_status qs_stereo_problem(const qs_stereo *stereo, void *workspace, size_t workspace_size,
+                            qs_problem *problem)
+{
+    if (!is_stereo(stereo) || !workspace || !problem) {
+        return QS_E_ARGUMENT;
+    }
+    if (stereo->disparity_max - stereo->disparity_min >= QS_LABELS_MAX) {
+        return QS_E_LIMIT;
+    }
+    if (workspace_size < qs_stereo_workspace(stereo)) {
+        return QS_E_WORKSPACE;
+    }
+    qs_problem made = {
+        .labels = labels_of(stereo), .scale = stereo->scale, .weight = stereo->weight};
+    qs_status status = place_grid(stereo, &made);
+    if (status != QS_OK) {
+        return status;
+    }
+    matcher *m = workspace;
+    *m = (matcher){*stereo,         made.frame.x, made.frame.y,
+                   made.grid.width, made.labels,  (uint8_t *)(m + 1)};
+    bool bytes = stereo->scale == 1;
+    made.source = (qs_cost_source){bytes ? ad_row : scaled_ad_row, m, bytes ? 1 : 4};
+    status = qs_problem_check(&made);
+    if (status == QS_OK) {
+        *problem = made;
+    }
+    return status;
+}
