@@ -27,14 +27,12 @@ from .failure import BAD_INPUT, IO, NO, Failure, SolverError, io
 from .output import hold, sync_folder
 from .qsf import plain
 from .services import connect, explain
-from .text import line
+from .text import line, shown
 
 try:
     import fcntl
 except ImportError:
-    raise Failure(IO, "D-Wave's services are for Linux, macOS and other systems of the Unix family "
-                  "here: what keeps a problem from being charged twice wants their locks on files. "
-                  "On Windows run qstereo-bridge in WSL") from None
+    fcntl = None
 
 SCHEMA = 1
 UPLOADING, SENDING, SENT = "uploading", "sending", "sent"
@@ -183,6 +181,11 @@ _AT_WORK = "{}: another qstereo-bridge is at work on this job; wait for it, or s
 
 
 def _lock(stream, path):
+    if fcntl is None:
+        stream.close()
+        raise Failure(IO, "what keeps a problem from being charged twice wants the locks on files "
+                      "of Linux, macOS and other systems of the Unix family; on Windows run "
+                      "qstereo-bridge in WSL. Nothing was sent")
     try:
         fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
@@ -522,7 +525,7 @@ def interrupted(cancel):
             what = ("the problem is at the service" if job.state == SENT else
                     "whether the problem arrived is not known")
             lines.append(f"{what}; `qstereo-bridge collect {job.path}` fetches the answer")
-    return lines
+    return list(map(shown, lines))
 
 
 def _cancelled(found):

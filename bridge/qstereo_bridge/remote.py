@@ -15,7 +15,7 @@ from .failure import BAD_INPUT, NO, OK, USAGE, Failure, failing, io
 from .output import Output
 from .qsf import read_qsf
 from .services import NAMES, WANTED, client, configured, connect, explain, explained
-from .text import line
+from .text import line, lines
 
 
 def solve(options, session=None, print_result=runner.show):
@@ -143,8 +143,8 @@ def solve_all(options):
             count += 1
             if failure:
                 failed.append(task.problem)
-                print(f"qstereo-bridge solve: [{count}/{len(tasks)}] {failure}", file=sys.stderr,
-                      flush=True)
+                print(lines(f"qstereo-bridge solve: [{count}/{len(tasks)}] {failure}"),
+                      file=sys.stderr, flush=True)
             elif options.json:
                 results.append({"problem": task.problem, "samples_file": task.output, **said})
             else:
@@ -153,8 +153,8 @@ def solve_all(options):
         runner.show(options, json.dumps({"schema": 1, "solver": options.solver,
                                          "problems": results, "failed": failed}))
     if failed:
-        print(f"qstereo-bridge solve: {len(failed)} of {len(tasks)} failed: {', '.join(failed)}",
-              file=sys.stderr)
+        print(lines(f"qstereo-bridge solve: {len(failed)} of {len(tasks)} failed: "
+                    + ", ".join(failed)), file=sys.stderr)
     return NO if failed else OK
 
 
@@ -336,18 +336,18 @@ def plan(options, session):
 
 def planned(options, found):
     """One plan for people."""
-    lines = [f"{NAMES.get(options.solver, options.solver)}: {found['variables']:,} variables, "
-             f"{found['quadratic_terms']:,} quadratic terms"]
+    said = [f"{NAMES.get(options.solver, options.solver)}: {found['variables']:,} variables, "
+            f"{found['quadratic_terms']:,} quadratic terms"]
     if found["variables"] == 0:
-        return "\n".join([*lines, "nothing is left to decide; nothing is ever sent"])
+        return "\n".join([*said, "nothing is left to decide; nothing is ever sent"])
     if "service_solver" not in found:
-        return "\n".join([*lines, "runs on this machine; nothing is ever sent"])
+        return "\n".join([*said, "runs on this machine; nothing is ever sent"])
     whose = (f"of {line(found['service_solver'])}" if found["service_solver"] else
              "as published; without an account the solver cannot be asked")
-    lines += (_planned_qpu if options.solver == "qpu" else _planned_hybrid)(options, found, whose)
+    said += (_planned_qpu if options.solver == "qpu" else _planned_hybrid)(options, found, whose)
     fits = {True: "it fits", False: f"it does not fit: {found['reason']}",
             None: "whether it fits, the embedding will show"}[found["fits"]]
-    return "\n".join([*lines, f"{fits}; nothing was sent"])
+    return "\n".join([*said, f"{fits}; nothing was sent"])
 
 
 def _planned_qpu(options, found, whose):
