@@ -12,7 +12,7 @@ from job_tools import (  # noqa: F401
     LEAST, SERVICES, WHILE, begin, best, collect, few_retries, hurry, names, sent,
     service, solve, until)
 from problems import grid
-from service import TOKEN, Service
+from service import Service
 from qstereo_bridge import jobs, qcf, qsf, runner, services, text
 from qstereo_bridge.output import Output
 
