@@ -192,7 +192,8 @@ SOLVE = [
                  help="send, write S.qsf.job and return; `collect` fetches the answer"),
     click.option("--resubmit", is_flag=True,
                  help="send although a job file says that it was sent: it is charged again"),
-    click.option("--max-charge", type=POSITIVE, metavar="S", help="send nothing that may be charged "
+    click.option("--max-charge", type=POSITIVE, metavar="S",
+                 help="send nothing that may be charged "
                  "more seconds than this; of several problems, more in all"),
     click.option("--dry-run", is_flag=True,
                  help="say what would be sent, and against which limits; send nothing")]

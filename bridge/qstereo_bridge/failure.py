@@ -3,6 +3,8 @@
 import contextlib
 
 OK, NO, USAGE, BAD_INPUT, IO, SERVICE = 0, 1, 2, 3, 4, 5
+# Which extra of the package brings a module; all others come with `dwave`.
+EXTRAS = {"scipy": "exact", "matplotlib": "picture"}
 
 
 class Error(Exception):
@@ -53,6 +55,10 @@ def failing(name):
         yield
     except MemoryError:
         raise Failure(IO, f"{prefix}this machine has not enough memory for it") from None
+    except ImportError as error:
+        module = (error.name or str(error)).split(".")[0]
+        raise Failure(SERVICE, f"{prefix}{module} is not installed; pip install "
+                      f"'qstereo-bridge[{EXTRAS.get(module, 'dwave')}]'") from None
     except Failure:
         raise
     except Error as error:

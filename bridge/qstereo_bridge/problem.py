@@ -1,16 +1,27 @@
 """The face for Python: a problem, its models, its samples by any sampler of dimod's interface."""
 
+from __future__ import annotations
+
 import contextlib
 import hashlib
 import os
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
 from . import models, solvers
 from .container import DEFAULT_LIMIT, FormatError
 from .failure import InputError, io
+from .qcf import Problem as Coefficients
 from .qcf import pack_qcf, read_qcf
-from .qsf import plain, read_qsf
+from .qsf import Samples, plain, read_qsf
+
+if TYPE_CHECKING:
+    import dimod
+    from dwave.optimization import Model
+    from numpy.typing import ArrayLike, NDArray
+
+File = str | os.PathLike | BinaryIO
 
 
 @contextlib.contextmanager
@@ -26,7 +37,7 @@ def _opened(file):
         raise type(error)(f"{os.fspath(file)}: {error}") from None
 
 
-def load(file, memory_limit=DEFAULT_LIMIT):
+def load(file: File, memory_limit: int = DEFAULT_LIMIT) -> Problem:
     """The Problem in a .qcf: a path or a binary stream.
 
     memory_limit    bytes that the problem and its models may take
@@ -37,7 +48,7 @@ def load(file, memory_limit=DEFAULT_LIMIT):
     return Problem(coefficients, hashlib.sha256(data).digest(), memory_limit)
 
 
-def load_samples(file, memory_limit=DEFAULT_LIMIT):
+def load_samples(file: File, memory_limit: int = DEFAULT_LIMIT) -> Samples:
     """The Samples in a .qsf: a path or a binary stream. Raises as load()."""
     with _opened(file) as stream:
         return read_qsf(stream, memory_limit)
@@ -54,48 +65,49 @@ class Problem:
     digest          SHA-256 of the file, by which samples know their problem
     """
 
-    def __init__(self, coefficients, digest=None, memory_limit=DEFAULT_LIMIT):
+    def __init__(self, coefficients: Coefficients, digest: bytes | None = None,
+                 memory_limit: int = DEFAULT_LIMIT):
         self.coefficients, self.memory_limit = coefficients, memory_limit
         self.digest = digest or hashlib.sha256(pack_qcf(coefficients)).digest()
 
-    def __len__(self):
+    def __len__(self) -> int:
         """n, the number of variables."""
         return self.coefficients.linear.size
 
     @property
-    def scale(self):
+    def scale(self) -> int:
         """int: energy units in one real unit."""
         return self.coefficients.scale
 
-    def to_bqm(self):
+    def to_bqm(self) -> dimod.BinaryQuadraticModel:
         """dimod.BinaryQuadraticModel of H, penalties folded in. Raises OverLimit."""
         return models.to_bqm(self.coefficients, self.memory_limit)
 
-    def to_cqm(self):
+    def to_cqm(self) -> dimod.ConstrainedQuadraticModel:
         """dimod.ConstrainedQuadraticModel: a constraint for each one-hot group, no penalties.
         Raises OverLimit."""
         return models.to_cqm(self.coefficients, self.memory_limit)
 
-    def to_nl(self):
+    def to_nl(self) -> Model:
         """dwave.optimization.Model: one integer for each group where all are one-hot. Raises
         OverLimit, ImportError without the extra `dwave`."""
         return models.to_nl(self.coefficients, self.memory_limit)
 
-    def energies(self, bits):
+    def energies(self, bits: ArrayLike) -> NDArray[np.int64]:
         """i64 array (samples,): exact H. Raises InputError for bits that do not fit."""
         return models.energies(self.coefficients, self._fitting(bits))
 
-    def feasible(self, bits):
+    def feasible(self, bits: ArrayLike) -> NDArray[np.bool_]:
         """bool array (samples,): whether each one-hot group has one variable at 1. Raises
         InputError."""
         return models.feasible(self.coefficients, self._fitting(bits))
 
-    def parts(self):
+    def parts(self) -> list[NDArray[np.int64]]:
         """The variables of each connected part: list of i64 arrays, the largest first. No coupling
         joins two parts; a group is in one part."""
         return models.parts(self.coefficients)
 
-    def sample(self, sampler, **parameters):
+    def sample(self, sampler: dimod.Sampler, **parameters) -> Samples:
         """The Samples of a dimod.Sampler, which gets to_bqm() and `parameters`.
 
         Raises InputError where it is no sampler, SolverError where its answer does not fit, and
@@ -105,7 +117,7 @@ class Problem:
             raise InputError(f"{type(sampler).__name__} is no sampler: it has no method sample")
         return self.samples(sampler.sample(self.to_bqm(), **parameters), type(sampler).__name__)
 
-    def samples(self, sampleset, solver="dimod"):
+    def samples(self, sampleset: dimod.SampleSet, solver: str = "dimod") -> Samples:
         """The Samples in a dimod.SampleSet over this problem's variables, in any order, BINARY or
         SPIN. Energies are computed anew. `solver` is the name that they keep.
 

@@ -225,7 +225,7 @@ def _read_couplings(chunks, blocks, groups, couplings):
         part.need(count and repeat, "an empty run")
         part.need(repeat > 1 or stride == 0, f"stride {stride} of a run that is not repeated")
         if form == LIST:
-            part.need(g == h == stride == 0 and repeat == 1, "a field of a lattice in use in a list")
+            part.need(g == h == stride == 0 and repeat == 1, "a lattice's field in use in a list")
             pairs.append(part.array("<u4", 2 * count).reshape(count, 2))
             part.need((pairs[-1][:, 0] <= pairs[-1][:, 1]).all() and pairs[-1].max() < groups,
                       "a pair of no groups")

@@ -1,10 +1,13 @@
 """The samples file, .qsf: what a solver returned for one .qcf."""
 
+from __future__ import annotations
+
 import json
 import os
 import struct
 import unicodedata
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
@@ -12,6 +15,11 @@ from .container import (DEFAULT_LIMIT, HEADER, MAX_COUNT, Corrupt, check_memory,
                         read_chunks, read_header, read_stream)
 from .failure import InputError, io
 from .output import Output
+
+if TYPE_CHECKING:
+    import dimod
+
+    from .problem import Problem
 
 MAGIC = b"\x89QSF\r\n\x1a\n"
 FIELDS = struct.Struct("<II28s")
@@ -53,7 +61,7 @@ class Samples:
     info: dict = field(default_factory=dict)
     sides: list = field(default_factory=list)
 
-    def save(self, file):
+    def save(self, file: str | os.PathLike | BinaryIO) -> None:
         """Write a .qsf to a path, whole or not at all, or to a binary stream. Raises FileError."""
         if hasattr(file, "write"):
             file.write(pack_qsf(self))
@@ -62,7 +70,7 @@ class Samples:
             output.write(pack_qsf(self))
             output.keep()
 
-    def sampleset(self, problem):
+    def sampleset(self, problem: Problem) -> dimod.SampleSet:
         """dimod's SampleSet over the problem's variables 0 .. n - 1, BINARY, energies in the
         .qcf's integer units. Raises InputError where the samples are of another problem."""
         import dimod

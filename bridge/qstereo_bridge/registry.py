@@ -4,8 +4,6 @@ import importlib
 import os
 from dataclasses import dataclass
 
-from .failure import SolverError
-
 
 @dataclass(frozen=True)
 class Solver:
@@ -14,25 +12,16 @@ class Solver:
     module, name    where its function (problem, options, progress) -> Answer is
     kind            the name of the class of one of D-Wave's services in `module`, which takes
                     (problem, options); None = it runs on this machine
-    extra           the extra of the package that brings what it needs
     """
 
     module: str
     summary: str
     options: dict
     kind: str = None
-    extra: str = "dwave"
 
     def run(self, name, *arguments):
-        """What the solver returns. Raises SolverError where its extra is not installed."""
-        try:
-            module = importlib.import_module("." + self.module, __package__)
-            return getattr(module, self.kind or ("sample" if ":" in name else name))(*arguments)
-        except ImportError as error:
-            if self.kind:
-                raise
-            raise SolverError(f"{name} needs {error.name}, which is not installed; "
-                              f"pip install 'qstereo-bridge[{self.extra}]'") from None
+        module = importlib.import_module("." + self.module, __package__)
+        return getattr(module, self.kind or ("sample" if ":" in name else name))(*arguments)
 
 
 _SERVICE = {"solver_name": None, "label": None, "max_charge": None}
@@ -45,7 +34,7 @@ SOLVERS = {
     "exact": Solver("solvers", "every state; at most 24 variables; writes up to 100 of the best, "
                     "feasible ones first", {}),
     "ilp": Solver("ilp", "integer programs solved by HiGHS, one for each connected part: the "
-                  "proven least labelling", {"time_limit": None}, extra="exact"),
+                  "proven least labelling", {"time_limit": None}),
     "qpu": Solver("qpu", "D-Wave's quantum annealer, by minor embedding",
                   {"num_reads": 1000, "annealing_time": None, "chain_strength": None,
                    "fast_anneal": None, "reverse_from": None, "embedding": None, "copies": 1,

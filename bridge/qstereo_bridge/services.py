@@ -139,9 +139,9 @@ def configured():
 
 def hide_tokens():
     """No message holds a token of any profile: which of them was used is not known later."""
-    from dwave.cloud.config.loaders import load_config_from_files
-
     with contextlib.suppress(Exception):
+        from dwave.cloud.config.loaders import load_config_from_files
+
         config = load_config_from_files(configuration_files() or None)
         text.hide(config[section].get("token") for section in config)
 

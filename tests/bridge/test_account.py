@@ -1,4 +1,5 @@
-"""What a user does with the account: its configuration, what comes from the service in messages, and the bill beforehand."""
+"""What a user does with the account: its configuration, what comes from the service in messages,
+and the bill beforehand."""
 
 import json
 import threading
@@ -46,27 +47,39 @@ def test_a_token_with_blanks_around_it(token, solve, monkeypatch):
     assert solve()[0] == 0
 
 
-@pytest.mark.parametrize("content, said", [
-    ("[defaults]\ntoken =\n", "token of your D-Wave account is empty"), ("[defaults]\ntoken = \t\n", "is empty"),
-    ("[defaults]\nendpoint = https://x\n", "no D-Wave account is configured"),
-    ("[defaults]\ntoken = 12345678\nendpoint = cloud.example.com/sapi\n", "cloud.example.com/sapi does not begin with https://"),
-    (f"[defaults]\ntoken = 12345678\nendpoint = ftp://{HOSTILE}\n", f"ftp://{HARMLESS} does not begin with https://"),
-    ("[defaults]\ntoken = 12345678\nendpoint = http://cloud.example.com/\n", "is plain http"),
-    ("[defaults]\ntoken = 12345678\nendpoint = http://127.0.0.1.example.com/\n", "is plain http"),
-    (b"[defaults]\ntoken = \xff\xfe\n", "configuration file cannot be used"), ("no section\n", "configuration file cannot be used")])
+@pytest.mark.parametrize("content, said", [("[defaults]\ntoken =\n",
+                                            "token of your D-Wave account is empty"),
+                                           ("[defaults]\ntoken = \t\n", "is empty"),
+                                           ("[defaults]\nendpoint = https://x\n",
+                                            "no D-Wave account is configured"),
+                                           (
+    "[defaults]\ntoken = 12345678\nendpoint = cloud.example.com/sapi\n",
+    "cloud.example.com/sapi does not begin with https://"),
+                                           (
+    f"[defaults]\ntoken = 12345678\nendpoint = ftp://{HOSTILE}\n",
+    f"ftp://{HARMLESS} does not begin with https://"), (
+    "[defaults]\ntoken = 12345678\nendpoint = http://cloud.example.com/\n", "is plain http"),
+                                           (
+    "[defaults]\ntoken = 12345678\nendpoint = http://127.0.0.1.example.com/\n", "is plain http"),
+                                           (b"[defaults]\ntoken = \xff\xfe\n",
+                                            "configuration file cannot be used"),
+                                           ("no section\n", "configuration file cannot be used")])
 def test_configurations_that_cannot_be_meant(content, said, configure, solve):
     configure(content)
     status, out, err = solve()
-    assert (status, out) == (5, "") and said in err and err.count("\n") == 1 and "Error:" not in err and "12345678" not in err
+    assert ((status, out) == (5, "") and said in err and err.count("\n") == 1
+            and "Error:" not in err and "12345678" not in err)
 
 
 def test_a_profile_that_there_is_not(solve, monkeypatch):
     monkeypatch.setenv("DWAVE_PROFILE", "prodd")
     status, _, err = solve()
-    assert status == 5 and "'prodd' not found" in err and "dwave config" in err and "ValueError" not in err
+    assert (status == 5 and "'prodd' not found" in err and "dwave config" in err
+            and "ValueError" not in err)
 
 
-@pytest.mark.parametrize("endpoint", ["http://127.0.0.1:9/", "http://localhost:9/", "http://[::1]:9/", "https://example.com"])
+@pytest.mark.parametrize("endpoint", ["http://127.0.0.1:9/", "http://localhost:9/",
+                                      "http://[::1]:9/", "https://example.com"])
 def test_endpoints_that_are_taken(endpoint, monkeypatch):
     monkeypatch.setenv("DWAVE_API_ENDPOINT", endpoint)
     monkeypatch.setenv("DWAVE_API_TOKEN", TOKEN)
@@ -92,13 +105,18 @@ def test_a_refusal_is_made_harmless(solve, service, monkeypatch):
     said = {"error_code": 400, "error_msg": f"{HOSTILE}\n{TOKEN} no"}
     monkeypatch.setattr(handler, "_create", lambda self, job: said)
     status, _, err = solve()
-    assert status == 5 and f"refuses the problem: {HARMLESS} (token) no" in err and "\x1b" not in err and err.count("\n") == 1
+    assert (status == 5 and f"refuses the problem: {HARMLESS} (token) no" in err
+            and "\x1b" not in err and err.count("\n") == 1)
 
 
 def test_an_error_is_made_harmless(solve, service, monkeypatch):
-    monkeypatch.setattr(service.server.RequestHandlerClass, "_solvers", lambda *_: (403, {"error_code": 403, "error_msg": HOSTILE}))
+    monkeypatch.setattr(service.server.RequestHandlerClass, "_solvers",
+                        lambda *_: (403, {"error_code": 403, "error_msg": HOSTILE}))
     handler = service.server.RequestHandlerClass
-    monkeypatch.setattr(handler, "ROUTES", [(r"GET solvers.*", lambda *_: (403, {"error_code": 403, "error_msg": HOSTILE}))])
+    monkeypatch.setattr(handler, "ROUTES", [(r"GET solvers.*",
+                                             lambda *_: (403,
+                                                         {"error_code": 403,
+                                                          "error_msg": HOSTILE}))])
     status, _, err = solve()
     assert status == 5 and err.isascii() and "\x1b" not in err
 
@@ -107,7 +125,8 @@ def test_where_a_redirect_leads_is_made_harmless(solve, service):
     service.elsewhere = f"http://user:{TOKEN}@example.com/\x7f"
     service.fail("POST", "^problems", 307)
     status, _, err = solve()
-    assert status == 5 and "has moved" in err and "\x7f" not in err and TOKEN not in err and not service.problems
+    assert (status == 5 and "has moved" in err and "\x7f" not in err and TOKEN not in err
+            and not service.problems)
 
 
 def test_names_of_solvers_are_made_harmless(main, service):
@@ -123,7 +142,8 @@ def test_names_of_solvers_are_made_harmless(main, service):
 
 def test_stride_is_the_nonlinear_solver(solve, service, main, problem_file):
     assert solve("stride")[0] == 0 and next(iter(service.problems.values())).job["type"] == "nl"
-    assert "Stride" in main("solve", problem_file, "--solver", "hybrid-nl", "--dry-run")[1] and "Stride" in main("solvers")[1]
+    assert ("Stride" in main("solve", problem_file, "--solver", "hybrid-nl", "--dry-run")[1]
+            and "Stride" in main("solvers")[1])
     assert solve("stride", "--no-wait")[0] == 0
 
 
@@ -142,25 +162,31 @@ def test_a_dry_run_of_many_adds_up_the_bill(solver, each, frames, tmp_path, main
     many = "solve", *frames, "--out-dir", tmp_path / "out", "--solver", solver
     found = json.loads(main(*many, "--dry-run", "--json")[1])
     charges = [one["charge_seconds"] for one in found["problems"]]
-    assert found["charge_seconds"] == pytest.approx(sum(charges)) and len(charges) == 3 and all(charges)
+    assert (found["charge_seconds"] == pytest.approx(sum(charges)) and len(charges) == 3
+            and all(charges))
     assert each is None or charges == [each] * 3
     status, out, err = main(*many, "--dry-run")
-    assert (status, err) == (0, "") and out.count("\n") == 4 and f"in all {sum(charges):,.3f} s" in out and "3 problems" in out
+    assert ((status, err) == (0, "") and out.count("\n") == 4
+            and f"in all {sum(charges):,.3f} s" in out and "3 problems" in out)
     assert not service.problems and not (tmp_path / "out").exists()
     assert main("solve", frames[0], "--out-dir", tmp_path / "out", "--solver", solver)[0] == 0
     found = json.loads(main(*many, "--dry-run", "--json")[1])
-    assert found["problems"][0]["skipped"] and found["charge_seconds"] == pytest.approx(sum(one["charge_seconds"] for one in found["problems"][1:]))
+    assert (found["problems"][0]["skipped"] and found["charge_seconds"]
+            == pytest.approx(sum(one["charge_seconds"] for one in found["problems"][1:])))
 
 
 def test_a_dry_run_of_many_here(frames, tmp_path, main):
-    status, out, err = main("solve", *frames, "--out-dir", tmp_path / "out", "--solver", "anneal", "--dry-run")
+    status, out, err = main("solve", *frames, "--out-dir", tmp_path / "out", "--solver", "anneal",
+                            "--dry-run")
     assert (status, err) == (0, "") and "3 problems; runs on this machine" in out
 
 
 def test_a_charge_that_is_too_high_is_refused(solve, service, tmp_path):
-    for solver, charge, more in (("hybrid-nl", 5, ()), ("hybrid-bqm", 3, ()), ("hybrid-bqm", 9, ("--time-limit", 9))):
+    for solver, charge, more in (("hybrid-nl", 5, ()), ("hybrid-bqm", 3, ()),
+                                 ("hybrid-bqm", 9, ("--time-limit", 9))):
         status, out, err = solve(solver, "--max-charge", charge - 0.1, *more)
-        assert (status, out) == (1, "") and f"may be {charge:.3f} s" in err and not service.problems and not service.uploads
+        assert ((status, out) == (1, "") and f"may be {charge:.3f} s" in err
+                and not service.problems and not service.uploads)
         assert [path.name for path in tmp_path.iterdir()] == ["tiny.qcf"]
         assert solve(solver, "--max-charge", charge, *more)[0] == 0
         service.problems.clear()
@@ -186,18 +212,21 @@ def test_many_that_are_too_dear_are_not_begun(frames, tmp_path, main, service):
     assert main(*many, 1)[0] == 0 and len(service.problems) == 3
 
 
-def test_it_fits_where_the_embedding_is_known(solve, main, problem_file, service, tmp_path, monkeypatch):
+def test_it_fits_where_the_embedding_is_known(solve, main, problem_file, service, tmp_path,
+                                              monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path.parent / f"{tmp_path.name}.cache"))
     dry_run = "solve", problem_file, "--solver", "qpu", "--dry-run"
     assert json.loads(main(*dry_run, "--json")[1])["fits"] is None
     assert solve("qpu")[0] == 0
-    assert json.loads(main(*dry_run, "--json")[1])["fits"] is True and "it fits; nothing was sent" in main(*dry_run)[1]
+    assert (json.loads(main(*dry_run, "--json")[1])["fits"] is True
+            and "it fits; nothing was sent" in main(*dry_run)[1])
 
 
 def test_copies_auto_says_what_it_found(solve, service):
     status, _, err = solve("qpu", "--copies", "auto", "--num-reads", 10)
     count = json.loads(json.dumps(err.split(" copies found on ")[0].split()[-1]))
-    assert status == 0 and int(count) > 3 and f"{10 * int(count):,} samples from 10 reads" in err and "of 100 s" in err
+    assert (status == 0 and int(count) > 3 and f"{10 * int(count):,} samples from 10 reads" in err
+            and "of 100 s" in err)
     assert "copies" not in solve("qpu", "--copies", "auto", "--quiet")[2]
 
 
@@ -206,14 +235,17 @@ def bits_of(numbers):
 
 
 @pytest.mark.parametrize("numbers, energies, counts, helps", [
-    (range(1000), range(1000), [1] * 1000, False),                           # every read another state
-    ([1, 2, 3], [0, 5, 6], [1, 500, 499], True),                             # states repeat, the best was seen once
-    ([1, 2, 3], [0, 5, 6], [400, 300, 300], False),                          # the best is common
-    ([1, 1, 2, 3], [0, 0, 5, 6], [50, 50, 500, 400], False),                 # the best in two rows
+    # Every read another state.
+    (range(1000), range(1000), [1] * 1000, False),
+    # States repeat, the best was seen once; it is common; it stands in two rows.
+    ([1, 2, 3], [0, 5, 6], [1, 500, 499], True),
+    ([1, 2, 3], [0, 5, 6], [400, 300, 300], False),
+    ([1, 1, 2, 3], [0, 0, 5, 6], [50, 50, 500, 400], False),
     ([1, *range(2, 402)], [0, *range(1, 401)], [1] + [2] * 400, True)])
 def test_more_reads_are_advised_where_they_help(numbers, energies, counts, helps):
     assert qpu.more_reads_help(bits_of(numbers), np.array(energies), np.array(counts)) is helps
-    assert qpu.WARNINGS["TooFewSamplesWarning"].index("free") < qpu.WARNINGS["TooFewSamplesWarning"].index("more reads")
+    assert (qpu.WARNINGS["TooFewSamplesWarning"].index("free")
+            < qpu.WARNINGS["TooFewSamplesWarning"].index("more reads"))
 
 
 # Files.
@@ -223,7 +255,8 @@ def test_where_files_cannot_be_locked_nothing_is_sent(solve, service, tmp_path, 
     """As on Windows; what runs here does without."""
     monkeypatch.setattr(jobs, "fcntl", None)
     status, _, err = solve()
-    assert status == 4 and "WSL" in err and "Linux, macOS" in err and not service.problems and not service.uploads
+    assert (status == 4 and "WSL" in err and "Linux, macOS" in err and not service.problems
+            and not service.uploads)
     assert [path.name for path in tmp_path.iterdir()] == ["tiny.qcf"]
     assert solve("anneal")[0] == 0
 
@@ -257,7 +290,8 @@ def test_two_writers_of_one_output_leave_one_whole_file(tmp_path):
             barrier.wait()
             made.write(letter * 1_000_000)
             made.keep()
-    threads = [threading.Thread(target=write, args=(letter,)) for letter in (b"a", b"b", b"c", b"d")]
+    threads = [threading.Thread(target=write, args=(letter,)) for letter in (b"a", b"b", b"c",
+        b"d")]
     for thread in threads:
         thread.start()
     for thread in threads:

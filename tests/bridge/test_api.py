@@ -226,3 +226,26 @@ def test_inspect_without_the_inspector(tmp_path, main, monkeypatch):
     monkeypatch.setitem(sys.modules, "dwave.inspector", None)
     status, _, err = main("inspect", tmp_path / "s.qsf")
     assert status == 4 and "dwave install inspector" in err
+
+
+@pytest.mark.parametrize("arguments, extra", [
+    (["solve", "P", "-o", "S"], "dwave"), (["solve", "P", "-o", "S", "--solver", "ilp"], "exact"),
+    (["solve", "P", "-o", "S", "--solver", "tabu"], "dwave"), (["solve", "P", "-o", "S", "--solver", "qpu"], "dwave"),
+    (["solve", "P", "-o", "S", "--solver", "hybrid-nl"], "dwave"), (["solve", "P", "-o", "S", "--solver", "hybrid-bqm"], "dwave"),
+    (["solve", "P", "--solver", "hybrid-cqm", "--dry-run"], "dwave"), (["solvers"], "dwave"), (["embed", "P", "-o", "S", "--topology", "zephyr:3"], "dwave"),
+    (["solve", "P", "-o", "S", "--solver", "exact"], None), (["solve", "P", "-o", "S", "--solver", "dimod:ExactSolver"], None),
+    (["export", "P", "-o", "x.lp"], None)])
+def test_command_without_extras(arguments, extra, problem_file, tmp_path, environment):
+    """One sentence says what to install; what needs no extra works."""
+    code = """
+import sys
+for name in ("dwave", "minorminer", "networkx", "scipy", "matplotlib"):
+    sys.modules[name] = None
+from qstereo_bridge.cli import main
+sys.exit(main(sys.argv[1:]))"""
+    words = [str(problem_file) if word == "P" else word for word in arguments]
+    found = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, cwd=tmp_path, env=environment)
+    if extra is None:
+        assert (found.returncode, found.stderr) == (0, "")
+    else:
+        assert found.returncode == 5 and found.stderr.count("\n") == 1 and f"pip install 'qstereo-bridge[{extra}]'" in found.stderr

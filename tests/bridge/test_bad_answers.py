@@ -61,7 +61,8 @@ def put(array, value):
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_energies_that_are_no_numbers(solver, value, spoiled):
     """JSON has no word for them, and they end as a reply that cannot be read."""
-    spoiled(solver, lambda answer: changed(answer, lambda x, e: (x, put(e, value))), "cannot be read")
+    spoiled(solver, lambda answer: changed(answer, lambda x, e: (x, put(e, value))),
+            "cannot be read")
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
@@ -73,7 +74,8 @@ def test_energies_of_the_annealer_that_are_no_numbers(value, spoiled):
 
 
 @pytest.mark.parametrize("solver", ["hybrid-bqm", "hybrid-cqm"])
-@pytest.mark.parametrize("value, said", [(2, "0 and 1"), (-1, "0 and 1"), (0.5, "0 and 1"), (np.nan, "cannot be read")])
+@pytest.mark.parametrize("value, said", [(2, "0 and 1"), (-1, "0 and 1"), (0.5, "0 and 1"),
+                                         (np.nan, "cannot be read")])
 def test_values_other_than_0_and_1(solver, value, said, spoiled):
     """JSON has no word for what is no number."""
     spoiled(solver, lambda answer: changed(answer, lambda x, e: (put(x, value), e)), said)
@@ -103,33 +105,41 @@ def test_decisions_outside_their_bounds(value, one_hot, spoiled, service, proble
     spoiled("hybrid-nl", spoil, "answer")
 
 
-@pytest.mark.parametrize("spoil", [
-    lambda answer: {**answer, "solutions": answer["solutions"][:8]},
-    lambda answer: {**answer, "active_variables": base64.b64encode(np.arange(3, dtype="<i4").tobytes()).decode()},
-    lambda answer: {**answer, "active_variables": base64.b64encode(np.full(24, 9999, "<i4").tobytes()).decode()},
-    lambda answer: {**answer, "energies": answer["energies"][:8]}, lambda answer: {**answer, "solutions": "!"},
-    lambda answer: {**answer, "format": "other"}, lambda answer: {"format": "qp"}, lambda answer: {}, lambda answer: None])
+@pytest.mark.parametrize("spoil", [lambda answer: {**answer, "solutions": answer["solutions"][:8]},
+                                   lambda answer: {**answer,
+                                                   "active_variables": base64.b64encode(np.arange(3,
+    dtype="<i4").tobytes()).decode()}, lambda answer: {**answer,
+                                                       "active_variables": base64.b64encode(
+    np.full(24, 9999, "<i4").tobytes()).decode()}, lambda answer: {**answer,
+    "energies": answer["energies"][:8]}, lambda answer: {**answer, "solutions": "!"},
+                                   lambda answer: {**answer, "format": "other"},
+                                   lambda answer: {"format": "qp"}, lambda answer: {},
+                                   lambda answer: None])
 def test_answers_of_the_annealer_of_wrong_length(spoil, spoiled):
     spoiled("qpu", spoil, "")
 
 
 @pytest.mark.parametrize("solver", SERVICES[1:])
-@pytest.mark.parametrize("answer", [{}, None, [], {"format": "bq"}, {"format": "bq", "data": {}}, {"format": "binary-ref"}])
+@pytest.mark.parametrize("answer", [{}, None, [], {"format": "bq"}, {"format": "bq", "data": {}},
+                                    {"format": "binary-ref"}])
 def test_answers_without_content(solver, answer, spoiled):
     spoiled(solver, lambda _: answer, "")
 
 
 def bomb():
-    """A compressed body of 10 MB that unpacks to 10 GB of blanks: the same block of it again and again."""
+    """A compressed body of 10 MB that unpacks to 10 GB of blanks: the same block of it again and
+    again."""
     packer = zlib.compressobj(9, zlib.DEFLATED, 31)
     mebibyte = bytes([32]) * (1 << 20)
     first, block = (packer.compress(mebibyte) + packer.flush(zlib.Z_FULL_FLUSH) for _ in range(2))
     return itertools.chain([first], itertools.repeat(block, 10 << 10))
 
 
-@pytest.mark.parametrize("solver, path", [("qpu", r"^problems/.+"), ("hybrid-bqm", r"^problems/.+"), ("hybrid-nl", r"^problems/.+"),
+@pytest.mark.parametrize("solver, path", [("qpu", r"^problems/.+"), ("hybrid-bqm", r"^problems/.+"),
+                                          ("hybrid-nl", r"^problems/.+"),
                                           ("hybrid-nl", "^answers/"), ("hybrid-nl", "^problems/$")])
-def test_replies_that_unpack_to_more_than_there_is_room_for(solver, path, refused, service, monkeypatch):
+def test_replies_that_unpack_to_more_than_there_is_room_for(solver, path, refused, service,
+                                                            monkeypatch):
     monkeypatch.setattr(services, "LARGEST_REPLY", 16 << 20)
     media = "problems" if path.endswith("$") else "problem"
     headers = {"Content-Type": MEDIA.format(media), "Content-Encoding": "gzip"}
@@ -137,7 +147,8 @@ def test_replies_that_unpack_to_more_than_there_is_room_for(solver, path, refuse
     refused(solver, "unpacks to more than 16 MiB", service.faults.clear)
 
 
-@pytest.mark.parametrize("solver, path", [("qpu", r"^problems/.+"), ("hybrid-bqm", r"^problems/.+"), ("hybrid-nl", "^answers/"),
+@pytest.mark.parametrize("solver, path", [("qpu", r"^problems/.+"), ("hybrid-bqm", r"^problems/.+"),
+                                          ("hybrid-nl", "^answers/"),
                                           ("hybrid-cqm", "^problems/$")])
 @pytest.mark.parametrize("body", [[], [b"\x00"], [b"{"], [b"null"]])
 def test_replies_with_nothing_in_them(solver, path, body, refused, service):

@@ -105,7 +105,7 @@ def test_help_and_version(command):
 
 
 @pytest.mark.parametrize("arguments, said", [
-    ([], "COMMAND"), (["slove"], "slove"), (["solve"], "P.qcf"), (["solve", "P"], "-o S.qsf"), (["solve", "P", "--bogus"], "--bogus"),
+    ([], "COMMAND"), (["slove"], "did you mean solve?"), (["rhubarb"], "only solve, collect"), (["solve"], "P.qcf"), (["solve", "P"], "-o S.qsf"), (["solve", "P", "--bogus"], "--bogus"), (["solve", "P", "--num-read", "1"], "--num-reads"),
     (["solve", "P", "-o", "S", "--num-reads", "0"], "not between"), (["solve", "P", "-o", "S", "--num-reads", "x"], "whole number"),
     (["solve", "P", "-o", "S", "--seed", "-1"], "not between"), (["solve", "P", "-o", "S", "--time-limit", "nan"], "not between"),
     (["solve", "P", "-o", "S", "--time-limit", "0"], "not between"), (["solve", "P", "-o", "S", "--memory-limit", "0"], "not between"),
@@ -315,6 +315,10 @@ def test_dry_run(solver, problem_file, main):
     assert ("upload" in out) == ("as published" in out) == (solver in SERVICES)
     found = json.loads(main("solve", problem_file, "--solver", solver, "--dry-run", "--json")[1])
     assert found.items() >= {"schema": 1, "solver": solver, "dry_run": True, "variables": 12}.items()
+
+
+def test_stride_is_hybrid_nl(problem_file, main):
+    assert json.loads(main("solve", problem_file, "--solver", "stride", "--dry-run", "--json")[1])["solver"] == "hybrid-nl"
 
 
 CLOUD = ["dwave.system", "dwave.cloud", "dwave.samplers", "scipy.optimize"]

@@ -20,7 +20,8 @@ def test_quantum_annealer(service):
     from dwave.system import DWaveSampler, EmbeddingComposite
     with EmbeddingComposite(DWaveSampler()) as sampler:
         found = sampler.sample_qubo(QUBO, num_reads=100, label="three")
-        assert found.first.energy == -1 and found.info["timing"]["qpu_access_time"] > 0 and found.info["problem_label"] == "three"
+        assert (found.first.energy == -1 and found.info["timing"]["qpu_access_time"] > 0
+                and found.info["problem_label"] == "three")
         found = sampler.sample_ising({"a": 1}, {"ab": -1}, num_reads=10)
         assert found.first.energy == -2
     assert len(service.problems) == 2
