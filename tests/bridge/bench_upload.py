@@ -1,7 +1,9 @@
-"""How long a problem of 500,000 variables takes from its .qcf to the first byte sent: `python tests/bridge/bench_upload.py`.
+"""How long a problem of 500,000 variables takes from its .qcf to the first byte sent:
+`python tests/bridge/bench_upload.py`.
 
-For each hybrid solver, in a process of its own: seconds from reading the .qcf to a file that is ready to be uploaded, and the growth of the
-peak resident set; beside what dimod needs for the same file from ready, sorted arrays.
+For each hybrid solver, in a process of its own: seconds from reading the .qcf to a file that is
+ready to be uploaded, and the growth of the peak resident set; beside what dimod needs for the same
+file from ready, sorted arrays.
 """
 
 import os
@@ -32,7 +34,8 @@ def dimods(name, folder):
     from qstereo_bridge import models, qcf
     with open(os.path.join(folder, "p.qcf"), "rb") as stream:
         problem = qcf.read_qcf(stream)[0]
-    linear, quadratic, offset = models.expand(problem, penalties=name == "hybrid-bqm", limit=1 << 34)
+    linear, quadratic, offset = models.expand(problem, penalties=name == "hybrid-bqm",
+                                              limit=1 << 34)
     before, began = memory("VmRSS"), time.perf_counter()
     model = bqm = dimod.BinaryQuadraticModel.from_numpy_vectors(linear, quadratic, offset, "BINARY")
     if name == "hybrid-cqm":
@@ -52,12 +55,15 @@ def main():
             with tempfile.TemporaryDirectory() as folder:
                 with open(os.path.join(folder, "p.qcf"), "wb") as stream:
                     stream.write(qcf.pack_qcf(grid(*shape, dense)))
-                print(f"{name}, {' x '.join(map(str, shape))}, {'one-hot' if dense else 'one-hot-sparse'}")
+                print(f"{name}, {' x '.join(map(str, shape))}, "
+                      f"{'one-hot' if dense else 'one-hot-sparse'}")
                 for whose in ["ours", "dimods"][:1 if name == "hybrid-nl" else 2]:
-                    seconds, mebibytes, size = map(float, subprocess.run(
-                        [sys.executable, __file__, whose, name, folder], check=True, text=True, capture_output=True).stdout.split())
-                    print(f"  {'from the .qcf' if whose == 'ours' else 'dimod, from ready arrays'}: {seconds:.2f} s, "
-                          f"{mebibytes:,.0f} MiB more at the peak, {size:,.0f} bytes to send")
+                    found = subprocess.run([sys.executable, __file__, whose, name, folder],
+                                           check=True, text=True, capture_output=True).stdout
+                    seconds, mebibytes, size = map(float, found.split())
+                    what = "from the .qcf" if whose == "ours" else "dimod, from ready arrays"
+                    print(f"  {what}: {seconds:.2f} s, {mebibytes:,.0f} MiB more at the peak, "
+                          f"{size:,.0f} bytes to send")
 
 
 if __name__ == "__main__":
