@@ -25,7 +25,8 @@ GROUP_RUN = np.dtype([("count", "<u4"), ("size", "<u4")])
 COUPLING_RUN = np.dtype([("block", "<u4"), ("form", "<u4"), ("width", "<u4"), ("weight", "<i4"), ("g", "<u4"),
                          ("h", "<u4"), ("count", "<u4"), ("repeat", "<u4"), ("stride", "<u4")])
 LATTICE, LIST = 0, 1
-LABL_SIZE, LABL_ENCODING, LABL_SCALE = 64, 0, 16
+LABL_SIZE, LABL_ENCODING, LABL_SCALE, LABL_GRID, LABL_MASK = 64, 0, 16, 32, 60
+COUPLINGS_PER_BYTE = 16
 ONE_HOT_ENCODINGS = (1, 2)
 
 
@@ -203,7 +204,8 @@ def _read_couplings(chunks, blocks, groups, couplings):
         part.need(form in (LATTICE, LIST) and width in (0, 1, 2, 4), f"unknown form {form} or width {width}")
         part.need((weight == 0) == (width != 0), f"weight {weight} of a run with weights of {width} bytes each")
         part.need(count and repeat, "an empty run")
-        part.need(repeat > 1 or stride == 0, f"stride {stride} of a run that is not repeated")
+        part.need(stride >= count if repeat > 1 else stride == 0,
+                  f"stride {stride} of a run of {count} pairs, {repeat} times")
         if form == LIST:
             part.need(g == h == stride == 0 and repeat == 1, "g, h, stride or repeat in use in a list of pairs")
             pairs.append(part.array("<u4", 2 * count).reshape(count, 2))
@@ -263,6 +265,13 @@ def _check_couplings(problem):
         raise Corrupt("the coefficients add up to more than 2^53, energies would not be exact")
 
 
+def _is_mask_sound(labl):
+    """Whether a mask in the payload of labl has a grid, and its length."""
+    width, height = struct.unpack_from("<II", labl, LABL_GRID)
+    cells = width * height
+    return struct.unpack_from("<I", labl, LABL_MASK)[0] != 1 or 0 < cells and len(labl) == LABL_SIZE + (cells + 7) // 8
+
+
 def parse_qcf(data, limit=DEFAULT_LIMIT):
     """The Problem in `data`, the bytes of a whole .qcf. Raises FormatError."""
     header = read_header(data[:HEADER.size], MAGIC, ".qcf")
@@ -276,6 +285,10 @@ def parse_qcf(data, limit=DEFAULT_LIMIT):
     labls = [side for name, side in sides if name == "labl"]
     if len(labls) > 1 or any(len(labl) < LABL_SIZE or not any(labl[LABL_SCALE:LABL_SCALE + 4]) for labl in labls):
         raise Corrupt("chunk labl: it is there twice, it is too short, or its scale is 0")
+    if not all(_is_mask_sound(labl) for labl in labls):
+        raise Corrupt("chunk labl, byte 60: a mask without a grid, or of another size than the grid")
+    if couplings // COUPLINGS_PER_BYTE > len(data):
+        raise Corrupt(f"byte 32: {couplings:,} couplings are more than a file of {len(data):,} bytes may name")
     offset = _Payload(chunks, "OFFS")
     group_runs, blocks = _read_groups(chunks, n, groups), _read_blocks(chunks)
     runs, pairs, weights = _read_couplings(chunks, len(blocks), groups, couplings)

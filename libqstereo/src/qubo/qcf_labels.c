@@ -32,6 +32,49 @@ static qs_labels load(const uint8_t *p)
     };
 }
 
+/* Whether an encoding can hold the pairwise cost (docs/MATHS.md). */
+static bool encoding_holds(const qs_labels *l)
+{
+    uint32_t farthest = l->labels - 1; /* two labels are at most this far apart */
+    bool potts = l->pairwise.smoothness == QS_POTTS,
+         linear = l->pairwise.smoothness == QS_TRUNCATED_LINEAR,
+         whole = l->pairwise.truncation == 0 || l->pairwise.truncation >= farthest;
+    switch (l->encoding) {
+    case QS_ONE_HOT: return true;
+    case QS_MULTIWAY_CUT: return potts;
+    case QS_ST_CUT:
+    case QS_ST_CUT_ARCS: return (linear && whole) || (potts && l->labels <= 2);
+    default: return potts || linear;
+    }
+}
+
+/* Whether an encoding of the pairwise cost has a penalty of that kind. */
+static bool has_penalty(const qs_labels *l)
+{
+    bool linear = l->pairwise.smoothness == QS_TRUNCATED_LINEAR;
+    switch (l->penalty) {
+    case QS_PENALTY_PAPER:
+        return l->encoding == QS_ONE_HOT || l->encoding == QS_MULTIWAY_CUT ||
+               (l->encoding == QS_ONE_HOT_SPARSE && !linear);
+    case QS_PENALTY_GIVEN:
+        return l->encoding <= QS_ONE_HOT_SPARSE || l->encoding == QS_MULTIWAY_CUT;
+    default: return true;
+    }
+}
+
+/* The fields that mean something only beside another one, which must be there. */
+static bool fields_agree(const qs_labels *l, bool masked)
+{
+    const qs_frame *f = &l->frame;
+    bool grid = l->width > 0, proven = l->penalty == QS_PENALTY_LOCAL ||
+                                       l->penalty == QS_PENALTY_MINIMAL;
+    bool truncates = l->pairwise.smoothness == QS_TRUNCATED_LINEAR ||
+                     l->pairwise.smoothness == QS_TRUNCATED_QUADRATIC;
+    bool framed = f->picture_width > 0 || f->picture_height > 0 || f->x > 0 || f->y > 0;
+    return (grid || (!masked && !framed)) && (truncates || l->pairwise.truncation == 0) &&
+           (proven || l->gap == 1) && encoding_holds(l) && has_penalty(l);
+}
+
 static bool in_range(const qs_labels *l)
 {
     const qs_frame *f = &l->frame;
@@ -64,7 +107,7 @@ static bool read_labl(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q)
     }
     qs_labels labels = load(chunk->payload);
     uint32_t masked = qs_load_u32(chunk->payload + 60);
-    if (!in_range(&labels) || masked > 1) {
+    if (!in_range(&labels) || masked > 1 || !fields_agree(&labels, masked != 0)) {
         return corrupt(reader, chunk, "contents of labl");
     }
     uint64_t cells = (uint64_t)labels.width * labels.height;
@@ -139,27 +182,6 @@ static bool read_kept(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q, bool
     }
     l->sites = l->open = sites;
     return plain || read_sets(reader, chunk, l);
-}
-
-/* ---- trnc ---- */
-
-static bool read_trnc(qs_reader *reader, const qs_chunk *chunk, qs_labels *l, bool first)
-{
-    if (!first || chunk->length < TRNC_HEAD) {
-        return corrupt(reader, chunk, "length, number or place of trnc");
-    }
-    uint32_t bytes = qs_load_u32(chunk->payload);
-    uint64_t left = 0;
-    for (qs_site site = {.labels = l}; qs_site_next(&site);) {
-        left += site.is_open ? site.count : 0;
-    }
-    if ((bytes != 1 && bytes != 2 && bytes != 4) || qs_load_u32(chunk->payload + 4) != 0 ||
-        chunk->length != TRNC_HEAD + left * bytes) {
-        return corrupt(reader, chunk, "head or length of trnc");
-    }
-    l->excess_bytes = bytes;
-    l->excess = chunk->payload + TRNC_HEAD;
-    return true;
 }
 
 /* ---- What labels and groups must have in common. ---- */
@@ -245,6 +267,30 @@ static bool agree(const qs_qubo *q, bool kept)
     return q->labels.encoding >= QS_ST_CUT ? vertices_agree(q) : groups_agree(q);
 }
 
+/* ---- trnc ---- */
+
+/* `counted` = the file has been seen to be large enough for the sites that labl and kept name. */
+static bool read_trnc(qs_reader *reader, const qs_chunk *chunk, qs_labels *l, bool counted)
+{
+    if (!counted || l->excess || chunk->length < TRNC_HEAD) {
+        return corrupt(reader, chunk, "length, number or place of trnc");
+    }
+    uint32_t bytes = qs_load_u32(chunk->payload);
+    uint64_t left = 0;
+    for (qs_site site = {.labels = l}; qs_site_next(&site);) {
+        left += site.is_open ? site.count : 0;
+    }
+    if ((bytes != 1 && bytes != 2 && bytes != 4) || qs_load_u32(chunk->payload + 4) != 0 ||
+        chunk->length != TRNC_HEAD + left * bytes) {
+        return corrupt(reader, chunk, "head or length of trnc");
+    }
+    l->excess_bytes = bytes;
+    l->excess = chunk->payload + TRNC_HEAD;
+    return true;
+}
+
+/* ---- All of them. ---- */
+
 bool qs_labels_read(qs_reader *reader, qs_qubo *qubo)
 {
     bool kept = false;
@@ -263,7 +309,7 @@ bool qs_labels_read(qs_reader *reader, qs_qubo *qubo)
             kept = true;
         } else if (memcmp(chunk.type, "trnc", 4) == 0 &&
                    !read_trnc(reader, &chunk, &qubo->labels,
-                              qubo->has_labels && !qubo->labels.excess)) {
+                              kept || (qubo->has_labels && plain_agrees(qubo)))) {
             return false;
         }
     }

@@ -7,7 +7,11 @@
 #include "../files/container.h"
 #include "qcf_labels.h"
 
-enum { GROUP_RUN = 8, COUPLING_RUN = 36 };
+enum {
+    GROUP_RUN = 8,
+    COUPLING_RUN = 36,
+    COUPLINGS_PER_BYTE = 16 /* of the file: so a small file cannot ask for long work */
+};
 
 /* What is needed while a file is checked. */
 typedef struct opening {
@@ -213,7 +217,8 @@ static int32_t run_weight(const coupling_run *run, uint32_t r, uint32_t c)
 static bool is_run(const qs_qubo *q, const coupling_run *run, uint64_t couplings)
 {
     if (run->block >= q->block_count || run->form > 1 || run->count == 0 || run->repeat == 0 ||
-        (uint64_t)run->count * run->repeat > couplings || (run->repeat == 1 && run->stride != 0)) {
+        (uint64_t)run->count * run->repeat > couplings ||
+        (run->repeat == 1 ? run->stride != 0 : run->stride < run->count)) {
         return false;
     }
     if (run->bytes == 0
@@ -263,6 +268,9 @@ static bool read_couplings(opening *o)
     qs_qubo *q = &o->qubo;
     if (chunk.length < 4) {
         return corrupt(o, chunk.offset, "length of CPLS");
+    }
+    if (q->couplings / COUPLINGS_PER_BYTE > q->size) {
+        return corrupt(o, QS_HEADER_FIELDS + 8, "more couplings than its size allows");
     }
     q->coupling_run_count = qs_load_u32(chunk.payload);
     q->coupling_runs = chunk.payload + 4;
