@@ -63,7 +63,7 @@ all: $(BUILD)/qstereo $(BUILD)/libqstereo.a $(BUILD)/libqstereo.so $(BUILD)/qste
 run: all $(ENV) ## encode a sample pair, solve it with the local annealer, decode, validate and score it
 	@BUILD=$(BUILD) BIN=$(BIN) scripts/demo
 
-check: check-c check-python ## run every test
+check: check-c check-python check-trust ## run every test
 
 check-c: $(UNIT) $(BUILD)/libqstereo.a
 	@for test in $(UNIT); do $$test || exit 1; done
@@ -72,7 +72,7 @@ check-c: $(UNIT) $(BUILD)/libqstereo.a
 
 check-python: all $(ENV) $(BUILD)/no-opencv/qstereo
 	QSTEREO=$(abspath $(BUILD))/qstereo QSTEREO_PNM=$(abspath $(BUILD))/no-opencv/qstereo QSTEREO_BRIDGE=$(abspath $(BIN))/qstereo-bridge \
-	    $(BIN)/python -m pytest -q -n 2 tests
+	    $(BIN)/python -m pytest -q -n 2 --ignore tests/trust tests
 
 bench: all $(ENV) $(BUILD)/bench_encode ## measure speed, memory and sizes beside public tools
 	@$(BUILD)/bench_encode
@@ -202,6 +202,8 @@ $(ENV): requirements.txt bridge/pyproject.toml
 	$(Q)$(BIN)/python -m pip install -q --disable-pip-version-check -r requirements.txt
 	$(Q)$(BIN)/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e bridge
 	@touch $@
+
+include tests/trust/trust.mk
 
 .SECONDARY:
 -include $(wildcard $(BUILD)/*/*.d $(BUILD)/*/*/*.d $(BUILD)/*/*/*/*.d)

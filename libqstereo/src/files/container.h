@@ -17,6 +17,12 @@ enum {
 #define QS_MAGIC_QCF "\x89QCF\r\n\x1a\n"
 #define QS_MAGIC_QSF "\x89QSF\r\n\x1a\n"
 
+#ifdef QS_SMALL /* for small machines: the same bytes with less memory, in more calls of the sink */
+enum { QS_WRITER_BUFFER = 16 };
+#else
+enum { QS_WRITER_BUFFER = 256 };
+#endif
+
 /* Writing. Zero counts only. Small pieces are gathered, so that a sink sees few calls. */
 typedef struct qs_writer {
     const qs_sink *sink;
@@ -25,7 +31,7 @@ typedef struct qs_writer {
     uint32_t crc; /* of the bytes flushed since qs_chunk_begin */
     bool failed;
     size_t pending;
-    uint8_t buffer[256];
+    uint8_t buffer[QS_WRITER_BUFFER];
 } qs_writer;
 
 qs_writer qs_writer_to(const qs_sink *sink); /* NULL: counts only */

@@ -6,7 +6,11 @@
 /* Costs are computed for TILE pixels at a time, label by label, so that the least of each pixel is
  * a plain minimum of rows, then turned round to the file's order. Both stay in the first cache for
  * all usual numbers of labels. */
+#ifdef QS_SMALL
+enum { TILE = 4, GROUP = 16, HALF = 8 };
+#else
 enum { TILE = 64, GROUP = 16, HALF = 8 };
+#endif
 
 typedef struct matcher {
     qs_stereo stereo;
