@@ -294,7 +294,8 @@ static void plan_penalties(plan *p)
     const qs_draft *d = p->draft;
     uint64_t largest = 0;
     const qs_group_run *groups = d->group_runs;
-    for (size_t r = 0, passed = 0; r < d->penalty_run_count; r++) {
+    uint64_t passed = 0;
+    for (size_t r = 0; r < d->penalty_run_count; r++) {
         const qs_penalty_run *penalty = &d->penalty_runs[r];
         largest = penalty->a > largest ? penalty->a : largest;
         largest = penalty->b > largest ? penalty->b : largest;
