@@ -62,8 +62,13 @@ class Output:
             self.temporary = os.path.join(folder, f".qstereo-{os.getpid()}-{attempt}.tmp")
             # One of this name may be another thread's, or have been left by a process that was killed.
             with contextlib.suppress(FileExistsError):
-                open(self.temporary, "xb").close()
+                made = open(self.temporary, "xb")
                 Output.pending.add(self.temporary)
+                try:
+                    made.close()
+                except OSError:
+                    self.__exit__()
+                    raise
                 self._hold()
                 return
 

@@ -30,11 +30,19 @@ $(BUILD)/.cortex-m:
 $(CORTEX_M): FORCE | $(BUILD)/.cortex-m
 	@$(MAKE) --no-print-directory -s -C examples/cortex-m BUILD=$(abspath $(BUILD))/cortex-m
 
-TRUST_ENV = QSTEREO=$(abspath $(BUILD))/qstereo QSTEREO_PNM=$(abspath $(BUILD))/no-opencv/qstereo \
+# What lets calls fail.
+FAULTS := $(BUILD)/trust/faults.so
+
+$(FAULTS): tests/trust/faults.c
+	@mkdir -p $(@D)
+	$(call say,CC,$@)
+	$(Q)$(CC) -O1 -Wall -Wextra -fPIC -shared $< -o $@
+
+TRUST_ENV = QSTEREO_FAULTS=$(abspath $(FAULTS)) QSTEREO=$(abspath $(BUILD))/qstereo QSTEREO_PNM=$(abspath $(BUILD))/no-opencv/qstereo \
     QSTEREO_BRIDGE=$(abspath $(BIN))/qstereo-bridge QSTEREO_CORTEX_M=$(abspath $(CORTEX_M)) \
     QSTEREO_TARGETS="$(foreach target,$(TARGETS),$(target)=$(TARGET_RUN_$(target)) $(abspath $(TARGET_DIR)/$(target)/qstereo):)"
 
-check-trust: all $(ENV) $(BUILD)/no-opencv/qstereo $(TARGETS:%=$(TARGET_DIR)/%/qstereo) $(CORTEX_M)
+check-trust: all $(ENV) $(BUILD)/no-opencv/qstereo $(TARGETS:%=$(TARGET_DIR)/%/qstereo) $(CORTEX_M) $(FAULTS)
 	$(TRUST_ENV) $(BIN)/python -m pytest -q -n 2 tests/trust
 
 check-cortex-m: all $(ENV) $(CORTEX_M) ## encode on an emulated Cortex-M4: same bytes, at most 12 KiB of code and 2 KiB of RAM
