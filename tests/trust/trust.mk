@@ -38,11 +38,11 @@ $(FAULTS): tests/trust/faults.c
 	$(call say,CC,$@)
 	$(Q)$(CC) -O1 -Wall -Wextra -fPIC -shared $< -o $@
 
-TRUST_ENV = QSTEREO_FAULTS=$(abspath $(FAULTS)) QSTEREO=$(abspath $(BUILD))/qstereo QSTEREO_PNM=$(abspath $(BUILD))/no-opencv/qstereo \
+TRUST_ENV = QSTEREO_FUZZ=$(abspath $(FUZZ)) QSTEREO_FAULTS=$(abspath $(FAULTS)) QSTEREO=$(abspath $(BUILD))/qstereo QSTEREO_PNM=$(abspath $(BUILD))/no-opencv/qstereo \
     QSTEREO_BRIDGE=$(abspath $(BIN))/qstereo-bridge QSTEREO_CORTEX_M=$(abspath $(CORTEX_M)) \
     QSTEREO_TARGETS="$(foreach target,$(TARGETS),$(target)=$(TARGET_RUN_$(target)) $(abspath $(TARGET_DIR)/$(target)/qstereo):)"
 
-check-trust: all $(ENV) $(BUILD)/no-opencv/qstereo $(TARGETS:%=$(TARGET_DIR)/%/qstereo) $(CORTEX_M) $(FAULTS)
+check-trust: all $(ENV) $(BUILD)/no-opencv/qstereo $(TARGETS:%=$(TARGET_DIR)/%/qstereo) $(CORTEX_M) $(FAULTS) $(FUZZ_REPLAY)
 	$(TRUST_ENV) $(BIN)/python -m pytest -q -n 2 tests/trust
 
 check-cortex-m: all $(ENV) $(CORTEX_M) ## encode on an emulated Cortex-M4: same bytes, at most 12 KiB of code and 2 KiB of RAM

@@ -292,7 +292,9 @@ static bool copy_costs(qs_building *b)
         if (!copy_site(b, group, excess)) {
             return false;
         }
-        excess += excess ? (size_t)qs_labels_left(b, group) * l->excess_bytes : 0;
+        if (excess) {
+            excess += (size_t)qs_labels_left(b, group) * l->excess_bytes;
+        }
     }
     for (uint32_t p = 0; b->model.kept && p < b->model.sites; p++) {
         int32_t out = cost_out(&b->model, p);
