@@ -125,7 +125,7 @@ class Problem:
         np.add.at(weights, block, np.abs(weight).astype(dtype))
         total = abs(dtype(self.offset)) + np.abs(self.linear.astype(dtype)).sum()
         total += (a * (1 + size) + b * (size * (size - 1) // 2)).sum()
-        return total + sum((weight * block.abs_sum(dtype) for weight, block in zip(weights, self.blocks)), dtype(0))
+        return total + sum((weight * block.abs_sum(dtype) for weight, block in zip(weights, self.blocks) if weight), dtype(0))
 
 
 class _Payload:

@@ -129,8 +129,28 @@ static bool grow(void *context, const void *bytes, size_t size)
     return true;
 }
 
+/* A file that qstereo wrote has the least energy of the problem that it was written from. */
+static void check_least(const qs_qubo *again, int64_t expected)
+{
+    size_t index_size = qs_index_workspace(again), model_size = qs_model_workspace(again);
+    void *memory = room(index_size), *workspace = room(model_size);
+    qs_index index;
+    qs_model model;
+    int64_t least = 0;
+    if (memory && workspace) {
+        PROMISE(qs_index_build(again, memory, index_size, &index) == QS_OK);
+        if (qs_model_build(&index, workspace, model_size, &model) == QS_OK &&
+            try_all(&model, &least)) {
+            PROMISE(least == expected);
+        }
+    }
+    free(workspace);
+    free(memory);
+}
+
 /* What qstereo writes it reads again, whatever the problem. */
-static void write_again(const qs_model *model, const qs_qubo *qubo, const uint8_t *kept)
+static void write_again(const qs_model *model, const qs_qubo *qubo, const uint8_t *kept,
+                        const int64_t *least)
 {
     for (uint32_t form = 0; form < 2 * QS_ST_CUT_ARCS; form++) {
         qs_recode_options options = {.encode = {.encoding = (qs_encoding)(1 + form / 2)},
@@ -146,6 +166,9 @@ static void write_again(const qs_model *model, const qs_qubo *qubo, const uint8_
             qs_qubo again;
             qs_status status = qs_qubo_open(file.bytes, file.size, UINT64_MAX, &again, NULL);
             PROMISE(written == file.size && status == QS_OK);
+            if (least) {
+                check_least(&again, *least);
+            }
         }
         free(workspace);
         free(file.bytes);
@@ -166,7 +189,7 @@ static void reduce_and_write(const qs_model *model, const qs_qubo *qubo, uint16_
         PROMISE(reduction.lower_bound <= reduction.upper_bound);
         PROMISE(reduction.upper_bound == qs_model_energy(model, labelling));
         PROMISE(!known || (reduction.lower_bound <= least && least <= reduction.upper_bound));
-        write_again(model, qubo, kept);
+        write_again(model, qubo, kept, known ? &least : NULL);
     }
     free(kept);
     free(workspace);

@@ -9,6 +9,7 @@ import random
 import struct
 import tarfile
 import time
+import warnings
 from pathlib import Path
 
 import google_crc32c
@@ -26,8 +27,9 @@ def corpus(name):
 
 
 def read(name, data):
-    """Whether the reader takes the file."""
+    """Whether the reader takes the file. A warning of numpy's is a fault too."""
     try:
+        warnings.simplefilter("error")
         qcf.parse_qcf(data, LIMIT) if name == "qcf" else qsf.read_qsf(io.BytesIO(data))
     except FormatError:
         return False

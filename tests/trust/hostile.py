@@ -21,10 +21,10 @@ def kept(sites, width=0, rest=b""):
 
 
 def problem(groups, size=2, runs=(), sides=()):
-    """Groups of `size` one-hot variables, coupled by lattice runs with one block of ones."""
+    """Groups of `size` one-hot variables, coupled by lattice runs as Potts is."""
     made = [(0, 0, 0, 1, g, h, count, repeat, stride) for g, h, count, repeat, stride in runs]
     return qcf.Problem(
-        np.array([(groups, size)], qcf.GROUP_RUN), [qcf.Toeplitz((size, size), 0, 0, np.array([1], "<i4"))],
+        np.array([(groups, size)], qcf.GROUP_RUN), [qcf.Toeplitz((size, size), 1, 0, np.array([0], "<i4"))],
         np.array(made, qcf.COUPLING_RUN), np.empty((0, 2), "<u4"), [], np.zeros(groups * size, np.int64),
         np.array([(groups, 9, 9)], qcf.penalty_run(1)), 0, list(sides))
 
