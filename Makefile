@@ -203,7 +203,7 @@ $(ENV): requirements.txt bridge/pyproject.toml
 	$(Q)$(BIN)/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e bridge
 	@touch $@
 
-include tests/fuzz/fuzz.mk tests/trust/trust.mk
+include tests/fuzz/fuzz.mk tests/trust/trust.mk tests/trust/all.mk
 
 .SECONDARY:
 -include $(wildcard $(BUILD)/*/*.d $(BUILD)/*/*/*.d $(BUILD)/*/*/*/*.d)

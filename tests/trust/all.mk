@@ -1,0 +1,84 @@
+# Everything that takes longer than a check before each commit should. Included by the Makefile.
+
+.PHONY: check-all check-units check-warnings check-analysis check-valgrind coverage
+
+check-all: check check-units check-warnings check-analysis check-valgrind coverage ## check, and every unit test on every target, all compilers and analysers, valgrind, coverage
+
+# ---- Every unit test on every target: 32 and 64 bits, little- and big-endian, emulated.
+# NAME, compiler, Debian's name of the architecture, emulator.
+UNIT_TARGETS := i686 aarch64 armhf s390x
+UNIT_CC_i686 := i686-linux-gnu
+UNIT_CC_aarch64 := aarch64-linux-gnu
+UNIT_CC_armhf := arm-linux-gnueabihf
+UNIT_CC_s390x := s390x-linux-gnu
+UNIT_ARCH_i686 := i386
+UNIT_ARCH_aarch64 := arm64
+UNIT_ARCH_armhf := armhf
+UNIT_ARCH_s390x := s390x
+UNIT_RUN_i686 := qemu-i386
+UNIT_RUN_aarch64 := qemu-aarch64
+UNIT_RUN_armhf := qemu-arm
+UNIT_RUN_s390x := qemu-s390x
+UNIT_DIR := $(BUILD)/units
+UNIT_NAMES := $(patsubst tests/unit/%.c,%,$(wildcard tests/unit/test_*.c))
+
+$(UNIT_DIR)/.packages:
+	@mkdir -p $(@D)
+	@$(if $(NEED),$(NEED) $(TARGET_PACKAGES) gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-arm-linux-gnueabihf libc6-dev-armhf-cross)
+	@touch $@
+
+$(UNIT_DIR)/%/cmocka/usr: | $(UNIT_DIR)/.packages
+	@scripts/cmocka-for $(UNIT_ARCH_$*) $(@D)
+
+check-units: $(UNIT_TARGETS:%=check-units-%)
+
+check-units-%: $(UNIT_DIR)/%/cmocka/usr
+	@$(MAKE) --no-print-directory -s OPENCV=0 NEED= CC=$(UNIT_CC_$*)-gcc BUILD=$(UNIT_DIR)/$* \
+	    SANITIZE="-O1 -I$(UNIT_DIR)/$*/cmocka/usr/include -L$$(dirname $(UNIT_DIR)/$*/cmocka/usr/lib/*/libcmocka.so)" \
+	    $(UNIT_NAMES:%=$(UNIT_DIR)/$*/unit/%) >/dev/null
+	@for test in $(UNIT_NAMES); do \
+	    nice $(UNIT_RUN_$*) -L /usr/$(UNIT_CC_$*) -E LD_LIBRARY_PATH=$$(dirname $(abspath $(UNIT_DIR))/$*/cmocka/usr/lib/*/libcmocka.so) \
+	        $(UNIT_DIR)/$*/unit/$$test >$(UNIT_DIR)/$*/$$test.log 2>&1 || { tail -20 $(UNIT_DIR)/$*/$$test.log; exit 1; }; \
+	done; echo "$*: $$(cat $(UNIT_DIR)/$*/*.log | grep -c '^\[       OK') unit tests pass"
+
+# ---- No warning of gcc and clang, at any level of optimisation, on 64 and 32 bits.
+C_SOURCES := $(LIB_SRC) $(wildcard cli/*.c cli/*/*.c)
+WARN_ALL := -std=c99 -D_XOPEN_SOURCE=700 $(WARN) -Wsign-conversion -Wstrict-prototypes -Wmissing-prototypes -Wvla -Wundef -Wcast-align \
+    -Wwrite-strings -Wformat=2 -Werror
+
+check-warnings: | $(UNIT_DIR)/.packages $(FUZZ)/.clang
+	@set -e; mkdir -p $(BUILD)/warnings; count=0; for compiler in gcc i686-linux-gnu-gcc clang "clang --target=i686-linux-gnu -I/usr/i686-linux-gnu/include"; do \
+	    for level in 0 1 2 3; do for source in $(C_SOURCES); do \
+	        nice $$compiler $(WARN_ALL) -O$$level $(FUZZ_INCLUDE) -c $$source -o $(BUILD)/warnings/object; count=$$((count + 1)); \
+	    done; done; \
+	done; echo "no warning in $$count compilations"
+
+# ---- Analysers. What they report and what was thought of it: docs/TRUST.md and the suppressions below.
+check-analysis: | $(FUZZ)/.clang
+	@$(if $(NEED),$(NEED) cppcheck clang-tidy)
+	@set -e; mkdir -p $(BUILD)/warnings; for source in $(C_SOURCES); do \
+	    nice $(CC) -std=c99 -D_XOPEN_SOURCE=700 -O2 -fanalyzer $(ANALYZER_JUDGED) -Werror $(FUZZ_INCLUDE) -c $$source -o $(BUILD)/warnings/object; \
+	done; echo "gcc -fanalyzer: nothing in $(words $(C_SOURCES)) files"
+	@nice cppcheck --quiet --std=c99 --enable=warning,performance,portability --error-exitcode=1 --inline-suppr --check-level=exhaustive \
+	    $(CPPCHECK_JUDGED) -D__GNUC__ $(FUZZ_INCLUDE) $(C_SOURCES) 2>&1 || nice cppcheck --quiet --std=c99 --enable=warning,performance,portability \
+	    --error-exitcode=1 --inline-suppr $(CPPCHECK_JUDGED) $(FUZZ_INCLUDE) $(C_SOURCES)
+	@echo "cppcheck: nothing in $(words $(C_SOURCES)) files"
+	@nice clang-tidy --quiet --warnings-as-errors='*' --checks='$(TIDY_CHECKS)' $(C_SOURCES) -- -std=c99 -D_XOPEN_SOURCE=700 $(FUZZ_INCLUDE) 2>/dev/null
+	@echo "clang-tidy: nothing in $(words $(C_SOURCES)) files"
+
+# ---- valgrind: the unit tests, without the sanitizers.
+check-valgrind: $(BUILD)/.cmocka
+	@$(if $(NEED),$(NEED) valgrind)
+	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/valgrind OPENCV=0 NEED= SANITIZE="-O1 -g" $(UNIT_NAMES:%=$(BUILD)/valgrind/unit/%) >/dev/null
+	@for test in $(UNIT_NAMES); do \
+	    nice valgrind --quiet --error-exitcode=9 --leak-check=full $(BUILD)/valgrind/unit/$$test >$(BUILD)/valgrind/$$test.log 2>&1 || \
+	        { tail -30 $(BUILD)/valgrind/$$test.log; exit 1; }; \
+	done; echo "valgrind: nothing in $$(cat $(BUILD)/valgrind/*.log | grep -c '^\[       OK') unit tests"
+
+# ---- How much of the library the unit tests and the corpora reach.
+coverage: $(BUILD)/.cmocka ## print how much of the library the unit tests run, file by file; the goal is 95 % of the lines
+	@$(if $(NEED),$(NEED) gcovr)
+	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/coverage OPENCV=0 NEED= SANITIZE="-O0 -g --coverage" $(UNIT_NAMES:%=$(BUILD)/coverage/unit/%) >/dev/null
+	@find $(BUILD)/coverage -name '*.gcda' -delete
+	@for test in $(UNIT_NAMES); do nice $(BUILD)/coverage/unit/$$test >/dev/null 2>&1 || exit 1; done
+	@gcovr --root . --object-directory $(BUILD)/coverage --filter libqstereo/src --exclude-unreachable-branches --fail-under-line 95 $(BUILD)/coverage
