@@ -53,15 +53,21 @@ check-warnings: | $(UNIT_DIR)/.packages $(FUZZ)/.clang
 	    done; done; \
 	done; echo "no warning in $$count compilations"
 
-# ---- Analysers. What they report and what was thought of it: docs/TRUST.md and the suppressions below.
+# ---- Analysers. Each report has been judged; those that are wrong are switched off here, with the reason.
+# gcc: a struct that a function returns through a pointer counts as not set (qs_draft's shape); the
+#   lanes of a vector count as narrower than they are (bp_avx2.c).
+ANALYZER_JUDGED := -Wno-analyzer-use-of-uninitialized-value -Wno-analyzer-shift-count-overflow
+# cppcheck: a scale is never 0 (decimal.c); vectors of gcc are shifted arithmetically, as gcc documents
+#   (bp_avx2.c); an array is read as far as the same loop has filled it (mover.c); options_read fills
+#   its argument.
+CPPCHECK_JUDGED := --suppress=zerodivcond:*decimal.c --suppress=shiftTooManyBitsSigned:*bp_avx2.c --suppress=uninitvar:*mover.c \
+    --suppress=ctuuninitvar:*options.c
 check-analysis: | $(FUZZ)/.clang
 	@$(if $(NEED),$(NEED) cppcheck clang-tidy)
 	@set -e; mkdir -p $(BUILD)/warnings; for source in $(C_SOURCES); do \
 	    nice $(CC) -std=c99 -D_XOPEN_SOURCE=700 -O2 -fanalyzer $(ANALYZER_JUDGED) -Werror $(FUZZ_INCLUDE) -c $$source -o $(BUILD)/warnings/object; \
 	done; echo "gcc -fanalyzer: nothing in $(words $(C_SOURCES)) files"
-	@nice cppcheck --quiet --std=c99 --enable=warning,performance,portability --error-exitcode=1 --inline-suppr --check-level=exhaustive \
-	    $(CPPCHECK_JUDGED) -D__GNUC__ $(FUZZ_INCLUDE) $(C_SOURCES) 2>&1 || nice cppcheck --quiet --std=c99 --enable=warning,performance,portability \
-	    --error-exitcode=1 --inline-suppr $(CPPCHECK_JUDGED) $(FUZZ_INCLUDE) $(C_SOURCES)
+	@nice cppcheck --quiet --std=c99 --enable=warning,performance,portability --error-exitcode=1 $(CPPCHECK_JUDGED) $(FUZZ_INCLUDE) $(C_SOURCES)
 	@echo "cppcheck: nothing in $(words $(C_SOURCES)) files"
 	@nice clang-tidy --quiet --warnings-as-errors='*' --checks='$(TIDY_CHECKS)' $(C_SOURCES) -- -std=c99 -D_XOPEN_SOURCE=700 $(FUZZ_INCLUDE) 2>/dev/null
 	@echo "clang-tidy: nothing in $(words $(C_SOURCES)) files"
