@@ -55,7 +55,7 @@ void fault(void)
 }
 
 __attribute__((section(".vectors"), used)) static void *const vectors[16] = {
-    stack_top, (void *)start, (void *)fault, (void *)fault,
+    stack_top,     (void *)start, (void *)fault, (void *)fault,
     (void *)fault, (void *)fault, (void *)fault,
 };
 

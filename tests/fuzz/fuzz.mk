@@ -13,7 +13,7 @@ FUZZ_CONTAINERS := qcf qsf
 SECONDS ?= 60
 
 FUZZ_CLI := $(filter-out %main.c,$(wildcard cli/*.c cli/*/*.c))
-FUZZ_INCLUDE := $(INCLUDE) $(addprefix -I,$(sort $(dir $(wildcard cli/*.h cli/*/*.h))))
+FUZZ_INCLUDE := $(INCLUDE) -Icli
 FUZZ_FLAGS := -std=c99 -D_XOPEN_SOURCE=700 -g -O1 -Wall -Wextra -MMD -MP
 FUZZER := -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined
 
@@ -32,7 +32,7 @@ $(FUZZ)/replay-%: $(FUZZ)/gcc/tests/fuzz/fuzz_%.o $(FUZZ)/gcc/tests/fuzz/replay.
 
 $(FUZZ)/.clang:
 	@mkdir -p $(@D)
-	@$(if $(NEED),$(NEED) clang libclang-rt-14-dev)
+	$(call need,false,clang libclang-rt-14-dev)
 	@touch $@
 
 $(FUZZ)/clang/%.o: %.c | $(FUZZ)/.clang

@@ -2,7 +2,7 @@
 #include <string.h>
 
 #include "fuzz.h"
-#include "picture.h"
+#include "pictures/netpbm.h"
 
 static void read_samples(const file_bytes *file)
 {

@@ -42,7 +42,7 @@ static void repair_samples(const qs_index *index)
             int64_t energy = qs_qubo_energy(index, bits);
             if (labelling && qs_sample_decode(index, bits, labelling) == QS_OK) {
                 bool arcs = qubo->labels.encoding == QS_ST_CUT_ARCS;
-                qs_sample_excess(qubo, labelling);
+                qs_sample_trimmed(qubo, labelling);
                 PROMISE(qs_sample_encode(index, labelling, bits) == QS_OK);
                 PROMISE(qs_sample_infeasible(index, bits) == 0);
                 PROMISE(arcs || qs_qubo_energy(index, bits) == energy);
@@ -87,9 +87,12 @@ typedef struct solver {
 } solver;
 
 static const solver solvers[] = {
-    {qs_icm, qs_icm_workspace},       {qs_anneal, qs_anneal_workspace},
-    {qs_expansion, qs_expansion_workspace}, {qs_swap, qs_swap_workspace},
-    {qs_bp, qs_bp_workspace},         {qs_trws, qs_trws_workspace},
+    {qs_icm, qs_icm_workspace},
+    {qs_anneal, qs_anneal_workspace},
+    {qs_expansion, qs_expansion_workspace},
+    {qs_swap, qs_swap_workspace},
+    {qs_bp, qs_bp_workspace},
+    {qs_trws, qs_trws_workspace},
     {qs_best, qs_best_workspace},
 };
 
@@ -162,7 +165,7 @@ static void write_again(const qs_model *model, const qs_qubo *qubo, const uint8_
         void *workspace = room(size);
         uint64_t written = 0;
         if (workspace &&
-            qs_recode(model, qubo, &options, &sink, workspace, size, &written) == QS_OK) {
+            qs_recode(model, &qubo->labels, &options, &sink, workspace, size, &written) == QS_OK) {
             qs_qubo again;
             qs_status status = qs_qubo_open(file.bytes, file.size, UINT64_MAX, &again, NULL);
             PROMISE(written == file.size && status == QS_OK);

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "fuzz.h"
-#include "json_check.h"
+#include "text/json.h"
 
 static void count_number(void *context, const char *name, size_t size, double number)
 {

@@ -1,10 +1,9 @@
 /* Numbers of the command line, and JSON: the first byte says which. */
 #include <string.h>
 
-#include "decimal.h"
 #include "fuzz.h"
-#include "json_check.h"
-#include "numbers.h"
+#include "text/json.h"
+#include "text/numbers.h"
 
 static void read_decimal(const char *text)
 {
@@ -14,8 +13,7 @@ static void read_decimal(const char *text)
         fraction again;
         PROMISE(read.denominator >= 1 && read.denominator <= DECIMAL_DENOMINATOR_MAX);
         decimal_write((int64_t)read.numerator, read.denominator, written);
-        decimal_status status =
-            decimal_read(written, INT64_MAX, DECIMAL_DENOMINATOR_MAX, &again);
+        decimal_status status = decimal_read(written, INT64_MAX, DECIMAL_DENOMINATOR_MAX, &again);
         PROMISE(status == DECIMAL_OK && again.numerator == read.numerator &&
                 again.denominator == read.denominator);
     }

@@ -1,6 +1,8 @@
-"""Fuzzes the bridge's readers of .qcf and .qsf: whatever the bytes are, they are read or refused with a FormatError.
+"""Fuzzes the bridge's readers of .qcf and .qsf: whatever the bytes are, they are read or refused
+with a FormatError.
 
-As a program it looks for inputs that do otherwise: readers.py [--seconds N] [--seed N] [--keep FOLDER].
+As a program it looks for inputs that do otherwise: readers.py [--seconds N] [--seed N] [--keep
+FOLDER].
 """
 
 import argparse
@@ -23,7 +25,11 @@ LIMIT = 64 << 20
 def corpus(name):
     """[(name, bytes)] of the inputs that the C target `name` is run over."""
     with tarfile.open(CORPUS / f"{name}.tar.xz") as archive:
-        return [(member.name, archive.extractfile(member).read()) for member in archive if member.isfile()]
+        return [
+            (member.name, archive.extractfile(member).read())
+            for member in archive
+            if member.isfile()
+        ]
 
 
 def read(name, data):
@@ -44,7 +50,9 @@ def mend(data):
     while len(file) - at >= 20:
         length = min(struct.unpack_from("<Q", file, at + 8)[0], len(file) - at - 20)
         struct.pack_into("<Q", file, at + 8, length)
-        struct.pack_into("<I", file, at + 16 + length, google_crc32c.value(bytes(file[at:at + 16 + length])))
+        struct.pack_into(
+            "<I", file, at + 16 + length, google_crc32c.value(bytes(file[at : at + 16 + length]))
+        )
         at, chunks = at + 20 + length, chunks + 1
     struct.pack_into("<IIQ", file, 8, 1, chunks, len(file))
     struct.pack_into("<I", file, 60, google_crc32c.value(bytes(file[:60])))
@@ -58,13 +66,20 @@ def mutate(data, rng):
         at = rng.randrange(24, len(file)) if len(file) > 24 else 0
         kind = rng.random()
         if kind < 0.5 and at + 4 <= len(file):
-            struct.pack_into("<I", file, at, rng.choice([0, 1, 2, 255, 256, 65535, 2**31 - 1, 2**31, 2**32 - 1, rng.getrandbits(32)]))
+            struct.pack_into(
+                "<I",
+                file,
+                at,
+                rng.choice(
+                    [0, 1, 2, 255, 256, 65535, 2**31 - 1, 2**31, 2**32 - 1, rng.getrandbits(32)]
+                ),
+            )
         elif kind < 0.8 and file:
             file[at] = rng.getrandbits(8)
         elif kind < 0.9:
             file[at:at] = bytes(rng.getrandbits(8) for _ in range(rng.choice([1, 4, 8])))
         else:
-            del file[at:at + rng.choice([1, 4, 8])]
+            del file[at : at + rng.choice([1, 4, 8])]
     return mend(file)
 
 

@@ -20,11 +20,12 @@ UNIT_RUN_aarch64 := qemu-aarch64
 UNIT_RUN_armhf := qemu-arm
 UNIT_RUN_s390x := qemu-s390x
 UNIT_DIR := $(BUILD)/units
-UNIT_NAMES := $(patsubst tests/unit/%.c,%,$(wildcard tests/unit/test_*.c))
+UNIT_NAMES := $(patsubst tests/unit/%.c,%,$(wildcard tests/unit/test_*.c tests/unit/*/test_*.c))
 
 $(UNIT_DIR)/.packages:
 	@mkdir -p $(@D)
-	@$(if $(NEED),$(NEED) $(TARGET_PACKAGES) gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-arm-linux-gnueabihf libc6-dev-armhf-cross)
+	$(call need,aarch64-linux-gnu-gcc --version && arm-linux-gnueabihf-gcc --version,$(TARGET_PACKAGES) \
+	    gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-arm-linux-gnueabihf libc6-dev-armhf-cross)
 	@touch $@
 
 $(UNIT_DIR)/%/cmocka/usr: | $(UNIT_DIR)/.packages
@@ -38,7 +39,7 @@ check-units-%: $(UNIT_DIR)/%/cmocka/usr
 	    $(UNIT_NAMES:%=$(UNIT_DIR)/$*/unit/%) >/dev/null
 	@for test in $(UNIT_NAMES); do \
 	    nice $(UNIT_RUN_$*) -L /usr/$(UNIT_CC_$*) -E LD_LIBRARY_PATH=$$(dirname $(abspath $(UNIT_DIR))/$*/cmocka/usr/lib/*/libcmocka.so) \
-	        $(UNIT_DIR)/$*/unit/$$test >$(UNIT_DIR)/$*/$$test.log 2>&1 || { tail -20 $(UNIT_DIR)/$*/$$test.log; exit 1; }; \
+	        $(UNIT_DIR)/$*/unit/$$test >$(UNIT_DIR)/$*/$$(basename $$test).log 2>&1 || { tail -20 $(UNIT_DIR)/$*/$$(basename $$test).log; exit 1; }; \
 	done; echo "$*: $$(cat $(UNIT_DIR)/$*/*.log | grep -c '^\[       OK') unit tests pass"
 
 # ---- No warning of gcc and clang, at any level of optimisation, on 64 and 32 bits.
@@ -63,7 +64,7 @@ ANALYZER_JUDGED := -Wno-analyzer-use-of-uninitialized-value -Wno-analyzer-shift-
 CPPCHECK_JUDGED := --suppress=zerodivcond:*decimal.c --suppress=shiftTooManyBitsSigned:*bp_avx2.c --suppress=uninitvar:*mover.c \
     --suppress=ctuuninitvar:*options.c
 check-analysis: | $(FUZZ)/.clang
-	@$(if $(NEED),$(NEED) cppcheck clang-tidy)
+	$(call need,cppcheck --version && clang-tidy --version,cppcheck clang-tidy)
 	@set -e; mkdir -p $(BUILD)/warnings; for source in $(C_SOURCES); do \
 	    nice $(CC) -std=c99 -D_XOPEN_SOURCE=700 -O2 -fanalyzer $(ANALYZER_JUDGED) -Werror $(FUZZ_INCLUDE) -c $$source -o $(BUILD)/warnings/object; \
 	done; echo "gcc -fanalyzer: nothing in $(words $(C_SOURCES)) files"
@@ -74,16 +75,16 @@ check-analysis: | $(FUZZ)/.clang
 
 # ---- valgrind: the unit tests, without the sanitizers.
 check-valgrind: $(BUILD)/.cmocka
-	@$(if $(NEED),$(NEED) valgrind)
+	$(call need,valgrind --version,valgrind)
 	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/valgrind OPENCV=0 NEED= SANITIZE="-O1 -g" $(UNIT_NAMES:%=$(BUILD)/valgrind/unit/%) >/dev/null
 	@for test in $(UNIT_NAMES); do \
-	    nice valgrind --quiet --error-exitcode=9 --leak-check=full $(BUILD)/valgrind/unit/$$test >$(BUILD)/valgrind/$$test.log 2>&1 || \
-	        { tail -30 $(BUILD)/valgrind/$$test.log; exit 1; }; \
+	    nice valgrind --quiet --error-exitcode=9 --leak-check=full $(BUILD)/valgrind/unit/$$test >$(BUILD)/valgrind/$$(basename $$test).log 2>&1 || \
+	        { tail -30 $(BUILD)/valgrind/$$(basename $$test).log; exit 1; }; \
 	done; echo "valgrind: nothing in $$(cat $(BUILD)/valgrind/*.log | grep -c '^\[       OK') unit tests"
 
 # ---- How much of the library the unit tests and the corpora reach.
 coverage: $(BUILD)/.cmocka ## print how much of the library the unit tests run, file by file; the goal is 95 % of the lines
-	@$(if $(NEED),$(NEED) gcovr)
+	$(call need,gcovr --version,gcovr)
 	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/coverage OPENCV=0 NEED= SANITIZE="-O0 -g --coverage" $(UNIT_NAMES:%=$(BUILD)/coverage/unit/%) >/dev/null
 	@find $(BUILD)/coverage -name '*.gcda' -delete
 	@for test in $(UNIT_NAMES); do nice $(BUILD)/coverage/unit/$$test >/dev/null 2>&1 || exit 1; done

@@ -1,5 +1,6 @@
-"""bridge_faults.py LIBRARY P.qcf: runs the bridge's commands once for each call that may fail, each run in a child of this
-process, which has imported everything before. Prints a JSON object a run: {command, call, k, counted, status, files, err}."""
+"""bridge_faults.py LIBRARY P.qcf: runs the bridge's commands once for each call that may fail,
+each run in a child of this process, which has imported everything before. Prints a JSON object
+a run: {command, call, k, counted, status, files, err}."""
 
 import ctypes
 import json
@@ -11,9 +12,25 @@ import tempfile
 import qstereo_bridge.solvers  # noqa: F401
 from qstereo_bridge import cli
 
-COMMANDS = [["solve", "p.qcf", "-o", "out", "--solver", "exact", "--quiet"],
-            ["solve", "p.qcf", "-o", "out", "--solver", "anneal", "--num-reads", "2", "--num-sweeps", "2", "--seed", "1", "--quiet"],
-            ["solve", "p.qcf", "-o", "-", "--solver", "exact", "--quiet"]]
+COMMANDS = [
+    ["solve", "p.qcf", "-o", "out", "--solver", "exact", "--quiet"],
+    [
+        "solve",
+        "p.qcf",
+        "-o",
+        "out",
+        "--solver",
+        "anneal",
+        "--num-reads",
+        "2",
+        "--num-sweeps",
+        "2",
+        "--seed",
+        "1",
+        "--quiet",
+    ],
+    ["solve", "p.qcf", "-o", "-", "--solver", "exact", "--quiet"],
+]
 CALLS = ["write", "close", "rename", "fsync"]
 
 
@@ -45,12 +62,21 @@ def run(library, problem, arguments, call, k):
             os.chdir(folder)
             child(library, arguments, call, k)
         status = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
-        read = lambda name: open(f"{folder}/{name}", "rb").read() if os.path.exists(f"{folder}/{name}") else b""
+        read = lambda name: (
+            open(f"{folder}/{name}", "rb").read() if os.path.exists(f"{folder}/{name}") else b""
+        )
         target = read("stdout") if "-" in arguments else read("out")
-        return {"command": " ".join(arguments), "call": call, "k": k, "status": status, "counted": int(read("count") or 0),
-                "old": read("out") == b"old", "whole": target[:4] == b"\x89QSF", "files": sorted(os.listdir(folder)),
-                "err": read("err").decode(errors="replace")}
-
+        return {
+            "command": " ".join(arguments),
+            "call": call,
+            "k": k,
+            "status": status,
+            "counted": int(read("count") or 0),
+            "old": read("out") == b"old",
+            "whole": target[:4] == b"\x89QSF",
+            "files": sorted(os.listdir(folder)),
+            "err": read("err").decode(errors="replace"),
+        }
 
 
 def main(library, problem):

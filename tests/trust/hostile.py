@@ -1,4 +1,5 @@
-"""Problem files that were made to hurt: each is sound in all its checksums and wrong in one promise of docs/FORMAT.md."""
+"""Problem files that were made to hurt: each is sound in all its checksums and wrong in one
+promise of docs/FORMAT.md."""
 
 import struct
 
@@ -10,7 +11,27 @@ GRID, MASK, TRUNCATION, GAP, PENALTY, PICTURE = 32, 60, 8, 24, 20, 40
 
 def labl(labels, width=0, height=0, mask=b"", **fields):
     """The payload of labl: Potts, one-hot, local; `fields` are u32 values by their names above."""
-    values = bytearray(struct.pack("<IIIIIIIiIIIIIIII", 1, 0, 0, labels, 1, 0, 1, 1, width, height, width, height, 0, 0, 0, int(bool(mask))))
+    values = bytearray(
+        struct.pack(
+            "<IIIIIIIiIIIIIIII",
+            1,
+            0,
+            0,
+            labels,
+            1,
+            0,
+            1,
+            1,
+            width,
+            height,
+            width,
+            height,
+            0,
+            0,
+            0,
+            int(bool(mask)),
+        )
+    )
     for name, value in fields.items():
         struct.pack_into("<I", values, globals()[name], value)
     return bytes(values) + mask
@@ -24,9 +45,16 @@ def problem(groups, size=2, runs=(), sides=()):
     """Groups of `size` one-hot variables, coupled by lattice runs as Potts is."""
     made = [(0, 0, 0, 1, g, h, count, repeat, stride) for g, h, count, repeat, stride in runs]
     return qcf.Problem(
-        np.array([(groups, size)], qcf.GROUP_RUN), [qcf.Toeplitz((size, size), 1, 0, np.array([0], "<i4"))],
-        np.array(made, qcf.COUPLING_RUN), np.empty((0, 2), "<u4"), [], np.zeros(groups * size, np.int64),
-        np.array([(groups, 9, 9)], qcf.penalty_run(1)), 0, list(sides))
+        np.array([(groups, size)], qcf.GROUP_RUN),
+        [qcf.Toeplitz((size, size), 1, 0, np.array([0], "<i4"))],
+        np.array(made, qcf.COUPLING_RUN),
+        np.empty((0, 2), "<u4"),
+        [],
+        np.zeros(groups * size, np.int64),
+        np.array([(groups, 9, 9)], qcf.penalty_run(1)),
+        0,
+        list(sides),
+    )
 
 
 def with_couplings(data, couplings):
@@ -70,11 +98,30 @@ def hostile():
         chunks = [("labl", labels), *(("kept", chunk) for chunk in more)]
         yield name, qcf.pack_qcf(problem(6, runs=chain(6), sides=chunks)), both
     cut = struct.pack("<II", 1, 0)
-    yield "trnc of a grid without end", qcf.pack_qcf(problem(6, sides=[("labl", labl(2, 65535, 32767)), ("trnc", cut)])), False
-    yield "trnc before kept", qcf.pack_qcf(
-        problem(6, sides=[("labl", labl(2, 65535, 32767)), ("trnc", cut + bytes(12)), ("kept", kept(6))])), False
-    for name, runs in {"a lattice on the spot": [(0, 1, 1, 2**24, 0)], "a lattice with short steps": [(0, 1, 3, 3, 1)],
-                       "more pairs than 16 a byte": [(0, 1, 1999, 1, 0)] * 100}.items():
+    yield (
+        "trnc of a grid without end",
+        qcf.pack_qcf(problem(6, sides=[("labl", labl(2, 65535, 32767)), ("trnc", cut)])),
+        False,
+    )
+    yield (
+        "trnc before kept",
+        qcf.pack_qcf(
+            problem(
+                6,
+                sides=[
+                    ("labl", labl(2, 65535, 32767)),
+                    ("trnc", cut + bytes(12)),
+                    ("kept", kept(6)),
+                ],
+            )
+        ),
+        False,
+    )
+    for name, runs in {
+        "a lattice on the spot": [(0, 1, 1, 2**24, 0)],
+        "a lattice with short steps": [(0, 1, 3, 3, 1)],
+        "more pairs than 16 a byte": [(0, 1, 1999, 1, 0)] * 100,
+    }.items():
         size = 1 if len(runs) > 1 else 2
         made = problem(2000 if len(runs) > 1 else 6, size, runs)
         yield name, qcf.pack_qcf(made), True

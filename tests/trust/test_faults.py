@@ -1,7 +1,9 @@
-"""Every call that may fail does so once, in every command: the exit status says it, and nothing half-written is left.
+"""Every call that may fail does so once, in every command: the exit status says it, and nothing
+half-written is left.
 
 QSTEREO_FAULTS names the library that lets calls fail (faults.c).
 """
+
 import itertools
 import json
 import os
@@ -17,13 +19,18 @@ from cli_tools import ROOT, random_pair, run, write_pgm  # noqa: E402
 
 FAULTS = os.environ.get("QSTEREO_FAULTS")
 PNM = os.environ.get("QSTEREO_PNM")
-pytestmark = pytest.mark.skipif(FAULTS is None or PNM is None, reason="QSTEREO_FAULTS or QSTEREO_PNM names nothing")
+pytestmark = pytest.mark.skipif(
+    FAULTS is None or PNM is None, reason="QSTEREO_FAULTS or QSTEREO_PNM names nothing"
+)
 CALLS = ["write", "close", "rename", "fsync", "malloc"]
 # With the name of the one file that each writes, if any.
 COMMANDS = {
     "encode": ("encode l.pgm r.pgm -o out --disparity 0:3", "out"),
     "encode to a pipe": ("encode l.pgm r.pgm -o - --disparity 0:3", None),
-    "encode, cut": ("encode l.pgm r.pgm -o out --disparity 0:3 --encoding multiway-cut --truncate --json", "out"),
+    "encode, cut": (
+        "encode l.pgm r.pgm -o out --disparity 0:3 --encoding multiway-cut --truncate --json",
+        "out",
+    ),
     "reduce": ("reduce p.qcf -o out --encoding domain-wall", "out"),
     "info": ("info p.qcf", None),
     "info of samples": ("info s.qsf --json", None),
@@ -50,9 +57,22 @@ def inputs(tmp_path_factory):
 
 
 def with_fault(line, folder, call, k, reason=28, killed=False):
-    """(exit status, standard output, standard error, calls that were counted unless it was killed)"""
-    variables = {**os.environ, "LD_PRELOAD": FAULTS, "FAULT": f"{call}:{k}:{reason}", "FAULT_COUNT": str(folder / "count")}
-    done = subprocess.run([PNM, *line.split()], cwd=folder, env=variables, capture_output=True, stdin=subprocess.DEVNULL, timeout=60)
+    """(exit status, standard output, standard error, calls that were counted unless it was killed)
+    """
+    variables = {
+        **os.environ,
+        "LD_PRELOAD": FAULTS,
+        "FAULT": f"{call}:{k}:{reason}",
+        "FAULT_COUNT": str(folder / "count"),
+    }
+    done = subprocess.run(
+        [PNM, *line.split()],
+        cwd=folder,
+        env=variables,
+        capture_output=True,
+        stdin=subprocess.DEVNULL,
+        timeout=60,
+    )
     counted = 0
     if not killed:
         counted = int((folder / "count").read_text())
@@ -67,7 +87,9 @@ def contents(folder):
 def alike(found, expected):
     """The same files; of samples, which hold the time that they took, the same beginning."""
     return found.keys() == expected.keys() and all(
-        held[:12] == expected[name][:12] if held[:4] == b"\x89QSF" else held == expected[name] for name, held in found.items())
+        held[:12] == expected[name][:12] if held[:4] == b"\x89QSF" else held == expected[name]
+        for name, held in found.items()
+    )
 
 
 @pytest.mark.parametrize("name, call", list(itertools.product(COMMANDS, CALLS)))
@@ -91,7 +113,8 @@ def test_each_call_fails_once(name, call, inputs, tmp_path):
         failed += 1
         assert status == 4 and err.startswith("qstereo"), (k, status, err)
         assert contents(folder) == {**before, **({written: b"old"} if written else {})}, k
-    # Without memory for a buffer of standard output the C library writes byte by byte: the answer is whole.
+    # Without memory for a buffer of standard output the C library writes byte by byte: the answer
+    # is whole.
     assert failed == calls if call != "malloc" else failed >= calls - 2, (failed, calls)
     print(f"{name}, {call}: {calls} calls")
 
@@ -99,9 +122,19 @@ def test_each_call_fails_once(name, call, inputs, tmp_path):
 def test_the_bridge(inputs):
     paper = ROOT / "samples" / "paper"
     small = inputs / "small.qcf"
-    assert run("encode", paper / "left.pgm", paper / "right.pgm", "-o", small, "--disparity", "0:1").status == 0
-    done = subprocess.run([sys.executable, Path(__file__).with_name("bridge_faults.py"), FAULTS, small],
-                          capture_output=True, text=True, timeout=300, env={**os.environ, "DWAVE_CONFIG_FILE": "/dev/null"})
+    assert (
+        run(
+            "encode", paper / "left.pgm", paper / "right.pgm", "-o", small, "--disparity", "0:1"
+        ).status
+        == 0
+    )
+    done = subprocess.run(
+        [sys.executable, Path(__file__).with_name("bridge_faults.py"), FAULTS, small],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        env={**os.environ, "DWAVE_CONFIG_FILE": "/dev/null"},
+    )
     assert done.returncode == 0, done.stderr
     runs = [json.loads(line) for line in done.stdout.splitlines()]
     assert len(runs) > 20
@@ -110,4 +143,9 @@ def test_the_bridge(inputs):
         if found["status"] == 0:
             assert found["whole"], found
         else:
-            assert found["status"] == 4 and found["k"] > 0 and found["old"] and found["err"].startswith("qstereo-bridge"), found
+            assert (
+                found["status"] == 4
+                and found["k"] > 0
+                and found["old"]
+                and found["err"].startswith("qstereo-bridge")
+            ), found

@@ -2,6 +2,7 @@
 
 QSTEREO_FUZZ names the folder with the programs that replay a corpus.
 """
+
 import os
 import random
 import subprocess
@@ -18,7 +19,14 @@ from hostile import hostile, sound  # noqa: E402
 
 FUZZ = os.environ.get("QSTEREO_FUZZ")
 # What the bridge does not look at, or has another limit for.
-LABELS = (" of labl", " of kept", " of trnc", "labels that do not fit", "a site or terminal without a penalty", "memory limit")
+LABELS = (
+    " of labl",
+    " of kept",
+    " of trnc",
+    "labels that do not fit",
+    "a site or terminal without a penalty",
+    "memory limit",
+)
 
 
 def inputs(target):
@@ -32,8 +40,13 @@ def inputs(target):
 def test_replay(target, tmp_path):
     for number, data in enumerate(inputs(target)):
         (tmp_path / str(number)).write_bytes(data)
-    done = subprocess.run([f"{FUZZ}/replay-{target}", tmp_path], capture_output=True, text=True, timeout=120,
-                          env={**os.environ, "ASAN_OPTIONS": "allocator_may_return_null=1"})
+    done = subprocess.run(
+        [f"{FUZZ}/replay-{target}", tmp_path],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env={**os.environ, "ASAN_OPTIONS": "allocator_may_return_null=1"},
+    )
     print(done.stdout)
     assert done.returncode == 0, done.stderr[-4000:]
     assert f" {number + 1} inputs" in done.stdout
@@ -58,5 +71,9 @@ def test_both_readers_agree(name, tmp_path):
         here, there = readers.read(name, data), run("info", path)
         taken += here
         agree = (there.status == 0) == here
-        assert agree or (here and any(part in there.err for part in LABELS)), (number, here, there.err)
+        assert agree or (here and any(part in there.err for part in LABELS)), (
+            number,
+            here,
+            there.err,
+        )
     assert taken > 10

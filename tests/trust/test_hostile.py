@@ -1,4 +1,6 @@
-"""Files that were made to hurt are refused by both readers, at once and without a crash; those beside them are read."""
+"""Files that were made to hurt are refused by both readers, at once and without a crash; those
+beside them are read."""
+
 import resource
 import sys
 from pathlib import Path
@@ -13,8 +15,14 @@ from cli_tools import ROOT, run  # noqa: E402
 
 HOSTILE = {name: (data, both) for name, data, both in hostile()}
 FOUND = sorted((ROOT.parent / "shared/data/hostile").glob("*.qcf"))
-COMMANDS = [["info"], ["info", "--complexity"], ["solve", "-o", "out.qsf"], ["reduce", "-o", "out.qcf"], ["compare"],
-            ["decode", "-o", "out.pgm"]]
+COMMANDS = [
+    ["info"],
+    ["info", "--complexity"],
+    ["solve", "-o", "out.qsf"],
+    ["reduce", "-o", "out.qcf"],
+    ["compare"],
+    ["decode", "-o", "out.pgm"],
+]
 
 
 def a_second_of_work():
@@ -24,7 +32,10 @@ def a_second_of_work():
 
 
 def outcomes(path, folder):
-    return [run(command[0], path, *command[1:], cwd=folder, preexec_fn=a_second_of_work) for command in COMMANDS]
+    return [
+        run(command[0], path, *command[1:], cwd=folder, preexec_fn=a_second_of_work)
+        for command in COMMANDS
+    ]
 
 
 @pytest.mark.parametrize("name", HOSTILE)
@@ -41,7 +52,9 @@ def test_refused(name, tmp_path):
             qcf.parse_qcf(data, 1 << 30)
 
 
-@pytest.mark.parametrize("name, data", list(sound()), ids=lambda value: value if isinstance(value, str) else "")
+@pytest.mark.parametrize(
+    "name, data", list(sound()), ids=lambda value: value if isinstance(value, str) else ""
+)
 def test_the_sound_ones_beside_them_are_read(name, data, tmp_path):
     path = tmp_path / "sound.qcf"
     path.write_bytes(data)

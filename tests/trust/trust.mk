@@ -13,7 +13,7 @@ TARGET_FLAGS = OPENCV=0 NEED= LDFLAGS=-static CFLAGS="-O1 -g0"
 
 $(TARGET_DIR)/.packages:
 	@mkdir -p $(@D)
-	@$(if $(NEED),$(NEED) $(TARGET_PACKAGES))
+	$(call need,s390x-linux-gnu-gcc --version && i686-linux-gnu-gcc --version && qemu-s390x --version,$(TARGET_PACKAGES))
 	@touch $@
 
 $(TARGET_DIR)/%/qstereo: FORCE | $(TARGET_DIR)/.packages
@@ -24,7 +24,7 @@ CORTEX_M := $(BUILD)/cortex-m/encode.elf
 
 $(BUILD)/.cortex-m:
 	@mkdir -p $(@D)
-	@$(if $(NEED),$(NEED) gcc-arm-none-eabi qemu-system-arm)
+	$(call need,arm-none-eabi-gcc --version && qemu-system-arm --version,gcc-arm-none-eabi qemu-system-arm)
 	@touch $@
 
 $(CORTEX_M): FORCE | $(BUILD)/.cortex-m
@@ -38,12 +38,12 @@ $(FAULTS): tests/trust/faults.c
 	$(call say,CC,$@)
 	$(Q)$(CC) -O1 -Wall -Wextra -fPIC -shared $< -o $@
 
-TRUST_ENV = QSTEREO_FUZZ=$(abspath $(FUZZ)) QSTEREO_FAULTS=$(abspath $(FAULTS)) QSTEREO=$(abspath $(BUILD))/qstereo QSTEREO_PNM=$(abspath $(BUILD))/no-opencv/qstereo \
+TRUST_ENV = QSTEREO_FUZZ=$(abspath $(FUZZ)) QSTEREO_FAULTS=$(abspath $(FAULTS)) QSTEREO=$(abspath $(BUILD))/opencv1/qstereo QSTEREO_PNM=$(abspath $(BUILD))/opencv0/qstereo \
     QSTEREO_BRIDGE=$(abspath $(BIN))/qstereo-bridge QSTEREO_CORTEX_M=$(abspath $(CORTEX_M)) \
     QSTEREO_TARGETS="$(foreach target,$(TARGETS),$(target)=$(TARGET_RUN_$(target)) $(abspath $(TARGET_DIR)/$(target)/qstereo):)"
 
-check-trust: all $(ENV) $(BUILD)/no-opencv/qstereo $(TARGETS:%=$(TARGET_DIR)/%/qstereo) $(CORTEX_M) $(FAULTS) $(FUZZ_REPLAY)
+check-trust: all $(ENV) $(BUILD)/opencv1/qstereo $(BUILD)/opencv0/qstereo $(TARGETS:%=$(TARGET_DIR)/%/qstereo) $(CORTEX_M) $(FAULTS) $(FUZZ_REPLAY)
 	$(TRUST_ENV) $(BIN)/python -m pytest -q -n 2 tests/trust
 
-check-cortex-m: all $(ENV) $(CORTEX_M) ## encode on an emulated Cortex-M4: same bytes, at most 12 KiB of code and 2 KiB of RAM
+check-cortex-m: all $(ENV) $(BUILD)/opencv1/qstereo $(CORTEX_M) ## encode on an emulated Cortex-M4: same bytes, at most 12 KiB of code and 2 KiB of RAM
 	$(TRUST_ENV) $(BIN)/python -m pytest -q -s tests/trust/test_cortex_m.py

@@ -1,28 +1,25 @@
 #include "min_cut.h"
 
-#if defined(__GNUC__)
-#define INLINE static inline __attribute__((always_inline))
-#else
-#define INLINE static inline
-#endif
+#include "../base/minmax.h"
+#include "../base/simd.h"
 
-/* Every function below exists twice, for grids and for graphs: `grid` is a constant wherever they
- * are called. */
+/* The functions below are compiled twice, for grids and for graphs: `grid` is a constant wherever
+ * they are called. */
 
-/* Where the residual of arc `a` of `p` is. */
-INLINE size_t index_of(const qs_cut *cut, bool grid, uint32_t p, uint32_t a)
+/* Where the residual of arc `a` of node `p` is. */
+QS_KERNEL size_t index_of(const qs_cut *cut, bool grid, uint32_t p, uint32_t a)
 {
     return grid ? (size_t)a * cut->nodes + p : (size_t)cut->start[p] + a;
 }
 
-INLINE uint32_t arcs(const qs_cut *cut, bool grid, uint32_t p)
+QS_KERNEL uint32_t arcs(const qs_cut *cut, bool grid, uint32_t p)
 {
     return grid ? 4 : cut->start[p + 1] - cut->start[p];
 }
 
-/* The node at the other end of arc `a` of a node. In a grid it may lie outside: there are nodes
- * there that are in no tree. */
-INLINE ptrdiff_t head(const qs_cut *cut, bool grid, uint32_t node, uint32_t a)
+/* The node at the other end of arc `a` of a node. In a grid it may lie outside; the nodes there
+ * are in no tree. */
+QS_KERNEL ptrdiff_t head(const qs_cut *cut, bool grid, uint32_t node, uint32_t a)
 {
     ptrdiff_t p = (ptrdiff_t)node;
     if (!grid) {
@@ -32,19 +29,19 @@ INLINE ptrdiff_t head(const qs_cut *cut, bool grid, uint32_t node, uint32_t a)
     return a & 1 ? p - step : p + step;
 }
 
-/* Where the residual of the opposite of that arc is; q is its head. */
-INLINE size_t sister(const qs_cut *cut, bool grid, uint32_t p, uint32_t a, uint32_t q)
+/* Where the residual of the opposite arc is, from its head q back to p. */
+QS_KERNEL size_t sister(const qs_cut *cut, bool grid, uint32_t p, uint32_t a, uint32_t q)
 {
     return grid ? (size_t)(a ^ 1) * cut->nodes + q : cut->sister[cut->start[p] + a];
 }
 
-/* The number of that opposite among the arcs of q. */
-INLINE uint32_t opposite(const qs_cut *cut, bool grid, uint32_t p, uint32_t a, uint32_t q)
+/* The number of the opposite arc among those of q. */
+QS_KERNEL uint32_t opposite(const qs_cut *cut, bool grid, uint32_t p, uint32_t a, uint32_t q)
 {
     return grid ? a ^ 1 : cut->sister[cut->start[p] + a] - cut->start[q];
 }
 
-INLINE void activate(qs_cut *cut, uint32_t p)
+QS_KERNEL void activate(qs_cut *cut, uint32_t p)
 {
     qs_cut_node *node = &cut->node[p];
     if (!node->active) {
@@ -54,7 +51,7 @@ INLINE void activate(qs_cut *cut, uint32_t p)
     }
 }
 
-INLINE uint32_t next_active(qs_cut *cut)
+QS_KERNEL uint32_t next_active(qs_cut *cut)
 {
     uint32_t p = cut->queue[cut->queue_first];
     cut->queue_first = cut->queue_first + 1 < cut->nodes ? cut->queue_first + 1 : 0;
@@ -63,19 +60,19 @@ INLINE uint32_t next_active(qs_cut *cut)
     return p;
 }
 
-INLINE void make_orphan(qs_cut *cut, uint32_t p)
+QS_KERNEL void make_orphan(qs_cut *cut, uint32_t p)
 {
     cut->node[p].parent = QS_CUT_ORPHAN;
     cut->orphan[cut->orphan_count++] = p;
 }
 
-INLINE uint16_t farther(uint16_t distance)
+QS_KERNEL uint16_t farther(uint16_t distance)
 {
     return (uint16_t)(distance + (distance < UINT16_MAX));
 }
 
-/* Pushes what the path root ... p -> q takes; q wants flow. */
-INLINE void augment(qs_cut *cut, bool grid, uint32_t p, uint32_t a, uint32_t q)
+/* Pushes as much flow as the path from the root through p to q takes. q wants flow. */
+QS_KERNEL void augment(qs_cut *cut, bool grid, uint32_t p, uint32_t a, uint32_t q)
 {
     const qs_cut_node *node = cut->node;
     int32_t *residual = cut->residual, *excess = cut->excess;
@@ -109,8 +106,8 @@ INLINE void augment(qs_cut *cut, bool grid, uint32_t p, uint32_t a, uint32_t q)
     }
 }
 
-/* The distance of q from a root, or UINT32_MAX if its path ends at an orphan. */
-INLINE uint32_t origin(qs_cut *cut, bool grid, uint32_t q)
+/* The distance of q from its root; UINT32_MAX if its path ends at an orphan. */
+QS_KERNEL uint32_t origin(qs_cut *cut, bool grid, uint32_t q)
 {
     qs_cut_node *node = cut->node;
     uint32_t steps = 0, i = q;
@@ -138,9 +135,9 @@ INLINE uint32_t origin(qs_cut *cut, bool grid, uint32_t q)
     return distance;
 }
 
-/* No parent: out of the tree, its children are orphans, and those who could reach it may try again.
- */
-INLINE void set_free(qs_cut *cut, bool grid, uint32_t p)
+/* No parent was found: p leaves the tree, its children become orphans, and nodes from which flow
+ * could reach it are active again. */
+QS_KERNEL void set_free(qs_cut *cut, bool grid, uint32_t p)
 {
     qs_cut_node *node = cut->node;
     node[p].parent = QS_CUT_FREE;
@@ -159,7 +156,8 @@ INLINE void set_free(qs_cut *cut, bool grid, uint32_t p)
     }
 }
 
-INLINE void adopt(qs_cut *cut, bool grid, uint32_t p)
+/* Finds an orphan the parent that is nearest to a root. */
+QS_KERNEL void adopt(qs_cut *cut, bool grid, uint32_t p)
 {
     qs_cut_node *node = cut->node;
     uint32_t nearest = UINT32_MAX, parent = 0;
@@ -184,7 +182,7 @@ INLINE void adopt(qs_cut *cut, bool grid, uint32_t p)
     node[p].distance = (uint16_t)(nearest + 1 < UINT16_MAX ? nearest + 1 : UINT16_MAX);
 }
 
-/* The clock is full: the tree begins anew. */
+/* The clock can go no further: the tree begins anew from its roots. */
 static void restart(qs_cut *cut)
 {
     cut->time = 0;
@@ -201,9 +199,9 @@ static void restart(qs_cut *cut)
     }
 }
 
-/* The path's orphans first, from the root down, then their children as they come: a node is an
- * orphan at most once, for the paths of those that were adopted are sound. */
-INLINE void adopt_all(qs_cut *cut, bool grid)
+/* Adopts first the orphans of the path, from the root down, then their children as they come. No
+ * node becomes an orphan twice, for the paths of adopted nodes are sound. */
+QS_KERNEL void adopt_all(qs_cut *cut, bool grid)
 {
     cut->time++;
     for (size_t i = 0, j = cut->orphan_count; i + 1 < j; i++) {
@@ -220,9 +218,9 @@ INLINE void adopt_all(qs_cut *cut, bool grid)
     }
 }
 
-/* Arc `a` of `p`, in the tree: to a node that wants flow, one to take into the tree, or one that
- * has a shorter way through p. */
-INLINE void grow(qs_cut *cut, bool grid, uint32_t p, uint32_t a)
+/* Looks along arc `a` of p, which is in the tree. The node there may want flow; it may enter the
+ * tree; or it is in the tree, and its way to a root gets shorter through p. */
+QS_KERNEL void grow(qs_cut *cut, bool grid, uint32_t p, uint32_t a)
 {
     qs_cut_node *node = cut->node;
     const int32_t *residual = &cut->residual[index_of(cut, grid, p, a)], *excess = cut->excess;
@@ -256,7 +254,7 @@ INLINE void grow(qs_cut *cut, bool grid, uint32_t p, uint32_t a)
     }
 }
 
-INLINE void run(qs_cut *cut, bool grid)
+QS_KERNEL void run(qs_cut *cut, bool grid)
 {
     while (cut->queue_count > 0) {
         uint32_t p = next_active(cut);
@@ -266,15 +264,16 @@ INLINE void run(qs_cut *cut, bool grid)
     }
 }
 
-/* Of `most` (which may be negative: then it is pulled) what an edge takes. */
-INLINE int32_t clamp(int32_t most, int32_t in, int32_t out)
+/* How much of a flow an edge takes. `most` below 0 is a flow in the other direction.
+ *
+ * in, out  the residuals of its two arcs */
+QS_KERNEL int32_t clamp(int32_t most, int32_t in, int32_t out)
 {
-    most = most > out ? out : most;
-    return most < -in ? -in : most;
+    return qs_max_i32(qs_min_i32(most, out), -in);
 }
 
-/* Shares the excess or want of p among its later neighbours, or its earlier ones. */
-INLINE void spread_node(qs_cut *cut, bool grid, uint32_t p, bool forward)
+/* Shares the excess or want of p out to its later neighbours, or to its earlier ones. */
+QS_KERNEL void spread_node(qs_cut *cut, bool grid, uint32_t p, bool forward)
 {
     uint32_t count = arcs(cut, grid, p), left = 0;
     for (uint32_t a = 0; a < count; a++) {
@@ -298,7 +297,7 @@ INLINE void spread_node(qs_cut *cut, bool grid, uint32_t p, bool forward)
     }
 }
 
-/* Half of the excess of each node of a row goes on along the row, `step` by step. */
+/* Along a row: half of what each node has goes to the next one. */
 static void spread_along(int32_t *excess, int32_t *out, int32_t *in, uint32_t count, ptrdiff_t step)
 {
     int32_t flow = 0;
@@ -312,7 +311,7 @@ static void spread_along(int32_t *excess, int32_t *out, int32_t *in, uint32_t co
     *excess += flow;
 }
 
-/* All that is left goes to the next row. */
+/* All that is left of a row goes to the next row, as far as the edges take it. */
 static void spread_across(int32_t *restrict excess, int32_t *restrict next, int32_t *restrict out,
                           int32_t *restrict in, uint32_t count)
 {
@@ -367,7 +366,7 @@ void qs_cut_spread(qs_cut *cut)
     }
 }
 
-INLINE void spread_some(qs_cut *cut, bool grid, const uint32_t *list, uint32_t count)
+QS_KERNEL void spread_some(qs_cut *cut, bool grid, const uint32_t *list, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {
         spread_node(cut, grid, list[i], true);
