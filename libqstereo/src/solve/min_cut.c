@@ -17,12 +17,13 @@ QS_KERNEL uint32_t arcs(const qs_cut *cut, bool grid, uint32_t p)
     return grid ? 4 : cut->start[p + 1] - cut->start[p];
 }
 
-/* The node at the other end of arc `a` of node `p`. In a grid it may lie outside; the nodes there
+/* The node at the other end of arc `a` of a node. In a grid it may lie outside; the nodes there
  * are in no tree. */
-QS_KERNEL ptrdiff_t head(const qs_cut *cut, bool grid, ptrdiff_t p, uint32_t a)
+QS_KERNEL ptrdiff_t head(const qs_cut *cut, bool grid, uint32_t node, uint32_t a)
 {
+    ptrdiff_t p = (ptrdiff_t)node;
     if (!grid) {
-        return cut->links[cut->start[p] + a].site;
+        return (ptrdiff_t)cut->links[cut->start[node] + a].site;
     }
     ptrdiff_t step = a < QS_CUT_DOWN ? 1 : (ptrdiff_t)cut->width;
     return a & 1 ? p - step : p + step;
