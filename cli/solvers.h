@@ -11,14 +11,14 @@ typedef struct solver {
     size_t (*workspace)(const qs_model *model);
 } solver;
 
-enum { SOLVERS = 7 };
+enum { SOLVERS = 8 };
 
 /* In the order in which they are compared. */
 extern const solver solvers[SOLVERS];
 
 /* A row for a table of options. */
 #define SOLVER_OPTION                                                                              \
-    {"solver", 0, false, "NAME", "best", "icm, anneal, swap, expansion, bp, trws or best"}
+    {"solver", 0, false, "NAME", "best", "icm, anneal, swap, expansion, bp, trws, cut or best"}
 
 /* The argument of --solver. Returns DONE, or BAD_USAGE having listed the known ones. */
 int solver_read(const char *text, const solver **chosen);

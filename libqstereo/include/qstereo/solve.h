@@ -112,6 +112,32 @@ QS_MUST_CHECK qs_status qs_trws(const qs_model *, const qs_solve_options *,
                                 void *, size_t, uint16_t *, qs_solution *);
 size_t qs_trws_workspace(const qs_model *model);
 
+/* The optimum by minimum cuts, always proven unless a watch or a limit stops it,
+ * for costs that cuts solve. Else QS_E_ENCODING. V must be submodular:
+ *
+ *     V(a, b) + V(a + 1, b + 1) <= V(a + 1, b) + V(a, b + 1)
+ *
+ * for all labels. Potts is with two labels, linear and quadratic are where they
+ * are not truncated (or beyond the labels), and so are many tables. Then
+ *
+ * - where V(a, b) = g(a - b) and the unary costs are convex too: steepest
+ *   descent by cuts (Murota 2003; Kolmogorov and Shioura 2009). It starts from
+ *   the labelling; about 40 bytes a site. An iteration is a cut.
+ * - else one cut of a graph with a node for each site and label (Boykov and
+ *   Jolly 2001 for two labels; Ishikawa 2003; Schlesinger and Flach 2006). On a
+ *   grid with linear costs about 50 bytes a node; where V couples many pairs of
+ *   labels, as quadratic costs do, 40 bytes for each of them and each edge. Its
+ *   one iteration is the cut; stopped, it returns the labelling that it was
+ *   given and the bound that it has reached.
+ *
+ * The workspace is SIZE_MAX where that graph would have 2^32 nodes or arcs; 0
+ * where V is not submodular. QS_E_OVERFLOW: a cost, or what the edges of a site
+ * can cost, times the number of labels, comes to 2^28 or more (of the descent,
+ * without the number of labels). */
+QS_MUST_CHECK qs_status qs_min_cut(const qs_model *, const qs_solve_options *,
+                                   void *, size_t, uint16_t *, qs_solution *);
+size_t qs_min_cut_workspace(const qs_model *model);
+
 /* The best of these together: TRW-S, whose labelling is improved by expansion
  * after 8 iterations, 16, 32 and so on (by icm where the pairwise cost is no
  * metric), until the bound proves the best labelling or it is stopped. TRW-S

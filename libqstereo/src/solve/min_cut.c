@@ -1,46 +1,53 @@
 #include "min_cut.h"
 
+#include <string.h>
+
 #if defined(__GNUC__)
 #define INLINE static inline __attribute__((always_inline))
 #else
 #define INLINE static inline
 #endif
 
-/* Every function below exists twice, for grids and for graphs: `grid` is a constant wherever they
- * are called. */
+/* Every function below exists three times: `ways`, the arcs of each node of a grid (0 = a graph), is
+ * a constant wherever they are called. */
+enum { GRAPH = 0, FLAT = 4, LAYERED = 6 };
+
+enum { BETWEEN_CHECKS = 1 << 14 }; /* nodes taken from the queue between two calls of `going` */
 
 /* Where the residual of arc `a` of `p` is. */
-INLINE size_t index_of(const qs_cut *cut, bool grid, uint32_t p, uint32_t a)
+INLINE size_t index_of(const qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a)
 {
-    return grid ? (size_t)a * cut->nodes + p : (size_t)cut->start[p] + a;
+    return ways > 0 ? (size_t)a * cut->nodes + p : (size_t)cut->start[p] + a;
 }
 
-INLINE uint32_t arcs(const qs_cut *cut, bool grid, uint32_t p)
+INLINE uint32_t arcs(const qs_cut *cut, uint32_t ways, uint32_t p)
 {
-    return grid ? 4 : cut->start[p + 1] - cut->start[p];
+    return ways > 0 ? ways : cut->start[p + 1] - cut->start[p];
 }
 
 /* The node at the other end of arc `a` of node `p`. In a grid it may lie outside: there are nodes
  * there that are in no tree. */
-INLINE ptrdiff_t head(const qs_cut *cut, bool grid, ptrdiff_t p, uint32_t a)
+INLINE ptrdiff_t head(const qs_cut *cut, uint32_t ways, ptrdiff_t p, uint32_t a)
 {
-    if (!grid) {
+    if (ways == GRAPH) {
         return cut->links[cut->start[p] + a].site;
     }
-    ptrdiff_t step = a < QS_CUT_DOWN ? 1 : (ptrdiff_t)cut->width;
+    ptrdiff_t step = a < QS_CUT_DOWN    ? 1
+                     : a < QS_CUT_ABOVE ? (ptrdiff_t)cut->width
+                                        : (ptrdiff_t)cut->layer;
     return a & 1 ? p - step : p + step;
 }
 
 /* Where the residual of the opposite of that arc is; q is its head. */
-INLINE size_t sister(const qs_cut *cut, bool grid, uint32_t p, uint32_t a, uint32_t q)
+INLINE size_t sister(const qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint32_t q)
 {
-    return grid ? (size_t)(a ^ 1) * cut->nodes + q : cut->sister[cut->start[p] + a];
+    return ways > 0 ? (size_t)(a ^ 1) * cut->nodes + q : cut->sister[cut->start[p] + a];
 }
 
 /* The number of that opposite among the arcs of q. */
-INLINE uint32_t opposite(const qs_cut *cut, bool grid, uint32_t p, uint32_t a, uint32_t q)
+INLINE uint32_t opposite(const qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint32_t q)
 {
-    return grid ? a ^ 1 : cut->sister[cut->start[p] + a] - cut->start[q];
+    return ways > 0 ? a ^ 1 : cut->sister[cut->start[p] + a] - cut->start[q];
 }
 
 INLINE void activate(qs_cut *cut, uint32_t p)
@@ -74,28 +81,28 @@ INLINE uint16_t farther(uint16_t distance)
 }
 
 /* Pushes what the path root ... p -> q takes; q wants flow. */
-INLINE void augment(qs_cut *cut, bool grid, uint32_t p, uint32_t a, uint32_t q)
+INLINE void augment(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint32_t q)
 {
     const qs_cut_node *node = cut->node;
     int32_t *residual = cut->residual, *excess = cut->excess;
-    size_t last = index_of(cut, grid, p, a);
+    size_t last = index_of(cut, ways, p, a);
     int32_t most = residual[last] < -excess[q] ? residual[last] : -excess[q];
     uint32_t i = p;
     while (node[i].parent != QS_CUT_ROOT) {
-        uint32_t up = (uint32_t)head(cut, grid, i, node[i].parent);
-        int32_t r = residual[sister(cut, grid, i, node[i].parent, up)];
+        uint32_t up = (uint32_t)head(cut, ways, i, node[i].parent);
+        int32_t r = residual[sister(cut, ways, i, node[i].parent, up)];
         most = r < most ? r : most;
         i = up;
     }
     most = excess[i] < most ? excess[i] : most;
     residual[last] -= most;
-    residual[sister(cut, grid, p, a, q)] += most;
+    residual[sister(cut, ways, p, a, q)] += most;
     excess[q] += most;
     i = p;
     while (node[i].parent != QS_CUT_ROOT) {
-        uint32_t arc = node[i].parent, up = (uint32_t)head(cut, grid, i, arc);
-        int32_t *r = &residual[sister(cut, grid, i, arc, up)];
-        residual[index_of(cut, grid, i, arc)] += most;
+        uint32_t arc = node[i].parent, up = (uint32_t)head(cut, ways, i, arc);
+        int32_t *r = &residual[sister(cut, ways, i, arc, up)];
+        residual[index_of(cut, ways, i, arc)] += most;
         *r -= most;
         if (*r == 0) {
             make_orphan(cut, i);
@@ -109,7 +116,7 @@ INLINE void augment(qs_cut *cut, bool grid, uint32_t p, uint32_t a, uint32_t q)
 }
 
 /* The distance of q from a root, or UINT32_MAX if its path ends at an orphan. */
-INLINE uint32_t origin(qs_cut *cut, bool grid, uint32_t q)
+INLINE uint32_t origin(qs_cut *cut, uint32_t ways, uint32_t q)
 {
     qs_cut_node *node = cut->node;
     uint32_t steps = 0, i = q;
@@ -126,10 +133,10 @@ INLINE uint32_t origin(qs_cut *cut, bool grid, uint32_t q)
             node[i].distance = 0;
             break;
         }
-        i = (uint32_t)head(cut, grid, i, node[i].parent);
+        i = (uint32_t)head(cut, ways, i, node[i].parent);
     }
     uint32_t distance = steps;
-    for (i = q; node[i].stamp != cut->time; i = (uint32_t)head(cut, grid, i, node[i].parent)) {
+    for (i = q; node[i].stamp != cut->time; i = (uint32_t)head(cut, ways, i, node[i].parent)) {
         node[i].stamp = cut->time;
         node[i].distance = (uint16_t)(steps < UINT16_MAX ? steps : UINT16_MAX);
         steps--;
@@ -139,43 +146,43 @@ INLINE uint32_t origin(qs_cut *cut, bool grid, uint32_t q)
 
 /* No parent: out of the tree, its children are orphans, and those who could reach it may try again.
  */
-INLINE void set_free(qs_cut *cut, bool grid, uint32_t p)
+INLINE void set_free(qs_cut *cut, uint32_t ways, uint32_t p)
 {
     qs_cut_node *node = cut->node;
     node[p].parent = QS_CUT_FREE;
-    for (uint32_t a = 0; a < arcs(cut, grid, p); a++) {
-        ptrdiff_t to = head(cut, grid, p, a);
+    for (uint32_t a = 0; a < arcs(cut, ways, p); a++) {
+        ptrdiff_t to = head(cut, ways, p, a);
         if (!qs_cut_in_tree(&node[to])) {
             continue;
         }
         uint32_t q = (uint32_t)to;
-        if (node[q].parent == opposite(cut, grid, p, a, q)) {
+        if (node[q].parent == opposite(cut, ways, p, a, q)) {
             make_orphan(cut, q);
         }
-        if (cut->residual[sister(cut, grid, p, a, q)] > 0) {
+        if (cut->residual[sister(cut, ways, p, a, q)] > 0) {
             activate(cut, q);
         }
     }
 }
 
-INLINE void adopt(qs_cut *cut, bool grid, uint32_t p)
+INLINE void adopt(qs_cut *cut, uint32_t ways, uint32_t p)
 {
     qs_cut_node *node = cut->node;
     uint32_t nearest = UINT32_MAX, parent = 0;
-    for (uint32_t a = 0; a < arcs(cut, grid, p); a++) {
-        ptrdiff_t q = head(cut, grid, p, a);
+    for (uint32_t a = 0; a < arcs(cut, ways, p); a++) {
+        ptrdiff_t q = head(cut, ways, p, a);
         if (!qs_cut_in_tree(&node[q]) || node[q].parent == QS_CUT_ORPHAN ||
-            cut->residual[sister(cut, grid, p, a, (uint32_t)q)] == 0) {
+            cut->residual[sister(cut, ways, p, a, (uint32_t)q)] == 0) {
             continue;
         }
-        uint32_t distance = origin(cut, grid, (uint32_t)q);
+        uint32_t distance = origin(cut, ways, (uint32_t)q);
         if (distance < nearest) {
             nearest = distance;
             parent = a;
         }
     }
     if (nearest == UINT32_MAX) {
-        set_free(cut, grid, p);
+        set_free(cut, ways, p);
         return;
     }
     node[p].parent = parent;
@@ -202,7 +209,7 @@ static void restart(qs_cut *cut)
 
 /* The path's orphans first, from the root down, then their children as they come: a node is an
  * orphan at most once, for the paths of those that were adopted are sound. */
-INLINE void adopt_all(qs_cut *cut, bool grid)
+INLINE void adopt_all(qs_cut *cut, uint32_t ways)
 {
     cut->time++;
     for (size_t i = 0, j = cut->orphan_count; i + 1 < j; i++) {
@@ -211,7 +218,7 @@ INLINE void adopt_all(qs_cut *cut, bool grid)
         cut->orphan[i] = orphan;
     }
     for (size_t i = 0; i < cut->orphan_count; i++) {
-        adopt(cut, grid, cut->orphan[i]);
+        adopt(cut, ways, cut->orphan[i]);
     }
     cut->orphan_count = 0;
     if (cut->time == UINT32_MAX) {
@@ -221,21 +228,21 @@ INLINE void adopt_all(qs_cut *cut, bool grid)
 
 /* Arc `a` of `p`, in the tree: to a node that wants flow, one to take into the tree, or one that
  * has a shorter way through p. */
-INLINE void grow(qs_cut *cut, bool grid, uint32_t p, uint32_t a)
+INLINE void grow(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a)
 {
     qs_cut_node *node = cut->node;
-    const int32_t *residual = &cut->residual[index_of(cut, grid, p, a)], *excess = cut->excess;
+    const int32_t *residual = &cut->residual[index_of(cut, ways, p, a)], *excess = cut->excess;
     if (*residual == 0) {
         return;
     }
-    uint32_t q = (uint32_t)head(cut, grid, p, a);
+    uint32_t q = (uint32_t)head(cut, ways, p, a);
     if (node[q].parent == QS_CUT_UNLOADED) {
         cut->load(cut->context, q);
     }
     if (node[q].parent != QS_CUT_FREE) {
         if (node[q].parent < QS_CUT_ORPHAN && node[q].stamp <= node[p].stamp &&
             node[q].distance > farther(node[p].distance)) {
-            node[q].parent = opposite(cut, grid, p, a, q);
+            node[q].parent = opposite(cut, ways, p, a, q);
             node[q].stamp = node[p].stamp;
             node[q].distance = farther(node[p].distance);
         }
@@ -243,26 +250,30 @@ INLINE void grow(qs_cut *cut, bool grid, uint32_t p, uint32_t a)
     }
     while (excess[q] < 0 && node[q].parent == QS_CUT_FREE && *residual > 0 &&
            qs_cut_in_tree(&node[p])) {
-        augment(cut, grid, p, a, q);
-        adopt_all(cut, grid);
+        augment(cut, ways, p, a, q);
+        adopt_all(cut, ways);
     }
     if (excess[q] == 0 && node[q].parent == QS_CUT_FREE && *residual > 0 &&
         qs_cut_in_tree(&node[p])) {
-        node[q].parent = opposite(cut, grid, p, a, q);
+        node[q].parent = opposite(cut, ways, p, a, q);
         node[q].stamp = node[p].stamp;
         node[q].distance = farther(node[p].distance);
         activate(cut, q);
     }
 }
 
-INLINE void run(qs_cut *cut, bool grid)
+INLINE bool run(qs_cut *cut, uint32_t ways)
 {
-    while (cut->queue_count > 0) {
+    for (uint32_t taken = 1; cut->queue_count > 0; taken++) {
+        if (taken % BETWEEN_CHECKS == 0 && cut->going && !cut->going(cut->context)) {
+            return false;
+        }
         uint32_t p = next_active(cut);
-        for (uint32_t a = 0; a < arcs(cut, grid, p) && qs_cut_in_tree(&cut->node[p]); a++) {
-            grow(cut, grid, p, a);
+        for (uint32_t a = 0; a < arcs(cut, ways, p) && qs_cut_in_tree(&cut->node[p]); a++) {
+            grow(cut, ways, p, a);
         }
     }
+    return true;
 }
 
 /* Of `most` (which may be negative: then it is pulled) what an edge takes. */
@@ -273,20 +284,20 @@ INLINE int32_t clamp(int32_t most, int32_t in, int32_t out)
 }
 
 /* Shares the excess or want of p among its later neighbours, or its earlier ones. */
-INLINE void spread_node(qs_cut *cut, bool grid, uint32_t p, bool forward)
+INLINE void spread_node(qs_cut *cut, uint32_t ways, uint32_t p, bool forward)
 {
-    uint32_t count = arcs(cut, grid, p), left = 0;
+    uint32_t count = arcs(cut, ways, p), left = 0;
     for (uint32_t a = 0; a < count; a++) {
-        left += (head(cut, grid, p, a) > (ptrdiff_t)p) == forward;
+        left += (head(cut, ways, p, a) > (ptrdiff_t)p) == forward;
     }
     for (uint32_t a = 0; a < count; a++) {
-        ptrdiff_t to = head(cut, grid, p, a);
+        ptrdiff_t to = head(cut, ways, p, a);
         if ((to > (ptrdiff_t)p) == forward) {
             int32_t share = cut->excess[p] / (int32_t)left--;
             if (cut->node[to].parent != QS_CUT_UNLOADED) {
                 uint32_t q = (uint32_t)to;
-                int32_t *out = &cut->residual[index_of(cut, grid, p, a)],
-                        *in = &cut->residual[sister(cut, grid, p, a, q)];
+                int32_t *out = &cut->residual[index_of(cut, ways, p, a)],
+                        *in = &cut->residual[sister(cut, ways, p, a, q)];
                 int32_t flow = clamp(share, *in, *out);
                 *out -= flow;
                 *in += flow;
@@ -324,21 +335,22 @@ static void spread_across(int32_t *restrict excess, int32_t *restrict next, int3
     }
 }
 
-static void spread_grid(qs_cut *cut)
+/* The rows of nodes begin .. end - 1, a grid or a layer of one. */
+static void spread_rows(qs_cut *cut, size_t begin, size_t end)
 {
     size_t width = cut->width, nodes = cut->nodes;
     int32_t *right = cut->residual, *left = right + nodes, *down = left + nodes, *up = down + nodes,
             *excess = cut->excess;
-    for (size_t row = 0; row < nodes; row += width) {
+    for (size_t row = begin; row < end; row += width) {
         spread_along(excess + row, right + row, left + row, cut->width, 1);
-        if (row + width < nodes) {
+        if (row + width < end) {
             spread_across(excess + row, excess + row + width, down + row, up + row + width,
                           cut->width);
         }
     }
-    for (size_t row = nodes; row > 0; row -= width) {
+    for (size_t row = end; row > begin; row -= width) {
         spread_along(excess + row - 1, left + row - 1, right + row - 1, cut->width, -1);
-        if (row > width) {
+        if (row > begin + width) {
             size_t at = row - width;
             spread_across(excess + at, excess + at - width, up + at, down + at - width, cut->width);
         }
@@ -348,40 +360,59 @@ static void spread_grid(qs_cut *cut)
 static void spread_graph(qs_cut *cut)
 {
     for (uint32_t p = 0; p < cut->nodes; p++) {
-        spread_node(cut, false, p, true);
+        spread_node(cut, GRAPH, p, true);
     }
     for (uint32_t p = cut->nodes; p-- > 0;) {
-        spread_node(cut, false, p, false);
+        spread_node(cut, GRAPH, p, false);
     }
 }
 
 void qs_cut_spread(qs_cut *cut)
 {
     for (int round = 0; round < 2; round++) { /* more cost more than they save */
-        if (cut->width > 0) {
-            spread_grid(cut);
-        } else {
+        size_t layer = cut->layer > 0 ? cut->layer : cut->nodes;
+        for (size_t begin = 0; cut->width > 0 && begin < cut->nodes; begin += layer) {
+            spread_rows(cut, begin, begin + layer);
+        }
+        if (cut->width == 0) {
             spread_graph(cut);
         }
     }
 }
 
-INLINE void spread_some(qs_cut *cut, bool grid, const uint32_t *list, uint32_t count)
+INLINE void spread_some(qs_cut *cut, uint32_t ways, const uint32_t *list, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {
-        spread_node(cut, grid, list[i], true);
+        spread_node(cut, ways, list[i], true);
     }
     for (uint32_t i = count; i-- > 0;) {
-        spread_node(cut, grid, list[i], false);
+        spread_node(cut, ways, list[i], false);
     }
 }
 
 void qs_cut_spread_some(qs_cut *cut, const uint32_t *list, uint32_t count)
 {
     if (cut->width > 0) {
-        spread_some(cut, true, list, count);
+        spread_some(cut, FLAT, list, count);
     } else {
-        spread_some(cut, false, list, count);
+        spread_some(cut, GRAPH, list, count);
+    }
+}
+
+/* The second link of an edge is met at its second site, in the order of the first ones: so a cursor
+ * a site finds it. */
+void qs_cut_find_sisters(const uint32_t *start, const qs_link *links, uint32_t sites,
+                         uint32_t *sister, uint32_t *cursor)
+{
+    memcpy(cursor, start, sizeof *cursor * sites);
+    for (uint32_t p = 0; p < sites; p++) {
+        for (uint32_t n = start[p]; n < start[p + 1]; n++) {
+            uint32_t q = links[n].site;
+            if (q > p) {
+                sister[n] = cursor[q];
+                sister[cursor[q]++] = n;
+            }
+        }
     }
 }
 
@@ -399,11 +430,10 @@ void qs_cut_source(qs_cut *cut, uint32_t node)
     activate(cut, node);
 }
 
-void qs_cut_run(qs_cut *cut)
+bool qs_cut_run(qs_cut *cut)
 {
-    if (cut->width > 0) {
-        run(cut, true);
-    } else {
-        run(cut, false);
+    if (cut->width == 0) {
+        return run(cut, GRAPH);
     }
+    return cut->layer > 0 ? run(cut, LAYERED) : run(cut, FLAT);
 }

@@ -1,4 +1,5 @@
-/* Minimum cuts on a 4-neighbour grid with implicit neighbours, or on any graph.
+/* Minimum cuts on a 4-neighbour grid with implicit neighbours, on layers of such a grid, or on any
+ * graph.
  *
  * A node has an excess (its arc from the source) or a want (its arc to the sink: a negative
  * excess), an arc a residual. First much of the flow is spread in sweeps, as messages are in TRW-S:
@@ -25,16 +26,18 @@ typedef struct qs_cut_node {
     uint8_t active; /* in the queue */
 } qs_cut_node;
 
-/* Arcs of a node of a grid. */
-enum { QS_CUT_RIGHT, QS_CUT_LEFT, QS_CUT_DOWN, QS_CUT_UP };
+/* Arcs of a node of a grid; the last two of layers of grids, to the next and the previous layer. */
+enum { QS_CUT_RIGHT, QS_CUT_LEFT, QS_CUT_DOWN, QS_CUT_UP, QS_CUT_ABOVE, QS_CUT_BELOW };
 
 /* All memory is the caller's. */
 typedef struct qs_cut {
     uint32_t nodes;
-    qs_cut_node *node; /* of a grid `width` more before and behind, all unloaded */
+    qs_cut_node *node; /* of a grid `width` more before and behind (of layers `layer`), all
+                          unloaded */
     int32_t *excess;
     int32_t *residual; /* of a grid, arc by arc: `nodes` to the right, then `nodes` to the left,
                           ..., 0 out of the grid; of a graph one a link */
+    uint32_t layer; /* nodes of each layer; 0 = a flat grid or a graph */
     uint32_t width; /* 0 = a graph: */
     const uint32_t *start; /* as in qs_model */
     const qs_link *links;
@@ -45,8 +48,17 @@ typedef struct qs_cut {
     /* Gives numbers to an unloaded node (and others, if it likes), no excess, and frees it. Not
      * called where every arc from a loaded node to an unloaded one has residual 0. */
     void (*load)(void *context, uint32_t node);
-    void *context;
+    /* Called now and then; returns false to stop qs_cut_run. NULL = nothing stops it. */
+    bool (*going)(void *context);
+    void *context; /* of both */
 } qs_cut;
+
+/* Finds the opposite of each link of a graph whose sites' links are sorted by the other site.
+ *
+ * sister  out: one a link
+ * cursor  workspace: one a site */
+void qs_cut_find_sisters(const uint32_t *start, const qs_link *links, uint32_t sites,
+                         uint32_t *sister, uint32_t *cursor);
 
 /* Empties the queue for the next cut. Nodes, excess and residuals are the caller's to fill: a node
  * free and the rest of it 0. */
@@ -61,8 +73,9 @@ void qs_cut_spread_some(qs_cut *cut, const uint32_t *list, uint32_t count);
 void qs_cut_source(qs_cut *cut, uint32_t node);
 
 /* The maximum flow. Then the nodes in the tree are the smallest source side of a minimum cut, and
- * excess and residual are what is left. */
-void qs_cut_run(qs_cut *cut);
+ * excess and residual are what is left. Returns false where `going` stopped it: then excess and
+ * residual are those of a flow that is not the maximum. */
+bool qs_cut_run(qs_cut *cut);
 
 static inline bool qs_cut_in_tree(const qs_cut_node *node)
 {

@@ -95,22 +95,6 @@ static void take_mover(mover *m, parts *memory)
     m->sister = part(memory, link_count(model), sizeof *m->sister);
 }
 
-/* The second link of an edge is met at its second site, in the order of the first ones: so a cursor
- * a site finds it. */
-static void find_sisters(const qs_model *model, uint32_t *sister, uint32_t *cursor)
-{
-    memcpy(cursor, model->link_start, sizeof *cursor * model->sites);
-    for (uint32_t p = 0; p < model->sites; p++) {
-        for (uint32_t n = model->link_start[p]; n < model->link_start[p + 1]; n++) {
-            uint32_t q = model->links[n].site;
-            if (q > p) {
-                sister[n] = cursor[q];
-                sister[cursor[q]++] = n;
-            }
-        }
-    }
-}
-
 static void start_mover(mover *m)
 {
     const qs_model *model = m->model;
@@ -127,7 +111,8 @@ static void start_mover(mover *m)
            sizeof *m->cut.residual *
                (is_grid(model) ? 4 * (size_t)model->sites : (size_t)link_count(model)));
     if (!is_grid(model)) {
-        find_sisters(model, m->sister, m->cut.queue);
+        qs_cut_find_sisters(model->link_start, model->links, model->sites, m->sister,
+                            m->cut.queue);
     }
     m->energy = qs_model_energy(model, m->x);
 }
