@@ -16,6 +16,9 @@ static const struct {
     {"expansion", qs_expansion, qs_expansion_workspace},
     {"swap", qs_swap, qs_swap_workspace},
 #endif
+#ifdef HAVE_CUT
+    {"cut", qs_min_cut, qs_min_cut_workspace},
+#endif
 #ifdef HAVE_MESSAGES
     {"bp", qs_bp, qs_bp_workspace},
     {"trws", qs_trws, qs_trws_workspace},

@@ -41,14 +41,14 @@ int main(void)
     size_t labels = (size_t)header[LABELS];
     size_t cells = (size_t)header[WIDTH] * (size_t)header[HEIGHT];
     demand(labels <= QS_LABELS_MAX && cells <= QS_VARIABLES_MAX / labels, "too many variables");
-    qs_problem problem = {.labels = (uint32_t)labels,
-                          .scale = 1,
-                          .weight = header[WEIGHT],
-                          .pairwise = {.smoothness = (qs_smoothness)header[SMOOTHNESS],
-                                       .truncation = (uint32_t)header[TRUNCATION]},
-                          .grid = {(uint32_t)header[WIDTH], (uint32_t)header[HEIGHT], NULL, NULL,
-                                   NULL},
-                          .costs = read_numbers(cells * labels)};
+    qs_problem problem = {
+        .labels = (uint32_t)labels,
+        .scale = 1,
+        .weight = header[WEIGHT],
+        .pairwise = {.smoothness = (qs_smoothness)header[SMOOTHNESS],
+                     .truncation = (uint32_t)header[TRUNCATION]},
+        .grid = {(uint32_t)header[WIDTH], (uint32_t)header[HEIGHT], NULL, NULL, NULL},
+        .costs = read_numbers(cells * labels)};
     if (problem.pairwise.smoothness == QS_TABLE) {
         problem.pairwise.table = read_numbers(labels * labels);
     }

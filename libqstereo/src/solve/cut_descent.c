@@ -26,8 +26,7 @@ static size_t lay_out(descent *d, const qs_model *model, void *workspace)
     qs_arena arena = {.base = workspace};
     uint64_t arcs = model->width > 0 ? 4 * (uint64_t)model->sites : 2 * (uint64_t)model->edges;
     d->model = model;
-    d->padded =
-        qs_arena_take(&arena, model->sites + 2 * (uint64_t)model->width, sizeof *d->padded);
+    d->padded = qs_arena_take(&arena, model->sites + 2 * (uint64_t)model->width, sizeof *d->padded);
     d->cut.excess = qs_arena_take(&arena, model->sites, sizeof *d->cut.excess);
     d->cut.residual = qs_arena_take(&arena, arcs, sizeof *d->cut.residual);
     d->cut.queue = qs_arena_take(&arena, model->sites, sizeof *d->cut.queue);
@@ -79,8 +78,7 @@ static void begin(descent *d)
         d->padded[i] = (qs_cut_node){.parent = QS_CUT_UNLOADED};
     }
     if (model->width == 0) {
-        qs_cut_find_sisters(model->link_start, model->links, model->sites, d->sister,
-                            d->cut.queue);
+        qs_cut_find_sisters(model->link_start, model->links, model->sites, d->sister, d->cut.queue);
     }
 }
 
@@ -212,8 +210,8 @@ static bool descend(descent *d, int32_t step)
         failed = gain > 0 ? 0 : failed + 1;
         bool proven = step == 1 && failed == 2;
         d->solution->lower_bound = proven ? d->solution->energy : QS_NO_BOUND;
-        bool more = qs_told(d->options, d->solution) &&
-                    !qs_limit_reached(d->options, d->solution, 0);
+        bool more =
+            qs_told(d->options, d->solution) && !qs_limit_reached(d->options, d->solution, 0);
         if (!more && !proven) {
             return false;
         }
@@ -231,8 +229,8 @@ qs_status qs_descent(const qs_model *model, const qs_solve_options *options, voi
     (void)lay_out(&d, model, workspace);
     begin(&d);
     (void)qs_local_keep(model, labelling);
-    *solution = (qs_solution){.energy = qs_model_energy(model, labelling),
-                              .lower_bound = QS_NO_BOUND};
+    *solution =
+        (qs_solution){.energy = qs_model_energy(model, labelling), .lower_bound = QS_NO_BOUND};
     int32_t step = 1;
     while (2 * step < (int32_t)model->labels) {
         step *= 2;

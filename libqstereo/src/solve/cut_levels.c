@@ -7,8 +7,11 @@
 #include "../model/neighbours.h"
 #include "min_cut.h"
 #include "progress.h"
+#include "trws.h"
 
 #define RANGE ((int64_t)1 << 30) /* of an excess, whatever flows, and of capacities */
+
+enum { FINEST = 12, PASSES = 20 };
 
 /* Levels i of an edge's first site and j of its second that gain by being 1 together. */
 typedef struct product {
@@ -28,7 +31,10 @@ typedef struct levels {
     size_t product_count;
     uint32_t *start, *sister; /* of the graph, if it is not layered */
     qs_link *links;
-    int64_t base; /* F where each site has label 0 */
+    /* Messages go before the flow: NULL = none do. */
+    int32_t *messages, *scratch;
+    qs_scale scale; /* of all costs, so that what the messages say is a flow */
+    int64_t base; /* F where each site has label 0, scaled, less the model's constant */
 } levels;
 
 /* ---- The products. ---- */
@@ -45,7 +51,7 @@ static bool next_product(const qs_model *model, product *next)
     bool diagonal = model->pairwise.smoothness == QS_TRUNCATED_LINEAR;
     uint32_t count = model->labels - 1;
     for (; next->i < count; next->i++, next->j = 0) {
-        next->j = diagonal ? next->i : next->j;
+        next->j = diagonal ? qs_max_u32(next->i, next->j) : next->j;
         for (; next->j < (diagonal ? next->i + 1 : count); next->j++) {
             next->gain = gain_of(model, next->i, next->j);
             if (next->gain != 0) {
@@ -81,6 +87,12 @@ static uint64_t count_edges(const qs_model *model)
     return edges;
 }
 
+/* Messages of linear costs are flows: see send_messages. With few labels the flow alone is faster. */
+static bool has_messages(const levels *l)
+{
+    return l->layered && l->count > 2 && l->model->pairwise.smoothness == QS_TRUNCATED_LINEAR;
+}
+
 static size_t lay_out(levels *l, const qs_model *model, void *workspace)
 {
     qs_arena arena = {.base = workspace};
@@ -108,6 +120,10 @@ static size_t lay_out(levels *l, const qs_model *model, void *workspace)
     l->cut.queue = qs_arena_take(&arena, nodes, sizeof *l->cut.queue);
     l->cut.orphan = qs_arena_take(&arena, nodes, sizeof *l->cut.orphan);
     l->products = qs_arena_take(&arena, products, sizeof *l->products);
+    bool sends = has_messages(l);
+    l->messages = qs_arena_take(
+        &arena, sends ? qs_trws_padding(model) + qs_trws_messages(model) : 0, sizeof *l->messages);
+    l->scratch = qs_arena_take(&arena, sends ? qs_trws_scratch(model) : 0, sizeof *l->scratch);
     l->start = qs_arena_take(&arena, l->layered ? 0 : nodes + 1, sizeof *l->start);
     l->sister = qs_arena_take(&arena, l->layered ? 0 : arcs, sizeof *l->sister);
     l->links = qs_arena_take(&arena, l->layered ? 0 : arcs, sizeof *l->links);
@@ -142,8 +158,8 @@ static int64_t largest_sum(const levels *l)
     }
     for (uint32_t j = 0; j < l->count; j++) { /* columns: they telescope */
         int64_t low = qs_model_pairwise(model, 0, j + 1) - qs_model_pairwise(model, 0, j);
-        int64_t high = qs_model_pairwise(model, l->count, j + 1) -
-                       qs_model_pairwise(model, l->count, j);
+        int64_t high =
+            qs_model_pairwise(model, l->count, j + 1) - qs_model_pairwise(model, l->count, j);
         largest = qs_max_i64(largest, low - high);
         largest = qs_max_i64(largest, low > 0 ? low : -low);
         int64_t other = qs_model_pairwise(model, j + 1, 0) - qs_model_pairwise(model, j, 0);
@@ -152,19 +168,24 @@ static int64_t largest_sum(const levels *l)
     return largest;
 }
 
+static int32_t cost_of(const levels *l, uint32_t site, uint32_t label)
+{
+    int32_t cost = l->model->unary[(size_t)site * l->model->labels + label];
+    return qs_min_i32(cost, l->scale.most) << l->scale.shift;
+}
+
 /* What a level at 1 above one at 0 costs: more than everything else at the site can gain by it.
  * Beyond RANGE where the costs are too large. */
 static int64_t wall_of(const levels *l, uint32_t site, int64_t largest)
 {
     const qs_model *model = l->model;
-    const int32_t *costs = model->unary + (size_t)site * model->labels;
     int64_t weights = 0, unary = 0;
     qs_beside beside;
     for (uint32_t at = 0; qs_local_neighbour(model, site, at, &beside); at++) {
-        weights += beside.weight;
+        weights += (int64_t)beside.weight << l->scale.shift;
     }
     for (uint32_t a = 0; a < model->labels; a++) {
-        unary = qs_max_i64(unary, costs[a]);
+        unary = qs_max_i64(unary, cost_of(l, site, a));
     }
     if (weights >= RANGE || largest >= RANGE) {
         return largest > 0 && weights > 0 ? RANGE : 1 + l->count * unary;
@@ -173,9 +194,8 @@ static int64_t wall_of(const levels *l, uint32_t site, int64_t largest)
     return 1 + (int64_t)l->count * (unary + 3 * weights * largest);
 }
 
-static bool in_range(const levels *l)
+static bool in_range(const levels *l, int64_t largest)
 {
-    int64_t largest = largest_sum(l);
     for (uint32_t p = 0; p < l->model->sites; p++) {
         /* A level has two walls and, counted in them, an excess and capacities. */
         if (wall_of(l, p, largest) >= RANGE / 4) {
@@ -185,19 +205,34 @@ static bool in_range(const levels *l)
     return true;
 }
 
+/* The finest scale at which messages and flow fit; false where none does. */
+static bool choose_scale(levels *l)
+{
+    int64_t largest = largest_sum(l);
+    bool sends = has_messages(l) && qs_scale_choose(l->model, FINEST, &l->scale);
+    if (!sends) {
+        l->messages = NULL;
+        l->scale = (qs_scale){0, INT32_MAX};
+    }
+    while (l->scale.shift > 0 && !in_range(l, largest)) {
+        l->scale.shift--;
+    }
+    return in_range(l, largest);
+}
+
 /* ---- The graph. ---- */
 
-/* Where the residual of the arc to the next or the previous level is. */
+/* Where the residual of the arc to the next or the previous level is; in a graph that to the
+ * previous one comes first. */
 static size_t arc_above(const levels *l, uint32_t node)
 {
-    return l->layered ? (size_t)QS_CUT_ABOVE * l->cut.nodes + node : l->start[node];
+    return l->layered ? (size_t)QS_CUT_ABOVE * l->cut.nodes + node
+                      : (size_t)l->start[node] + (node >= l->model->sites);
 }
 
 static size_t arc_below(const levels *l, uint32_t node)
 {
-    bool is_last = node >= l->cut.nodes - l->model->sites;
-    return l->layered ? (size_t)QS_CUT_BELOW * l->cut.nodes + node
-                      : (size_t)l->start[node] + !is_last;
+    return l->layered ? (size_t)QS_CUT_BELOW * l->cut.nodes + node : l->start[node];
 }
 
 /* Adds the arcs between two nodes of a graph; the queue holds how many each has so far. */
@@ -243,12 +278,10 @@ static void load_edge(levels *l, uint32_t p, uint32_t q, int32_t weight)
     const qs_model *model = l->model;
     l->base += weight * qs_model_pairwise(model, 0, 0);
     for (uint32_t i = 0; i < l->count; i++) {
-        l->cut.excess[node_of(l, i, p)] -=
-            (int32_t)(weight *
-                      (qs_model_pairwise(model, i + 1, 0) - qs_model_pairwise(model, i, 0)));
-        l->cut.excess[node_of(l, i, q)] -=
-            (int32_t)(weight *
-                      (qs_model_pairwise(model, 0, i + 1) - qs_model_pairwise(model, 0, i)));
+        l->cut.excess[node_of(l, i, p)] -= (int32_t)(weight * (qs_model_pairwise(model, i + 1, 0) -
+                                                               qs_model_pairwise(model, i, 0)));
+        l->cut.excess[node_of(l, i, q)] -= (int32_t)(weight * (qs_model_pairwise(model, 0, i + 1) -
+                                                               qs_model_pairwise(model, 0, i)));
     }
     for (size_t n = 0; n < l->product_count; n++) {
         load_product(l, p, q, weight, &l->products[n]);
@@ -283,8 +316,8 @@ static void load_walls(levels *l)
     const qs_model *model = l->model;
     int64_t largest = largest_sum(l);
     for (uint32_t p = 0; p < model->sites; p++) {
-        int32_t wall = (int32_t)wall_of(l, p, largest);
-        for (uint32_t v = p; v < l->cut.nodes - model->sites; v += model->sites) {
+        int32_t wall = (int32_t)wall_of(l, p, largest); /* in range */
+        for (uint32_t v = p; v + model->sites < l->cut.nodes; v += model->sites) {
             if (l->layered) {
                 l->cut.residual[arc_below(l, v + model->sites)] = wall;
             } else {
@@ -297,13 +330,12 @@ static void load_walls(levels *l)
 static void load_costs(levels *l)
 {
     const qs_model *model = l->model;
-    l->base = model->constant;
+    l->base = 0;
     for (uint32_t p = 0; p < model->sites; p++) {
-        const int32_t *costs = model->unary + (size_t)p * model->labels;
-        l->base += costs[0];
+        l->base += cost_of(l, p, 0);
         for (uint32_t i = 0; i < l->count; i++) {
             l->cut.node[node_of(l, i, p)] = (qs_cut_node){.parent = QS_CUT_FREE};
-            l->cut.excess[node_of(l, i, p)] = costs[i] - costs[i + 1];
+            l->cut.excess[node_of(l, i, p)] = cost_of(l, p, i) - cost_of(l, p, i + 1);
         }
     }
 }
@@ -322,7 +354,7 @@ static void load(levels *l)
     for (uint32_t p = 0; p < model->sites; p++) {
         for (uint32_t at = 0; qs_local_neighbour(model, p, at, &beside); at++) {
             if (beside.first && beside.weight > 0) {
-                load_edge(l, p, beside.site, beside.weight);
+                load_edge(l, p, beside.site, beside.weight << l->scale.shift);
             }
         }
     }
@@ -353,20 +385,67 @@ static void settle_sites(levels *l)
     }
 }
 
-/* The flow so far: no labelling is lower than F at label 0 less what may still flow. */
-static int64_t bound_of(const levels *l)
-{
-    int64_t bound = l->base;
-    for (uint32_t v = 0; v < l->cut.nodes; v++) {
-        bound -= qs_max_i32(l->cut.excess[v], 0);
-    }
-    return bound;
-}
-
 static bool watch_cut(void *context)
 {
     levels *l = context;
     return qs_told(l->options, l->solution);
+}
+
+/* What a message of an edge from q back to p, p < q, says as a flow. It charges p with m(a) more and
+ * q with m(a) less. Of level i of p that is m(i) - m(i + 1) more of excess: as much flows there from
+ * level i of q. A message of linear costs differs by no more from label to label than the arc
+ * holds. */
+static void take_message(levels *l, const int32_t *message, uint32_t p, uint32_t way)
+{
+    size_t nodes = l->cut.nodes;
+    uint32_t step = way == QS_CUT_RIGHT ? 1 : l->model->width;
+    for (uint32_t i = 0; i < l->count; i++) {
+        uint32_t to = node_of(l, i, p), from = to + step;
+        int32_t *out = &l->cut.residual[way * nodes + to],
+                *in = &l->cut.residual[(way ^ 1) * nodes + from];
+        int32_t flow = qs_max_i32(qs_min_i32(message[i] - message[i + 1], *in), -*out);
+        *in -= flow;
+        *out += flow;
+        l->cut.excess[from] -= flow;
+        l->cut.excess[to] += flow;
+    }
+}
+
+/* Sends messages as TRW-S does; what they come to is a flow that is nearly the maximum. False where
+ * the watch ends it. */
+static bool send_messages(levels *l)
+{
+    const qs_model *model = l->model;
+    size_t padding = (size_t)qs_trws_padding(model), labels = model->labels;
+    qs_trws_state state = {.model = model, .scale = l->scale, .scratch = l->scratch};
+    state.messages = l->messages + padding;
+    memset(l->messages, 0, sizeof *l->messages * (padding + (size_t)qs_trws_messages(model)));
+    for (int i = 0; i < PASSES; i++) {
+        qs_trws_iterate(&state, 1);
+        if (!watch_cut(l)) {
+            return false;
+        }
+    }
+    for (uint32_t p = 0; p < model->sites; p++) {
+        const int32_t *own = state.messages + 2 * labels * p;
+        if (model->right[p] != 0) {
+            take_message(l, own, p, QS_CUT_RIGHT);
+        }
+        if (model->down[p] != 0) {
+            take_message(l, own + labels, p, QS_CUT_DOWN);
+        }
+    }
+    return true;
+}
+
+/* The flow so far: no labelling is lower than F at label 0 less what may still flow. */
+static int64_t bound_of(const levels *l)
+{
+    int64_t bound = l->base, unit = (int64_t)1 << l->scale.shift;
+    for (uint32_t v = 0; v < l->cut.nodes; v++) {
+        bound -= qs_max_i32(l->cut.excess[v], 0);
+    }
+    return l->model->constant + bound / unit + (bound % unit > 0);
 }
 
 static void begin(levels *l)
@@ -393,17 +472,22 @@ static void begin(levels *l)
 
 static bool flow(levels *l)
 {
-    settle_sites(l);
     qs_cut_begin(&l->cut);
-    qs_cut_spread(&l->cut);
+    if (l->messages && !send_messages(l)) {
+        return false;
+    }
     settle_sites(l);
+    if (!l->messages) {
+        qs_cut_spread(&l->cut);
+        settle_sites(l);
+    }
     l->solution->lower_bound = bound_of(l);
     for (uint32_t v = 0; v < l->cut.nodes; v++) {
         if (l->cut.excess[v] > 0) {
             qs_cut_source(&l->cut, v);
         }
     }
-    bool done = qs_cut_run(&l->cut);
+    bool done = watch_cut(l) && qs_cut_run(&l->cut);
     l->solution->lower_bound = bound_of(l);
     return done;
 }
@@ -414,8 +498,8 @@ static void take_labels(const levels *l, uint16_t *labelling)
     memset(labelling, 0, sizeof *labelling * l->model->sites);
     for (uint32_t i = 0; i < l->count; i++) {
         for (uint32_t p = 0; p < l->model->sites; p++) {
-            labelling[p] = (uint16_t)(labelling[p] +
-                                      qs_cut_in_tree(&l->cut.node[node_of(l, i, p)]));
+            labelling[p] =
+                (uint16_t)(labelling[p] + qs_cut_in_tree(&l->cut.node[node_of(l, i, p)]));
         }
     }
 }
@@ -426,19 +510,19 @@ qs_status qs_levels(const qs_model *model, const qs_solve_options *options, void
     levels l = {.options = options, .solution = solution};
     (void)lay_out(&l, model, workspace);
     begin(&l);
-    if (!in_range(&l)) {
+    if (!choose_scale(&l)) {
         return QS_E_OVERFLOW;
     }
     (void)qs_local_keep(model, labelling);
     *solution =
         (qs_solution){.energy = qs_model_energy(model, labelling), .lower_bound = QS_NO_BOUND};
     load(&l);
-    solution->converged = flow(&l);
-    if (solution->converged) {
+    if (flow(&l)) {
         take_labels(&l, labelling);
         solution->energy = qs_model_energy(model, labelling);
         solution->iterations = 1;
         (void)qs_told(options, solution);
     }
+    solution->converged = solution->energy == solution->lower_bound;
     return QS_OK;
 }
