@@ -126,9 +126,11 @@ size_t qs_trws_workspace(const qs_model *model);
  * - else one cut of a graph with a node for each site and label (Boykov and
  *   Jolly 2001 for two labels; Ishikawa 2003; Schlesinger and Flach 2006). On a
  *   grid with linear costs about 50 bytes a node; where V couples many pairs of
- *   labels, as quadratic costs do, 40 bytes for each of them and each edge. Its
- *   one iteration is the cut; stopped, it returns the labelling that it was
- *   given and the bound that it has reached.
+ *   labels, as quadratic costs do, 40 bytes for each of them and each edge. On
+ *   grids with linear costs messages go before the flow (a few iterations of
+ *   TRW-S), which leave little for it to do. Its one iteration is the cut;
+ *   stopped, it returns the messages' labelling or, without them, that which
+ *   it was given, and the bound that it has reached.
  *
  * The workspace is SIZE_MAX where that graph would have 2^32 nodes or arcs; 0
  * where V is not submodular. QS_E_OVERFLOW: a cost, or what the edges of a site
@@ -142,7 +144,8 @@ size_t qs_min_cut_workspace(const qs_model *model);
  * after 8 iterations, 16, 32 and so on (by icm where the pairwise cost is no
  * metric), until the bound proves the best labelling or it is stopped. TRW-S
  * comes first because in any given time it gets lower than expansion from the
- * winner's labelling. An iteration is one of TRW-S; default 2000. Works for
+ * winner's labelling. What a cut decides quickly is left to qs_min_cut: two
+ * labels, convex costs, and linear costs on a grid. An iteration is one of TRW-S; default 2000. Works for
  * every pairwise cost. */
 QS_MUST_CHECK qs_status qs_best(const qs_model *, const qs_solve_options *,
                                 void *, size_t, uint16_t *, qs_solution *);

@@ -4,6 +4,7 @@
 
 #include "../base/bytes.h"
 #include "../model/neighbours.h"
+#include "cut.h"
 #include "progress.h"
 
 enum { ITERATIONS = 2000, FIRST_MOVES = 8 };
@@ -118,12 +119,37 @@ static layout lay_out(const qs_model *model)
 
 size_t qs_best_workspace(const qs_model *model)
 {
-    return qs_size(lay_out(model).end);
+    uint64_t cut = qs_cut_is_quick(model) ? qs_min_cut_workspace(model) : 0;
+    uint64_t others = lay_out(model).end;
+    return qs_size(cut > others && cut < SIZE_MAX ? cut : others);
+}
+
+/* A cut, in whose time nothing else would get lower. */
+static qs_status cut_quickly(const qs_model *model, const qs_solve_options *options,
+                             void *workspace, size_t workspace_size, uint16_t *labelling,
+                             qs_solution *solution)
+{
+    qs_solve_options own = {0};
+    if (options) { /* without their limit, which is one of messages */
+        own = (qs_solve_options){.watch = options->watch, .context = options->context};
+    }
+    qs_model_winner(model, labelling);
+    return qs_min_cut(model, &own, workspace, workspace_size, labelling, solution);
 }
 
 qs_status qs_best(const qs_model *model, const qs_solve_options *options, void *workspace,
                   size_t workspace_size, uint16_t *labelling, qs_solution *solution)
 {
+    if (!model || !workspace || !labelling || !solution) {
+        return QS_E_ARGUMENT;
+    }
+    if (workspace_size < qs_best_workspace(model)) {
+        return QS_E_WORKSPACE;
+    }
+    if (qs_cut_is_quick(model) &&
+        cut_quickly(model, options, workspace, workspace_size, labelling, solution) == QS_OK) {
+        return QS_OK;
+    }
     return qs_best_with(model, options, NULL, workspace, workspace_size, labelling, solution);
 }
 

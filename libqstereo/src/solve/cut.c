@@ -1,5 +1,4 @@
-/* The solver `cut`: which minimum cuts solve a problem, if any. */
-#include "../../include/qstereo/solve.h"
+#include "cut.h"
 
 #include "../model/convexity.h"
 #include "../model/neighbours.h"
@@ -11,6 +10,12 @@
 static bool descends(const qs_model *model)
 {
     return model->labels > 2 && qs_pairwise_is_convex(model) && qs_unary_is_convex(model);
+}
+
+bool qs_cut_is_quick(const qs_model *model)
+{
+    return qs_pairwise_is_submodular(model) &&
+           (model->labels <= 2 || qs_levels_send(model) || descends(model));
 }
 
 size_t qs_min_cut_workspace(const qs_model *model)

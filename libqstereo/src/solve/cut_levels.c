@@ -11,7 +11,7 @@
 
 #define RANGE ((int64_t)1 << 30) /* of an excess, whatever flows, and of capacities */
 
-enum { FINEST = 12, PASSES = 20 };
+enum { FINEST = 12, PASSES = 20, DECODE_EVERY = 5 };
 
 /* Levels i of an edge's first site and j of its second that gain by being 1 together. */
 typedef struct product {
@@ -88,9 +88,10 @@ static uint64_t count_edges(const qs_model *model)
 }
 
 /* Messages of linear costs are flows: see send_messages. With few labels the flow alone is faster. */
-static bool has_messages(const levels *l)
+bool qs_levels_send(const qs_model *model)
 {
-    return l->layered && l->count > 2 && l->model->pairwise.smoothness == QS_TRUNCATED_LINEAR;
+    return model->width > 0 && model->labels > 3 &&
+           model->pairwise.smoothness == QS_TRUNCATED_LINEAR;
 }
 
 static size_t lay_out(levels *l, const qs_model *model, void *workspace)
@@ -120,7 +121,7 @@ static size_t lay_out(levels *l, const qs_model *model, void *workspace)
     l->cut.queue = qs_arena_take(&arena, nodes, sizeof *l->cut.queue);
     l->cut.orphan = qs_arena_take(&arena, nodes, sizeof *l->cut.orphan);
     l->products = qs_arena_take(&arena, products, sizeof *l->products);
-    bool sends = has_messages(l);
+    bool sends = qs_levels_send(model);
     l->messages = qs_arena_take(
         &arena, sends ? qs_trws_padding(model) + qs_trws_messages(model) : 0, sizeof *l->messages);
     l->scratch = qs_arena_take(&arena, sends ? qs_trws_scratch(model) : 0, sizeof *l->scratch);
@@ -209,7 +210,7 @@ static bool in_range(const levels *l, int64_t largest)
 static bool choose_scale(levels *l)
 {
     int64_t largest = largest_sum(l);
-    bool sends = has_messages(l) && qs_scale_choose(l->model, FINEST, &l->scale);
+    bool sends = qs_levels_send(l->model) && qs_scale_choose(l->model, FINEST, &l->scale);
     if (!sends) {
         l->messages = NULL;
         l->scale = (qs_scale){0, INT32_MAX};
@@ -411,17 +412,33 @@ static void take_message(levels *l, const int32_t *message, uint32_t p, uint32_t
     }
 }
 
+/* What the messages say of the labels, where that is better: a stopped solver has it. */
+static void take_decoded(levels *l, const qs_trws_state *state, uint16_t *labelling)
+{
+    uint16_t *trial = (uint16_t *)l->cut.queue; /* not in use yet, and twice as long or more */
+    qs_trws_grid_labels(state, false, trial);
+    int64_t energy = qs_model_energy(l->model, trial);
+    energy -= qs_local_keep(l->model, trial);
+    if (energy < l->solution->energy) {
+        memcpy(labelling, trial, sizeof *trial * l->model->sites);
+        l->solution->energy = energy;
+    }
+}
+
 /* Sends messages as TRW-S does; what they come to is a flow that is nearly the maximum. False where
  * the watch ends it. */
-static bool send_messages(levels *l)
+static bool send_messages(levels *l, uint16_t *labelling)
 {
     const qs_model *model = l->model;
     size_t padding = (size_t)qs_trws_padding(model), labels = model->labels;
     qs_trws_state state = {.model = model, .scale = l->scale, .scratch = l->scratch};
     state.messages = l->messages + padding;
     memset(l->messages, 0, sizeof *l->messages * (padding + (size_t)qs_trws_messages(model)));
-    for (int i = 0; i < PASSES; i++) {
+    for (int i = 1; i <= PASSES; i++) {
         qs_trws_iterate(&state, 1);
+        if (i % DECODE_EVERY == 0) {
+            take_decoded(l, &state, labelling);
+        }
         if (!watch_cut(l)) {
             return false;
         }
@@ -470,10 +487,10 @@ static void begin(levels *l)
     }
 }
 
-static bool flow(levels *l)
+static bool flow(levels *l, uint16_t *labelling)
 {
     qs_cut_begin(&l->cut);
-    if (l->messages && !send_messages(l)) {
+    if (l->messages && !send_messages(l, labelling)) {
         return false;
     }
     settle_sites(l);
@@ -517,7 +534,7 @@ qs_status qs_levels(const qs_model *model, const qs_solve_options *options, void
     *solution =
         (qs_solution){.energy = qs_model_energy(model, labelling), .lower_bound = QS_NO_BOUND};
     load(&l);
-    if (flow(&l)) {
+    if (flow(&l, labelling)) {
         take_labels(&l, labelling);
         solution->energy = qs_model_energy(model, labelling);
         solution->iterations = 1;

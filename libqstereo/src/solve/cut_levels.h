@@ -15,8 +15,13 @@
  * nodes or arcs. V must be submodular. */
 size_t qs_levels_workspace(const qs_model *model);
 
+/* Whether messages go before the flow (V is submodular): of linear costs on a grid, with more than
+ * a few labels. */
+bool qs_levels_send(const qs_model *model);
+
 /* As a qs_solver; V must be submodular and the labelling in range. Stopped, it gives the labelling
- * back as it was, and the bound that the flow proves until then. */
+ * of the messages, or without these the one that it was given, and the bound that the flow proves
+ * until then. */
 qs_status qs_levels(const qs_model *model, const qs_solve_options *options, void *workspace,
                     uint16_t *labelling, qs_solution *solution);
 
