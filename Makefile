@@ -44,9 +44,11 @@ CLI_LINK := $(CC)
 CLI_LIBS :=
 endif
 
-UNIT := $(patsubst tests/unit/%.c,$(BUILD)/unit/%,$(wildcard tests/unit/test_*.c))
+UNIT := $(patsubst tests/unit/%.c,$(BUILD)/unit/%,$(wildcard tests/unit/test_*.c tests/unit/*/test_*.c))
 SANITIZE := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all
 UNIT_LIB := $(LIB_SRC:libqstereo/src/%.c=$(BUILD)/unit/lib/%.o)
+
+EXAMPLES := $(patsubst %.c,$(BUILD)/%,$(wildcard examples/*.c))
 
 PYTHON ?= python3
 # Scenes in Middlebury's layout, for bench and reproduce.
@@ -56,7 +58,7 @@ ENV := .venv/.ready
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all run check check-c check-python bench bench-embedding reproduce install uninstall clean help FORCE
+.PHONY: all run check check-c check-python examples bench bench-embedding reproduce install uninstall clean help FORCE
 
 all: $(BUILD)/qstereo $(BUILD)/libqstereo.a $(BUILD)/libqstereo.so $(BUILD)/qstereo.pc ## build the library and the command (OPENCV=0: without OpenCV)
 
@@ -70,9 +72,11 @@ check-c: $(UNIT) $(BUILD)/libqstereo.a
 	@scripts/check-symbols $(BUILD)/libqstereo.a
 	@scripts/check-freestanding "$(CC)"
 
-check-python: all $(ENV) $(BUILD)/no-opencv/qstereo
+check-python: all examples $(ENV) $(BUILD)/no-opencv/qstereo
 	QSTEREO=$(abspath $(BUILD))/qstereo QSTEREO_PNM=$(abspath $(BUILD))/no-opencv/qstereo QSTEREO_BRIDGE=$(abspath $(BIN))/qstereo-bridge \
 	    $(BIN)/python -m pytest -q -n 2 tests
+
+examples: $(EXAMPLES) ## build the programs of examples/
 
 bench: all $(ENV) $(BUILD)/bench_encode ## measure speed, memory and sizes beside public tools
 	@$(BUILD)/bench_encode
@@ -183,11 +187,16 @@ $(BUILD)/unit/lib/%.o: libqstereo/src/%.c
 $(BUILD)/unit/%.o: tests/unit/%.c | $(BUILD)/.cmocka
 	@mkdir -p $(@D)
 	$(call say,CC,$@)
-	$(Q)$(CC) $(C_FLAGS) -UNDEBUG $(INCLUDE) $(SANITIZE) -c $< -o $@
+	$(Q)$(CC) $(C_FLAGS) -UNDEBUG $(INCLUDE) -Itests/unit -Ilibqstereo/src $(SANITIZE) -c $< -o $@
 
-$(BUILD)/unit/test_%: $(BUILD)/unit/test_%.o $(BUILD)/unit/tiny.o $(BUILD)/unit/slow.o $(UNIT_LIB)
+$(UNIT): $(BUILD)/unit/%: $(BUILD)/unit/%.o $(BUILD)/unit/tiny.o $(BUILD)/unit/slow.o $(UNIT_LIB)
 	$(call say,LINK,$@)
 	$(Q)$(CC) $(SANITIZE) $^ -lcmocka -o $@
+
+$(BUILD)/examples/%: examples/%.c $(BUILD)/libqstereo.a
+	@mkdir -p $(@D)
+	$(call say,CC,$@)
+	$(Q)$(CC) $(C_FLAGS) $(INCLUDE) $(LDFLAGS) $< $(BUILD)/libqstereo.a -o $@
 
 $(BUILD)/bench_encode: tests/bench/bench_encode.c $(BUILD)/libqstereo.a
 	$(call say,CC,$@)

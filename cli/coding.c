@@ -170,7 +170,7 @@ coded_problem coded_in_file(const problem_file *problem)
         .encoding = labels->encoding,
         .penalty = labels->penalty,
         .gap = labels->gap,
-        .truncate = labels->excess_bytes > 0,
+        .truncate = labels->trimmed_bytes > 0,
     };
 }
 

@@ -55,7 +55,7 @@ static uint64_t count_edges(const qs_model *model)
 static void count_cut(const laid_out *problem, bool arcs, figures *counted)
 {
     const qs_labels *labels = &problem->problem->qubo.labels;
-    uint64_t k = labels->labels, sites = labels->open;
+    uint64_t k = labels->labels, sites = labels->undecided;
     uint64_t vertices = sites * (k + 1) + 2;
     uint64_t edges = sites * (k + 2) + count_edges(&problem->model) * (k + 1);
     counted->variables = arcs ? vertices + 2 * edges : vertices;
@@ -64,7 +64,7 @@ static void count_cut(const laid_out *problem, bool arcs, figures *counted)
 
 static uint64_t labels_to_open(const qs_labels *labels)
 {
-    return labels_left(labels) - (labels->sites - labels->open);
+    return labels_left(labels) - (labels->sites - labels->undecided);
 }
 
 /* What is known of a QUBO without making it; of the cuts of Ishikawa's graph only while no label
@@ -78,7 +78,7 @@ static void count(const laid_out *problem, qs_encoding encoding, figures *counte
             count_cut(problem, encoding == QS_ST_CUT_ARCS, counted);
         }
     } else if (encoding == QS_DOMAIN_WALL) {
-        counted->variables = left - labels->open;
+        counted->variables = left - labels->undecided;
     } else {
         counted->variables =
             encoding == QS_MULTIWAY_CUT ? left + (uint64_t)labels->labels * labels->labels : left;
@@ -238,7 +238,7 @@ void complexity_print(const laid_out *problem, budget limit)
         "gap %" PRIu32 ".\n"
         "unit: what is left of an energy of 1 when h is scaled into [-4, 4] and J into [-2, 1].\n"
         "truncated: the same with --truncate.\n\n",
-        problem->problem->name, labels->open, labels_to_open(labels), smoothness, labels->gap);
+        problem->problem->name, labels->undecided, labels_to_open(labels), smoothness, labels->gap);
     memcpy(cells, heading, sizeof heading);
     for (size_t form = 0; form < FORMS; form++) {
         measure(problem, form, false, limit, &whole[form]);

@@ -102,8 +102,8 @@ static void print_labels(const qs_labels *labels)
                frame->picture_height);
     }
     if (labels->fixed_bytes > 0) {
-        printf("\n%-17s%" PRIu32 ", fixed %" PRIu32, "sites open", labels->open,
-               labels->sites - labels->open);
+        printf("\n%-17s%" PRIu32 ", fixed %" PRIu32, "sites open", labels->undecided,
+               labels->sites - labels->undecided);
     }
     printf("\n%-17s%" PRIu32 ", disparities %" PRIu32 " to %" PRIu64 "\n", "labels", labels->labels,
            frame->first, (uint64_t)frame->first + labels->labels - 1);
@@ -118,7 +118,7 @@ static void print_labels(const qs_labels *labels)
     printf("%-17s%s, penalty %s, gap %" PRIu32 "\n", "encoding",
            name_of(&encoding_names, (int)labels->encoding),
            name_of(&penalty_names, (int)labels->penalty), labels->gap);
-    if (labels->excess_bytes > 0) {
+    if (labels->trimmed_bytes > 0) {
         printf("%-17scosts that no optimum pays are cut\n", "truncated");
     }
 }
@@ -173,7 +173,7 @@ static void json_grid(const qs_qubo *qubo)
 static void json_meaning(const qs_labels *labels)
 {
     json_count("sites", labels->sites);
-    json_count("sites_open", labels->open);
+    json_count("sites_open", labels->undecided);
     json_count("labels", labels->labels);
     json_count("disparity_min", labels->frame.first);
     json_count("disparity_max", (uint64_t)labels->frame.first + labels->labels - 1);
@@ -182,7 +182,7 @@ static void json_meaning(const qs_labels *labels)
     json_count("truncation", labels->pairwise.truncation);
     json_name("penalty", name_of(&penalty_names, (int)labels->penalty));
     json_count("gap", labels->gap);
-    json_truth("truncated", labels->excess_bytes > 0);
+    json_truth("truncated", labels->trimmed_bytes > 0);
     if (labels->weight >= 0) {
         json_units("lambda", labels->weight, labels->scale);
     } else {

@@ -123,10 +123,10 @@ void problem_close(problem_file *closed)
 
 uint64_t labels_left(const qs_labels *labels)
 {
-    uint64_t left = labels->sites - labels->open;
-    size_t bytes = (size_t)labels->open * (((size_t)labels->labels + 7) / 8);
+    uint64_t left = labels->sites - labels->undecided;
+    size_t bytes = (size_t)labels->undecided * (((size_t)labels->labels + 7) / 8);
     if (labels->fixed_bytes == 0) {
-        return left + (uint64_t)labels->open * labels->labels;
+        return left + (uint64_t)labels->undecided * labels->labels;
     }
     for (size_t i = 0; i < bytes; i++) {
         for (unsigned bits = labels->sets[i]; bits != 0; bits &= bits - 1) {

@@ -17,8 +17,8 @@ static qs_status recode(const laid_out *problem, const qs_recode_options *option
         grown->refused = size <= left;
         return QS_E_IO;
     }
-    qs_status status =
-        qs_recode(&problem->model, &problem->problem->qubo, options, &sink, workspace, size, NULL);
+    qs_status status = qs_recode(&problem->model, &problem->problem->qubo.labels, options, &sink,
+                                 workspace, size, NULL);
     free(workspace);
     return status;
 }

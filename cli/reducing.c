@@ -49,7 +49,7 @@ static int run_reduction(const laid_out *problem, const reducing *asked, void *w
         return fail_status(problem->problem->name, ran);
     }
     /* An optimum is always left. */
-    if (made->found.open == 0) {
+    if (made->found.undecided == 0) {
         made->found.lower_bound = made->found.upper_bound;
     }
     return DONE;
@@ -105,8 +105,8 @@ void reduced_json(const reduced *made, const problem_file *before, const problem
     const qs_labels *all = &before->qubo.labels, *left = &after->qubo.labels;
     json_count("variables_before", before->qubo.variables);
     json_count("variables_after", after->qubo.variables);
-    json_count("sites_before", all->open);
-    json_count("sites_after", left->open);
+    json_count("sites_before", all->undecided);
+    json_count("sites_after", left->undecided);
     json_count("labels_before", labels_left(all));
     json_count("labels_after", labels_left(left));
     if (has_bound(made)) {
@@ -170,12 +170,13 @@ static double share(uint64_t part, uint64_t whole)
 
 static void print_sites(const qs_labels *before, const qs_labels *after)
 {
-    printf("sites       %" PRIu32 " open, %" PRIu32 " before: ", after->open, before->open);
+    printf("sites       %" PRIu32 " open, %" PRIu32 " before: ", after->undecided,
+           before->undecided);
     if (after->labels == 1) {
         printf("all %" PRIu32 " have one label only, nothing is to be decided\n", after->sites);
     } else {
         printf("%.4g %% of all %" PRIu32 " are decided by proof\n",
-               share(after->sites - after->open, after->sites), after->sites);
+               share(after->sites - after->undecided, after->sites), after->sites);
     }
 }
 
@@ -198,7 +199,7 @@ void reduced_print(const reduced *made, const problem_file *before, const char *
     } else {
         printf("upper %s, no lower one\n", upper);
     }
-    print_left(made, lower, upper, left->open);
+    print_left(made, lower, upper, left->undecided);
     if (made->target > 0 && !at_target(made, after)) {
         print_target(made);
     }

@@ -81,7 +81,7 @@ static int check_energy(const laid_out *problem, solved *found)
     const problem_file *file = problem->problem;
     char said[DECIMAL_SIZE], given[DECIMAL_SIZE];
     found->qubo_energy = qs_qubo_energy(&file->index, found->bits);
-    int64_t energy = found->qubo_energy + qs_sample_excess(&file->qubo, found->labelling);
+    int64_t energy = found->qubo_energy + qs_sample_trimmed(&file->qubo, found->labelling);
     if (energy == found->solution.energy) {
         return DONE;
     }

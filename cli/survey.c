@@ -12,7 +12,7 @@ qs_status sample_labels(const qs_index *index, const uint8_t *bits, uint16_t *la
 {
     qs_status status = qs_sample_decode(index, bits, labelling);
     if (status == QS_OK) {
-        *energy = qs_qubo_energy(index, bits) + qs_sample_excess(index->qubo, labelling);
+        *energy = qs_qubo_energy(index, bits) + qs_sample_trimmed(index->qubo, labelling);
     }
     return status;
 }
@@ -46,7 +46,7 @@ int survey_samples(const answer *looked_at, budget limit, survey *seen)
     const qs_qubo *qubo = &looked_at->problem.qubo;
     void *labelling = NULL;
     memset(seen, 0, sizeof *seen);
-    if (qubo->has_labels && qubo->labels.excess_bytes > 0) {
+    if (qubo->has_labels && qubo->labels.trimmed_bytes > 0) {
         int status = budget_allocate(&limit, looked_at->problem.name,
                                      sizeof(uint16_t) * qubo->labels.sites, &labelling);
         if (status != DONE) {

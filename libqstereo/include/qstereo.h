@@ -20,18 +20,21 @@
 #ifndef QSTEREO_H
 #define QSTEREO_H
 
+#include "qstereo/coding.h"
 #include "qstereo/digest.h"
 #include "qstereo/encode.h"
 #include "qstereo/image.h"
+#include "qstereo/labels.h"
+#include "qstereo/limits.h"
 #include "qstereo/model.h"
 #include "qstereo/problem.h"
 #include "qstereo/qubo.h"
 #include "qstereo/recode.h"
+#include "qstereo/reduce.h"
 #include "qstereo/sample.h"
 #include "qstereo/samples.h"
 #include "qstereo/score.h"
 #include "qstereo/solve.h"
-#include "qstereo/reduce.h"
 #include "qstereo/status.h"
 #include "qstereo/stereo.h"
 #include "qstereo/stream.h"

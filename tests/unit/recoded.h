@@ -96,17 +96,17 @@ static inline qs_status recode(fixture *f, qs_encode_options options, bool trunc
     qs_buffer buffer = {f->file, sizeof f->file, 0};
     qs_sink sink = qs_buffer_sink(&buffer);
     uint64_t told = 0, counted = 0;
-    qs_status status =
-        qs_recode(&f->model, &f->source_qubo, &recode_options, &sink, workspace, size, &told);
+    qs_status status = qs_recode(&f->model, &f->source_qubo.labels, &recode_options, &sink,
+                                 workspace, size, &told);
     if (status == QS_OK) {
-        assert_int_equal(
-            qs_recode(&f->model, &f->source_qubo, &recode_options, NULL, workspace, size, &counted),
-            QS_OK);
+        assert_int_equal(qs_recode(&f->model, &f->source_qubo.labels, &recode_options, NULL,
+                                   workspace, size, &counted),
+                         QS_OK);
         assert_int_equal(told, buffer.size);
         assert_int_equal(counted, told);
         if (size > 0) {
-            assert_int_equal(qs_recode(&f->model, &f->source_qubo, &recode_options, NULL, workspace,
-                                       size - 1, NULL),
+            assert_int_equal(qs_recode(&f->model, &f->source_qubo.labels, &recode_options, NULL,
+                                       workspace, size - 1, NULL),
                              QS_E_WORKSPACE);
         }
         f->size = buffer.size;
@@ -193,7 +193,7 @@ static inline uint64_t cut_out(uint64_t state, uint32_t *at, uint32_t count)
 static inline bool decode(const fixture *f, uint64_t state, uint16_t *labelling, int64_t *extra)
 {
     qs_encoding encoding = f->qubo.labels.encoding;
-    uint32_t at = 0, excess = 0, open = 0, labels = f->t.problem.labels;
+    uint32_t at = 0, trimmed = 0, open = 0, labels = f->t.problem.labels;
     const qs_labels *l = &f->qubo.labels;
     *extra = 0;
     for (uint32_t p = 0; p < f->sites; p++) {
@@ -214,10 +214,10 @@ static inline bool decode(const fixture *f, uint64_t state, uint16_t *labelling,
             return false;
         }
         labelling[p] = (uint16_t)nth_label(f, p, index);
-        for (unsigned b = 0; b < l->excess_bytes; b++) {
-            *extra += (int64_t)l->excess[(excess + index) * l->excess_bytes + b] << 8 * b;
+        for (unsigned b = 0; b < l->trimmed_bytes; b++) {
+            *extra += (int64_t)l->trimmed[(trimmed + index) * l->trimmed_bytes + b] << 8 * b;
         }
-        excess += n;
+        trimmed += n;
         open++;
     }
     for (uint32_t t = 0; encoding == QS_MULTIWAY_CUT && open > 0 && t < labels; t++) {
@@ -292,7 +292,7 @@ static inline void check_kept(const fixture *f, bool all)
             assert_int_equal(l->sets[open++], f->left[p]);
         }
     }
-    assert_int_equal(l->open, open);
+    assert_int_equal(l->undecided, open);
 }
 
 static inline void check_file(const fixture *f)

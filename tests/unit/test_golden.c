@@ -233,8 +233,8 @@ static void recode(qs_encode_options write, bool truncate, const uint8_t *left)
     qs_buffer buffer = {file, sizeof file, 0};
     qs_sink sink = qs_buffer_sink(&buffer);
     assert_true(qs_recode_workspace(&model, &options) <= sizeof memory);
-    assert_int_equal(qs_recode(&model, &q.qubo, &options, &sink, memory, sizeof memory, NULL),
-                     QS_OK);
+    assert_int_equal(
+        qs_recode(&model, &q.qubo.labels, &options, &sink, memory, sizeof memory, NULL), QS_OK);
     memcpy(q.file, file, buffer.size);
     q.size = buffer.size;
     assert_int_equal(qs_qubo_open(q.file, q.size, TINY_INDEX, &q.qubo, NULL), QS_OK);

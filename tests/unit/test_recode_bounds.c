@@ -389,7 +389,7 @@ static void nothing_left_to_decide(void **unused)
         assert_int_equal(recode(&f, (qs_encode_options){.encoding = encoding}, true), QS_OK);
         assert_int_equal(f.qubo.variables, 0);
         assert_int_equal(f.qubo.groups, 0);
-        assert_int_equal(f.qubo.labels.open, 0);
+        assert_int_equal(f.qubo.labels.undecided, 0);
         assert_int_equal(qs_qubo_energy(&f.index, &none), problem_energy(&f, labelling));
     }
 }
@@ -426,7 +426,8 @@ static void labels_beyond_a_byte(void **unused)
     qs_buffer buffer = {f.file, sizeof f.file, 0};
     qs_sink sink = qs_buffer_sink(&buffer);
     assert_int_equal(
-        qs_recode(&f.model, &f.source_qubo, &options, &sink, memory, sizeof memory, NULL), QS_OK);
+        qs_recode(&f.model, &f.source_qubo.labels, &options, &sink, memory, sizeof memory, NULL),
+        QS_OK);
     open_file(f.file, buffer.size, &f.qubo, f.memory, &f.index);
     assert_int_equal(f.qubo.variables, VARIABLES);
     assert_int_equal(f.qubo.labels.fixed_bytes, 2);
@@ -573,7 +574,7 @@ static void every_failing_write_is_told(void **unused)
         for (qs_status status = QS_E_IO; status != QS_OK; calls++) {
             int left = calls;
             qs_sink sink = {failing_write, &left};
-            status = qs_recode(&f.model, &f.source_qubo,
+            status = qs_recode(&f.model, &f.source_qubo.labels,
                                &(qs_recode_options){.encode.encoding = encoding}, &sink, memory,
                                sizeof memory, NULL);
             assert_true(status == QS_E_IO || status == QS_OK);

@@ -176,7 +176,7 @@ static void check_counts(const uint8_t *kept, bool walls, const qs_reduction *r)
         }
     }
     assert_int_equal(variables, r->variables);
-    assert_int_equal(open, r->open);
+    assert_int_equal(open, r->undecided);
 }
 
 static void check_labelling(const uint8_t *kept, const uint16_t *labelling, const qs_reduction *r)
@@ -213,13 +213,22 @@ static bool watch(void *context, const qs_reduction *r)
     return ++w->calls < w->patience;
 }
 
+static void begin_sets(qs_elimination *e, const qs_model *of, bool walls, uint8_t *kept,
+                       uint16_t *labelling)
+{
+    qs_arena arena = {.base = (char *)memory};
+    qs_eliminate_take(e, of, &arena);
+    assert_true(qs_arena_size(&arena) <= sizeof memory);
+    qs_eliminate_begin(e, of, walls, kept, labelling);
+}
+
 /* Reduces it and checks all that must hold of any answer. */
 static qs_reduction reduce(qs_reduce_options options, uint64_t patience, uint8_t *kept)
 {
     uint16_t labelling[TINY_SITES];
     uint8_t before[TINY_SITES * TINY_LABELS];
     qs_elimination e;
-    qs_eliminate_begin(&e, &b.model, options.walls, memory, before, labelling);
+    begin_sets(&e, &b.model, options.walls, before, labelling);
     bool at_once = options.target > 0 && e.variables <= options.target;
     qs_reduction r;
     witness w = {kept,       labelling,      options.walls, 0,        patience,
@@ -255,7 +264,7 @@ static void no_optimum_is_lost(void **unused)
             reduce((qs_reduce_options){.iterations = 100, .walls = round % 2}, UINT64_MAX, kept);
         proven += r.upper_bound == r.lower_bound;
         ties_only += check_sets(kept) == 0;
-        decided += r.open == 0;
+        decided += r.undecided == 0;
     }
     print_message("proven %u, ties only %u, decided %u of %d\n", proven, ties_only, decided,
                   2 * ROUNDS);
@@ -303,14 +312,14 @@ static void check_excess(uint64_t *random, bool chain)
     qs_trws_state s = state_of();
     uint32_t iterations = tiny_random(random, 10) + chain;
     size_t size = sizeof *once * qs_trws_messages(&b.model);
-    assert_true(sizeof(uint32_t) * qs_trws_excess_numbers(&b.model) <= sizeof excess);
+    assert_true(sizeof(uint32_t) * qs_trws_marginal_numbers(&b.model) <= sizeof excess);
     qs_trws_iterate(&s, iterations + 1);
     memcpy(once, s.messages, size);
     s = state_of();
     qs_trws_iterate(&s, iterations);
     memset(excess, 0xa5, sizeof excess);
     int64_t bound = 0, shares[TINY_SITES];
-    qs_trws_excess(&s, excess, shares);
+    qs_trws_marginals(&s, excess, shares);
     for (uint32_t p = 0; p < b.model.sites; p++) {
         bound += shares[p];
     }
@@ -445,7 +454,7 @@ static void excess_by_definition(void **unused)
         qs_trws_state s = state_of();
         qs_trws_iterate(&s, tiny_random(&state, 10));
         memcpy(before, s.messages, sizeof *before * qs_trws_messages(&b.model));
-        qs_trws_grid_excess(&s, excess, shares);
+        qs_trws_grid_marginals(&s, excess, shares);
         charge(before, s.messages, false, s.scale, charged);
         for (uint32_t y = 0; y < b.model.height; y++) {
             add_line(charged, y * b.model.width, b.model.width, 1, b.model.right, s.scale.shift,
@@ -543,7 +552,7 @@ static void graph_excess_by_definition(void **unused)
         qs_trws_state s = state_of();
         qs_trws_iterate(&s, tiny_random(&state, 10));
         memcpy(before, s.messages, sizeof *before * qs_trws_messages(&b.model));
-        qs_trws_graph_excess(&s, excess, shares);
+        qs_trws_graph_marginals(&s, excess, shares);
         for (uint32_t p = 0; p < b.model.sites; p++) {
             const qs_link *link = NULL;
             uint32_t lower = links_of(p, false, 0, &link), higher = links_of(p, true, 0, &link);
@@ -624,7 +633,7 @@ static void goldstein_by_definition(void **unused)
         }
         enumerate();
         qs_model given = b.model;
-        qs_eliminate_begin(&e, &b.model, false, memory, kept, labelling);
+        begin_sets(&e, &b.model, false, kept, labelling);
         taken += check_sets(kept) > 0;
         qs_reduction r = {.upper_bound = qs_model_energy(&b.model, labelling),
                           .lower_bound = QS_NO_BOUND};
@@ -872,7 +881,7 @@ static void larger_grids_step_by_step(void **unused)
             assert_true(kept[p * WIDE_LABELS + labelling[p]]);
         }
         qs_elimination e;
-        qs_eliminate_begin(&e, &g.model, false, memory, kept, labelling);
+        begin_sets(&e, &g.model, false, kept, labelling);
         before += e.variables;
         for (int i = 0; i < 2;
              i++) { /* to the end of the iterations: at the last one labels leave, too */
@@ -999,7 +1008,7 @@ static void mended_by_definition(void **unused)
         }
         labelling[site] = old;
         bool was = b.kept[site * b.model.labels + old];
-        assert_int_equal(qs_local_mend(&b.model, labelling, site), !was);
+        assert_int_equal(qs_take_kept_label(&b.model, labelling, site), !was);
         assert_int_equal(labelling[site], was ? old : best);
     }
 }

@@ -144,9 +144,9 @@ static void labellings_come_and_go(void **unused)
             assert_memory_equal(by_table, labelling, sites * sizeof *labelling);
             assert_int_equal(qs_sample_decode(&q.index, bits, again), QS_OK);
             assert_memory_equal(again, labelling, sites * sizeof *labelling);
-            assert_int_equal(qs_qubo_energy(&q.index, bits) + qs_sample_excess(&q.qubo, labelling),
+            assert_int_equal(qs_qubo_energy(&q.index, bits) + qs_sample_trimmed(&q.qubo, labelling),
                              slow_energy(&t.problem, labelling));
-            assert_true(request.truncate || qs_sample_excess(&q.qubo, labelling) == 0);
+            assert_true(request.truncate || qs_sample_trimmed(&q.qubo, labelling) == 0);
         } while (--left > 0 && slow_next(&request, labelling));
         for (uint32_t p = 0; p < sites; p++) {
             for (uint16_t d = 0; d <= t.problem.labels; d++) {

@@ -51,26 +51,66 @@ typedef struct qs_model {
 
 enum { QS_MODEL_BITS = 60 };
 
+/* Bytes of workspace for qs_model_of_problem. The problem is one that
+ * qs_problem_check accepts. */
+size_t qs_model_of_problem_workspace(const qs_problem *problem);
+
+/* The model of a problem in memory: what qs_model_build makes of its file, but
+ * without a file. Every kind of problem has one.
+ *
+ * problem    read once, row by row where it makes its costs on the way; of it
+ *            only a table of pairwise costs stays borrowed
+ * workspace  aligned for any type; the model stays in it
+ * model      out
+ * labels     out, may be NULL: what the file of the problem says in its side
+ *            chunk labl, with encoding one-hot and penalty local: the picture,
+ *            the mask (in the workspace), the scale. For qs_recode and
+ *            qs_map_of_labelling
+ *
+ * Returns
+ * QS_OK
+ * QS_E_ARGUMENT   a null pointer, or a problem that qs_problem_check refuses
+ * QS_E_LIMIT      as qs_problem_check
+ * QS_E_WORKSPACE
+ * QS_E_OVERFLOW   a unary cost, less the least of its site, or a pairwise cost
+ *                 is above 2^31 - 1, or the sums leave QS_MODEL_BITS: see
+ *                 qs_model_build */
+QS_MUST_CHECK qs_status qs_model_of_problem(const qs_problem *problem,
+                                            void *workspace,
+                                            size_t workspace_size,
+                                            qs_model *model, qs_labels *labels);
+
 /* Bytes of workspace for qs_model_build. */
 size_t qs_model_workspace(const qs_qubo *qubo);
 
-/* The model of a .qcf with the encoding one-hot, one-hot-sparse or domain-wall:
- * from the file alone, so that every solver answers exactly the problem that an
- * annealer is given. Its sites and labels are those of the whole problem: a
- * site that the file has fixed has its label at cost 0 and no edges left, and a
- * label that is not left costs one more than all edges of its site can (at most
- * 2^31 - 1; the solvers' answers have none in any case). What truncating the
- * costs took is added again: energies are those of F. Edges that the file has
- * folded into other terms have weight 0 here, so only energies of labellings of
- * the labels left are the problem's. Borrows the view and the workspace
- * (aligned for any type). Returns QS_OK; QS_E_ARGUMENT; QS_E_WORKSPACE;
- * QS_E_UNSUPPORTED (the file does not say what its variables mean);
- * QS_E_ENCODING (a cut: the same problem in another encoding has a model);
- * QS_E_CORRUPT (the couplings are not what the encoding says); QS_E_OVERFLOW (a
- * cost beyond 2^31 - 1, or the model's own limit: the largest V times the sum
- * of all weights, and 2^31 - 1 for each site, come to more than
- * 2^QS_MODEL_BITS. So no sum of costs leaves an int64_t, whatever the labels).
- */
+/* The model of a .qcf with the encoding one-hot, one-hot-sparse or domain-wall.
+ * It is made from the file alone, so that every solver answers exactly the
+ * problem that an annealer is given.
+ *
+ * A file may have fixed sites and left out labels. The model still has the
+ * sites and labels of the whole problem:
+ *   - A fixed site has its label at cost 0, and no edges.
+ *   - A label that is left out costs one more than all edges of its site can,
+ *     at most 2^31 - 1. No solver returns such a label.
+ *   - Edges that the file has folded into other terms have weight 0. So the
+ *     energies of labellings of the labels left are those of F, of others not.
+ *   - What truncating the costs took away is added again.
+ *
+ * index      borrowed by the model, with its view
+ * workspace  aligned for any type; the model stays in it
+ * model      out
+ *
+ * Returns
+ * QS_OK
+ * QS_E_ARGUMENT     a null pointer
+ * QS_E_WORKSPACE
+ * QS_E_UNSUPPORTED  the file does not say what its variables mean
+ * QS_E_ENCODING     a cut: the same problem in another encoding has a model
+ * QS_E_CORRUPT      the couplings are not what the encoding says
+ * QS_E_OVERFLOW     a cost is above 2^31 - 1; or the largest V times the sum of
+ *                   all weights, and 2^31 - 1 for each site, come to more than
+ *                   2^QS_MODEL_BITS. Below that no sum of costs leaves an
+ *                   int64_t, whatever the labels */
 QS_MUST_CHECK qs_status qs_model_build(const qs_index *index, void *workspace,
                                        size_t workspace_size, qs_model *model);
 

@@ -9,17 +9,12 @@
 #ifndef QSTEREO_PROBLEM_H
 #define QSTEREO_PROBLEM_H
 
+#include "limits.h"
 #include "status.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-#define QS_LABELS_MAX    65535u
-#define QS_VARIABLES_MAX 2147483647u /* 2^31 - 1, of any QUBO */
-#define QS_ENERGY_MAX                                                          \
-    9007199254740992 /* 2^53: no energy of a QUBO is larger, so doubles hold   \
-                        each exactly */
 
 /* V(a, b) of two labels (indices 0 .. labels - 1). Tables: V(a, b) = table[a *
  * labels + b], a being the label of the edge's first site: the left or upper

@@ -11,35 +11,12 @@
 
 #include <stdbool.h>
 
-#include "encode.h"
+#include "labels.h"
+#include "status.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/* What the side chunks say: `labl`, and from `sites` on `kept` and `trnc`. */
-typedef struct qs_labels {
-    qs_encoding encoding;
-    qs_pairwise pairwise; /* table: NULL, the blocks hold it */
-    qs_penalty penalty;
-    uint32_t labels, scale, gap;
-    int32_t weight; /* of every edge, -1 where the weights differ */
-    uint32_t width, height; /* of the grid; 0 = none */
-    qs_frame frame;
-    const uint8_t
-        *mask; /* a bit a cell as in the file; NULL = every cell is a site */
-    uint32_t sites; /* of the whole problem */
-    uint32_t open; /* of them: those that have variables */
-    unsigned
-        fixed_bytes; /* 0 = all are open and have all labels; else 1 or 2 */
-    const uint8_t *fixed; /* of each site, in fixed_bytes: the label that it is
-                             fixed at; all bits 1 = open */
-    const uint8_t *sets; /* of each open site ceil(labels / 8) bytes: label d is
-                            left where bit d % 8 of byte d / 8 is 1 */
-    unsigned excess_bytes; /* 0 = no cost was truncated; else 1, 2 or 4 */
-    const uint8_t *excess; /* of each label left to each open site: what was cut
-                              from its cost */
-} qs_labels;
 
 /* A view: it borrows the file's bytes. Its fields are for reading. */
 typedef struct qs_qubo {

@@ -1,4 +1,4 @@
-/* Labels that are proven to be in no optimum leave the problem; what is left
+/* Labels that are proven to be in no optimum leave the problem. What is left
  * has the same optima. */
 #ifndef QSTEREO_REDUCE_H
 #define QSTEREO_REDUCE_H
@@ -12,17 +12,16 @@ extern "C" {
 /* How far a reduction is, and what it found. */
 typedef struct qs_reduction {
     int64_t upper_bound; /* energy of the labelling, the best one known */
-    int64_t lower_bound; /* of all labellings; equal to the upper bound = proven
-                            optimal */
+    int64_t lower_bound; /* of all labellings; equal to the upper bound = the
+                            labelling is proven optimal */
     uint64_t iterations; /* of TRW-S */
-    uint64_t variables; /* left, in the encoding asked for: those of the open
-                           sites */
-    uint32_t open; /* sites with two labels or more left; masked cells are never
-                      open */
+    uint64_t variables; /* of the undecided sites, in the encoding asked for */
+    uint32_t undecided; /* sites with two labels or more left; a masked cell
+                           never is */
 } qs_reduction;
 
-/* Told after every iteration; returns false to stop: what has been proven until
- * then stays. */
+/* Called after every iteration. Returns false to stop: what has been proven
+ * until then stays. */
 typedef bool qs_reduce_watch(void *context, const qs_reduction *so_far);
 
 /* All zero = go on until the best labelling is proven. */
@@ -32,26 +31,33 @@ typedef struct qs_reduce_options {
                         variables; 0 = none */
     bool walls; /* a site with n labels counts n - 1 variables (domain walls);
                    else n. A site of one label has none */
-    qs_reduce_watch *watch;
-    void *context;
+    qs_reduce_watch *watch; /* NULL = nobody */
+    void *context; /* of watch */
 } qs_reduce_options;
 
 /* Bytes of workspace for qs_reduce. */
 size_t qs_reduce_workspace(const qs_model *model);
 
-/* Eliminates labels by Goldstein's criterion (Potts) and by the reduced costs
- * of TRW-S's chains against the best labelling known (docs/MATHS.md): no label
- * that is eliminated is in any optimum. The bound and the labelling are those
- * of qs_best, with the eliminated labels out of the way. Deterministic.
+/* Takes out labels by Goldstein's criterion and by the marginals of TRW-S's
+ * chains, against the best labelling known (docs/MATHS.md). No label that goes
+ * is in any optimum. Bound and labelling are found as by qs_best, without the
+ * labels that have gone. The same arguments give the same answer on every
+ * machine.
  *
- * model      a file that is reduced already brings its own label sets,
- * model->kept options    NULL = all zero kept       out: sites x labels, 1 =
- * the label is still there, 0 = it is in no optimum; every site keeps one or
- * more. Of masked cells label 0 alone is kept labelling  out: the best
- * labelling found; its labels are kept Returns QS_OK (also when stopped),
- * QS_E_ARGUMENT, QS_E_WORKSPACE. Where costs are too large for the messages'
- * arithmetic there is no bound (QS_NO_BOUND), and Goldstein's criterion alone
- * eliminates. */
+ * model      of a file that is reduced already it brings label sets, kept
+ * options    NULL = all zero
+ * workspace  aligned for any type
+ * kept       out: sites x labels, 1 = the label is still there, 0 = it is in no
+ *            optimum. Every site keeps one or more; a masked cell keeps label 0
+ * labelling  out: the best labelling found; its labels are kept
+ * reduction  out
+ *
+ * Returns
+ * QS_OK           also when stopped. Where costs are too large for the
+ *                 arithmetic of messages there is no bound (QS_NO_BOUND), and
+ *                 Goldstein's criterion alone takes out labels
+ * QS_E_ARGUMENT   a null pointer
+ * QS_E_WORKSPACE */
 QS_MUST_CHECK qs_status qs_reduce(const qs_model *model,
                                   const qs_reduce_options *options,
                                   void *workspace, size_t workspace_size,

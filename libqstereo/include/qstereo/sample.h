@@ -35,7 +35,7 @@ QS_MUST_CHECK qs_status qs_sample_encode(const qs_index *index,
 /* What truncating the costs has taken from a labelling of all sites (labels
  * left): its energy F is H of its sample plus this. 0 where nothing was
  * truncated. */
-int64_t qs_sample_excess(const qs_qubo *qubo, const uint16_t *labelling);
+int64_t qs_sample_trimmed(const qs_qubo *qubo, const uint16_t *labelling);
 
 /* Bytes of workspace for qs_sample_repair. */
 size_t qs_repair_workspace(const qs_index *index);

@@ -21,4 +21,14 @@ QS_MINMAX(u64, uint64_t)
 
 #undef QS_MINMAX
 
+/* Where the least of `count` costs is; of equals the first. */
+static inline uint32_t qs_first_least(const int32_t *costs, uint32_t count)
+{
+    uint32_t first = 0;
+    for (uint32_t i = 1; i < count; i++) {
+        first = costs[i] < costs[first] ? i : first;
+    }
+    return first;
+}
+
 #endif

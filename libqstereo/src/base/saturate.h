@@ -3,8 +3,9 @@
 #define QS_SATURATE_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
-#include "../../include/qstereo/problem.h"
+#include "../../include/qstereo/limits.h"
 
 /* magnitude += x * y, saturated at `most`, which is below 2^62. */
 static inline void qs_grow_to(uint64_t *magnitude, uint64_t x, uint64_t y, uint64_t most)

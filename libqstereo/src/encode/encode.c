@@ -8,6 +8,7 @@
 #include "../files/container.h"
 #include "../problem/cost_strips.h"
 #include "../problem/edge_runs.h"
+#include "../problem/pairwise.h"
 #include "../recode/remaining.h"
 #include "../base/saturate.h"
 
@@ -40,12 +41,6 @@ typedef struct plan {
 static uint32_t labels_of(const plan *p)
 {
     return p->problem->labels;
-}
-
-/* Whether a penalty is made site by site, with a gap. */
-static bool proven(qs_penalty penalty)
-{
-    return penalty == QS_PENALTY_LOCAL || penalty == QS_PENALTY_MINIMAL;
 }
 
 static bool sparse(const plan *p)
@@ -317,7 +312,7 @@ static void push_sites(void *context, uint32_t count, int64_t first, int64_t sec
     penalty_runs *runs = context;
     const plan *p = runs->p;
     uint64_t a = p->alpha, b = 2 * p->alpha;
-    if (proven(p->penalty)) {
+    if (qs_penalty_keeps_gap(p->penalty)) {
         qs_site_edges edges = {(uint64_t)(first + second),
                                reach_cost(p, (uint64_t)first, (uint64_t)second)};
         qs_one_hot_bound(p->encoding, p->penalty, &p->problem->pairwise, labels_of(p), p->gap,
@@ -335,7 +330,7 @@ static void push_sites(void *context, uint32_t count, int64_t first, int64_t sec
 static penalty_runs visit_penalties(const plan *p, qs_writer *writer)
 {
     penalty_runs runs = {.p = p, .writer = writer};
-    if (proven(p->penalty)) {
+    if (qs_penalty_keeps_gap(p->penalty)) {
         qs_reach_visit_all(p->problem, p->sums, push_sites, &runs);
     } else {
         push_sites(&runs, p->sites, 0, 0);
@@ -521,24 +516,16 @@ static void put_chunks(const plan *p, qs_writer *writer)
 
 static qs_status choose(plan *p, const qs_encode_options *options)
 {
-    bool potts = p->problem->pairwise.smoothness == QS_POTTS;
-    p->encoding = options->encoding;
-    if (p->encoding == QS_ENCODING_DEFAULT) {
-        p->encoding = potts ? QS_ONE_HOT_SPARSE : QS_ONE_HOT;
+    qs_encode_options own;
+    qs_status status = qs_encode_settle(options, &p->problem->pairwise, labels_of(p), &own);
+    if (status != QS_OK) {
+        return status;
     }
-    p->penalty = options->penalty;
-    p->gap = options->gap == 0 || !proven(options->penalty) ? 1 : options->gap;
-    p->alpha = (uint64_t)options->alpha;
-    bool given = p->penalty == QS_PENALTY_GIVEN;
-    if (p->encoding > QS_ST_CUT_ARCS || p->penalty > QS_PENALTY_MINIMAL ||
-        options->gap > INT32_MAX || (given && options->alpha <= 0)) {
-        return QS_E_ARGUMENT;
-    }
-    if (given && options->alpha > QS_ENERGY_MAX) {
-        return QS_E_OVERFLOW;
-    }
-    return !qs_one_hot_holds(p->encoding, p->penalty, &p->problem->pairwise) ? QS_E_ENCODING
-                                                                             : QS_OK;
+    p->encoding = own.encoding;
+    p->penalty = own.penalty;
+    p->gap = own.gap;
+    p->alpha = (uint64_t)own.alpha;
+    return qs_encoding_facts_of(p->encoding)->is_streamed ? QS_OK : QS_E_ENCODING;
 }
 
 /* The paper's alpha: above what any labelling costs. */

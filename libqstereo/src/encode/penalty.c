@@ -1,28 +1,7 @@
 #include "penalty.h"
 
 #include "../base/saturate.h"
-
-uint32_t qs_band(const qs_pairwise *pairwise, uint32_t labels)
-{
-    if (pairwise->smoothness == QS_POTTS) {
-        return 1;
-    }
-    return pairwise->truncation == 0 || pairwise->truncation > labels - 1 ? labels - 1
-                                                                          : pairwise->truncation;
-}
-
-bool qs_is_linear(const qs_pairwise *pairwise, uint32_t labels)
-{
-    return pairwise->smoothness == QS_TRUNCATED_LINEAR && qs_band(pairwise, labels) == labels - 1;
-}
-
-bool qs_one_hot_holds(qs_encoding encoding, qs_penalty penalty, const qs_pairwise *pairwise)
-{
-    bool linear = pairwise->smoothness == QS_TRUNCATED_LINEAR;
-    return encoding == QS_ONE_HOT ||
-           (encoding == QS_ONE_HOT_SPARSE &&
-            (pairwise->smoothness == QS_POTTS || (linear && penalty != QS_PENALTY_PAPER)));
-}
+#include "../problem/pairwise.h"
 
 /* ceil(x * y / divisor) */
 static uint64_t share(uint64_t x, uint64_t y, uint64_t divisor)

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "../../include/qstereo/problem.h"
+#include "../../include/qstereo/limits.h"
 #include "../base/bytes.h"
 #include "container.h"
 

@@ -2,49 +2,49 @@
 
 enum { GRID_NEIGHBOURS = 4 };
 
-static bool grid_neighbour(const qs_model *model, uint32_t site, uint32_t at, qs_beside *beside)
+static bool grid_neighbour(const qs_model *model, uint32_t site, uint32_t at, qs_edge_seen *edge)
 {
     uint32_t width = model->width;
     switch (at) {
-    case 0: *beside = (qs_beside){site + 1, model->right[site], true}; break;
-    case 1: *beside = (qs_beside){site + width, model->down[site], true}; break;
-    case 2: *beside = (qs_beside){site - 1, site > 0 ? model->right[site - 1] : 0, false}; break;
+    case 0: *edge = (qs_edge_seen){site + 1, model->right[site], true}; break;
+    case 1: *edge = (qs_edge_seen){site + width, model->down[site], true}; break;
+    case 2: *edge = (qs_edge_seen){site - 1, site > 0 ? model->right[site - 1] : 0, false}; break;
     case 3:
-        *beside = (qs_beside){site - width, site >= width ? model->down[site - width] : 0, false};
+        *edge = (qs_edge_seen){site - width, site >= width ? model->down[site - width] : 0, false};
         break;
     default: break;
     }
-    if (at < GRID_NEIGHBOURS && beside->weight == 0) {
-        beside->site = site; /* none there: a site that exists, at weight 0 */
+    if (at < GRID_NEIGHBOURS && edge->weight == 0) {
+        edge->site = site; /* none there: a site that exists, at weight 0 */
     }
     return at < GRID_NEIGHBOURS;
 }
 
-bool qs_local_neighbour(const qs_model *model, uint32_t site, uint32_t at, qs_beside *beside)
+bool qs_see_edge(const qs_model *model, uint32_t site, uint32_t at, qs_edge_seen *edge)
 {
     if (model->width > 0) {
-        return grid_neighbour(model, site, at, beside);
+        return grid_neighbour(model, site, at, edge);
     }
     uint32_t n = model->link_start[site] + at;
     if (n >= model->link_start[site + 1]) {
         return false;
     }
-    *beside =
-        (qs_beside){model->links[n].site, model->links[n].weight, model->links[n].site > site};
+    *edge =
+        (qs_edge_seen){model->links[n].site, model->links[n].weight, model->links[n].site > site};
     return true;
 }
 
-int64_t qs_local_edges(const qs_model *model, uint32_t site)
+int64_t qs_most_of_edges(const qs_model *model, uint32_t site)
 {
     int64_t weights = 0;
-    qs_beside beside;
-    for (uint32_t at = 0; qs_local_neighbour(model, site, at, &beside); at++) {
-        weights += beside.weight;
+    qs_edge_seen edge;
+    for (uint32_t at = 0; qs_see_edge(model, site, at, &edge); at++) {
+        weights += edge.weight;
     }
     return weights * model->pairwise_max; /* at most 2^QS_MODEL_BITS */
 }
 
-bool qs_local_many(const qs_model *model, uint32_t site)
+bool qs_has_many_neighbours(const qs_model *model, uint32_t site)
 {
     return model->width == 0 &&
            model->link_start[site + 1] - model->link_start[site] > model->labels;
@@ -60,15 +60,15 @@ bool qs_labels_in_range(const qs_model *model, const uint16_t *labelling)
     return true;
 }
 
-int64_t qs_local_cost(const qs_model *model, const uint16_t *labelling, uint32_t site,
+int64_t qs_label_cost(const qs_model *model, const uint16_t *labelling, uint32_t site,
                       uint16_t label)
 {
     int64_t cost = model->unary[(size_t)site * model->labels + label];
-    qs_beside beside;
-    for (uint32_t at = 0; qs_local_neighbour(model, site, at, &beside); at++) {
-        uint16_t other = labelling[beside.site];
-        cost += beside.weight * (beside.first ? qs_model_pairwise(model, label, other)
-                                              : qs_model_pairwise(model, other, label));
+    qs_edge_seen edge;
+    for (uint32_t at = 0; qs_see_edge(model, site, at, &edge); at++) {
+        uint16_t other = labelling[edge.site];
+        cost += edge.weight * (edge.first ? qs_model_pairwise(model, label, other)
+                                          : qs_model_pairwise(model, other, label));
     }
     return cost;
 }
@@ -95,28 +95,28 @@ static uint16_t best_of_potts(const qs_model *model, const uint16_t *labelling, 
     for (uint16_t d = 1; d < model->labels; d++) {
         winner = unary[d] < unary[winner] ? d : winner;
     }
-    candidate best = {winner, qs_local_cost(model, labelling, site, winner)};
-    qs_beside beside;
-    for (uint32_t at = 0; qs_local_neighbour(model, site, at, &beside); at++) {
-        uint16_t label = labelling[beside.site];
-        offer(&best, label, qs_local_cost(model, labelling, site, label));
+    candidate best = {winner, qs_label_cost(model, labelling, site, winner)};
+    qs_edge_seen edge;
+    for (uint32_t at = 0; qs_see_edge(model, site, at, &edge); at++) {
+        uint16_t label = labelling[edge.site];
+        offer(&best, label, qs_label_cost(model, labelling, site, label));
     }
     return best.label;
 }
 
-uint16_t qs_local_best(const qs_model *model, const uint16_t *labelling, uint32_t site)
+uint16_t qs_best_label(const qs_model *model, const uint16_t *labelling, uint32_t site)
 {
-    if (model->pairwise.smoothness == QS_POTTS && !qs_local_many(model, site)) {
+    if (model->pairwise.smoothness == QS_POTTS && !qs_has_many_neighbours(model, site)) {
         return best_of_potts(model, labelling, site);
     }
     candidate best = {0, INT64_MAX};
     for (uint16_t d = 0; d < model->labels; d++) {
-        offer(&best, d, qs_local_cost(model, labelling, site, d));
+        offer(&best, d, qs_label_cost(model, labelling, site, d));
     }
     return best.label;
 }
 
-bool qs_local_mend(const qs_model *model, uint16_t *labelling, uint32_t site)
+bool qs_take_kept_label(const qs_model *model, uint16_t *labelling, uint32_t site)
 {
     const uint8_t *kept = model->kept + (size_t)site * model->labels;
     if (kept[labelling[site]]) {
@@ -125,21 +125,21 @@ bool qs_local_mend(const qs_model *model, uint16_t *labelling, uint32_t site)
     candidate best = {0, INT64_MAX};
     for (uint16_t d = 0; d < model->labels; d++) {
         if (kept[d]) {
-            offer(&best, d, qs_local_cost(model, labelling, site, d));
+            offer(&best, d, qs_label_cost(model, labelling, site, d));
         }
     }
     labelling[site] = best.label;
     return true;
 }
 
-int64_t qs_local_keep(const qs_model *model, uint16_t *labelling)
+int64_t qs_take_kept_everywhere(const qs_model *model, uint16_t *labelling)
 {
     int64_t gain = 0;
     for (uint32_t p = 0; model->kept && p < model->sites; p++) {
         uint16_t was = labelling[p];
-        if (qs_local_mend(model, labelling, p)) {
-            gain += qs_local_cost(model, labelling, p, was) -
-                    qs_local_cost(model, labelling, p, labelling[p]);
+        if (qs_take_kept_label(model, labelling, p)) {
+            gain += qs_label_cost(model, labelling, p, was) -
+                    qs_label_cost(model, labelling, p, labelling[p]);
         }
     }
     return gain;

@@ -2,6 +2,8 @@
 #ifndef QS_PAIRWISE_H
 #define QS_PAIRWISE_H
 
+#include <stdbool.h>
+
 #include "../../include/qstereo/problem.h"
 
 static inline int64_t qs_truncated(int64_t cost, uint32_t truncation)
@@ -20,6 +22,30 @@ static inline int64_t qs_pairwise_value(const qs_pairwise *pairwise, uint32_t la
     case QS_TABLE: break;
     }
     return pairwise->table[(size_t)a * labels + b];
+}
+
+/* tau of V = min(|a - b|, tau), Potts or truncated linear; at most labels - 1 for the latter. */
+static inline uint32_t qs_band(const qs_pairwise *pairwise, uint32_t labels)
+{
+    if (pairwise->smoothness == QS_POTTS) {
+        return 1;
+    }
+    bool truncates = pairwise->truncation != 0 && pairwise->truncation < labels;
+    return truncates ? pairwise->truncation : labels - 1;
+}
+
+/* Returns true if V is |a - b| for every two labels. */
+static inline bool qs_is_linear(const qs_pairwise *pairwise, uint32_t labels)
+{
+    return pairwise->smoothness == QS_TRUNCATED_LINEAR && qs_band(pairwise, labels) == labels - 1;
+}
+
+/* One-hot-sparse writes V as tau - (tau - |a - b|)^+ and couples the part in brackets, here of two
+ * labels `apart` from each other. */
+static inline int64_t qs_band_entry(int64_t tau, int64_t apart)
+{
+    int64_t distance = apart < 0 ? -apart : apart;
+    return distance < tau ? tau - distance : 0;
 }
 
 #endif

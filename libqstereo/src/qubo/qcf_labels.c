@@ -78,7 +78,7 @@ static bool read_labl(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q)
             return corrupt(reader, chunk, "mask of labl");
         }
     }
-    labels.open = labels.sites;
+    labels.undecided = labels.sites;
     q->labels = labels;
     q->has_labels = true;
     return true;
@@ -104,19 +104,19 @@ static bool read_sets(qs_reader *reader, const qs_chunk *chunk, qs_labels *l)
     }
     l->fixed = chunk->payload + KEPT_HEAD;
     l->sets = l->fixed + map;
-    l->open = 0;
+    l->undecided = 0;
     for (uint32_t site = 0; site < l->sites; site++) {
         uint32_t fixed = qs_fixed_at(l, site);
-        if (fixed != qs_open_mark(l) && fixed >= l->labels) {
+        if (fixed != qs_undecided_mark(l) && fixed >= l->labels) {
             return corrupt(reader, chunk, "a fixed label of kept");
         }
-        l->open += fixed == qs_open_mark(l);
+        l->undecided += fixed == qs_undecided_mark(l);
     }
-    if (chunk->length != KEPT_HEAD + map + l->open * each) {
+    if (chunk->length != KEPT_HEAD + map + l->undecided * each) {
         return corrupt(reader, chunk, "length of kept");
     }
-    for (uint32_t open = 0; open < l->open; open++) {
-        if (!is_set(l->sets + open * each, l->labels)) {
+    for (uint32_t site = 0; site < l->undecided; site++) {
+        if (!is_set(l->sets + site * each, l->labels)) {
             return corrupt(reader, chunk, "a set of labels of kept");
         }
     }
@@ -132,12 +132,12 @@ static bool read_kept(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q, bool
     uint32_t sites = qs_load_u32(chunk->payload);
     l->fixed_bytes = qs_load_u32(chunk->payload + 4);
     bool width = l->fixed_bytes == 0 || l->fixed_bytes == (l->labels <= UINT8_MAX ? 1 : 2);
-    bool plain = l->fixed_bytes == 0; /* all sites are open: each has a group at least */
+    bool plain = l->fixed_bytes == 0; /* all sites are undecided: each has a group at least */
     if (sites == 0 || !width || (l->width > 0 && sites != l->sites) ||
         (plain && (chunk->length != KEPT_HEAD || sites > q->groups))) {
         return corrupt(reader, chunk, "head of kept");
     }
-    l->sites = l->open = sites;
+    l->sites = l->undecided = sites;
     return plain || read_sets(reader, chunk, l);
 }
 
@@ -151,14 +151,14 @@ static bool read_trnc(qs_reader *reader, const qs_chunk *chunk, qs_labels *l, bo
     uint32_t bytes = qs_load_u32(chunk->payload);
     uint64_t left = 0;
     for (qs_site site = {.labels = l}; qs_site_next(&site);) {
-        left += site.is_open ? site.count : 0;
+        left += site.is_undecided ? site.count : 0;
     }
     if ((bytes != 1 && bytes != 2 && bytes != 4) || qs_load_u32(chunk->payload + 4) != 0 ||
         chunk->length != TRNC_HEAD + left * bytes) {
         return corrupt(reader, chunk, "head or length of trnc");
     }
-    l->excess_bytes = bytes;
-    l->excess = chunk->payload + TRNC_HEAD;
+    l->trimmed_bytes = bytes;
+    l->trimmed = chunk->payload + TRNC_HEAD;
     return true;
 }
 
@@ -190,11 +190,11 @@ static bool groups_agree(const qs_qubo *q)
     const qs_labels *l = &q->labels;
     group_cursor at = {.qubo = q};
     for (qs_site site = {.labels = l}; qs_site_next(&site);) {
-        if (site.is_open && !next_group(&at, qs_site_variables(l->encoding, site.count))) {
+        if (site.is_undecided && !next_group(&at, qs_site_variables(l->encoding, site.count))) {
             return false;
         }
     }
-    for (uint32_t t = 0; l->encoding == QS_MULTIWAY_CUT && l->open > 0 && t < l->labels; t++) {
+    for (uint32_t t = 0; l->encoding == QS_MULTIWAY_CUT && l->undecided > 0 && t < l->labels; t++) {
         if (!next_group(&at, l->labels)) {
             return false;
         }
@@ -208,8 +208,8 @@ static bool vertices_agree(const qs_qubo *q)
     qs_site site = {.labels = &q->labels};
     while (qs_site_next(&site)) {
     }
-    uint64_t vertices = q->labels.open > 0 ? site.next_variable + 2 : 0;
-    bool arcs = q->labels.encoding == QS_ST_CUT_ARCS && q->labels.open > 0;
+    uint64_t vertices = q->labels.undecided > 0 ? site.next_variable + 2 : 0;
+    bool arcs = q->labels.encoding == QS_ST_CUT_ARCS && q->labels.undecided > 0;
     return q->groups == q->variables &&
            (arcs ? q->variables >= vertices : q->variables == vertices);
 }
@@ -257,13 +257,13 @@ bool qs_labels_read(qs_reader *reader, qs_qubo *qubo)
             }
         } else if (memcmp(chunk.type, "kept", 4) == 0) {
             if (!read_kept(reader, &chunk, qubo,
-                           qubo->has_labels && !kept && !qubo->labels.excess)) {
+                           qubo->has_labels && !kept && !qubo->labels.trimmed)) {
                 return false;
             }
             kept = true;
         } else if (memcmp(chunk.type, "trnc", 4) == 0 &&
                    !read_trnc(reader, &chunk, &qubo->labels,
-                              qubo->has_labels && !qubo->labels.excess)) {
+                              qubo->has_labels && !qubo->labels.trimmed)) {
             return false;
         }
     }

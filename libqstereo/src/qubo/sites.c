@@ -9,21 +9,21 @@ bool qs_site_next(qs_site *site)
         return false;
     }
     uint32_t at = site->next++, each = (l->labels + 7) / 8;
-    site->is_open = true;
+    site->is_undecided = true;
     site->set = NULL;
     site->count = l->labels;
     site->variable = site->next_variable;
     if (l->fixed_bytes > 0) {
         site->fixed = qs_fixed_at(l, at);
-        site->is_open = site->fixed == qs_open_mark(l);
+        site->is_undecided = site->fixed == qs_undecided_mark(l);
         site->count = 1;
     }
-    if (!site->is_open) {
+    if (!site->is_undecided) {
         return true;
     }
-    site->open = site->next_open++;
+    site->number = site->next_number++;
     if (l->fixed_bytes > 0) {
-        site->set = l->sets + (size_t)site->open * each;
+        site->set = l->sets + (size_t)site->number * each;
         site->count = 0;
         for (uint32_t byte = 0; byte < each; byte++) {
             site->count += qs_byte_count(site->set[byte]);

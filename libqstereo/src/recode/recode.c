@@ -7,51 +7,25 @@
 /* A lattice's head is as long as 4.5 pairs of a list. */
 enum { WORTH_A_LATTICE = 5 };
 
-/* ---- What fits what. ---- */
-
-/* Of two labels Potts is linear. */
-static bool is_a_cut(const qs_model *model)
-{
-    return qs_is_linear(&model->pairwise, model->labels) ||
-           (model->pairwise.smoothness == QS_POTTS && model->labels <= 2);
-}
-
-static bool holds(const qs_recoding *r, const qs_model *model)
-{
-    bool potts = model->pairwise.smoothness == QS_POTTS,
-         linear = model->pairwise.smoothness == QS_TRUNCATED_LINEAR;
-    switch (r->encoding) {
-    case QS_DOMAIN_WALL: return (potts || linear) && qs_is_proven(r->penalty);
-    case QS_MULTIWAY_CUT: return potts;
-    case QS_ST_CUT:
-    case QS_ST_CUT_ARCS: return is_a_cut(model) && qs_is_proven(r->penalty);
-    default: return qs_one_hot_holds(r->encoding, r->penalty, &model->pairwise);
-    }
-}
+/* ---- What is asked for. ---- */
 
 static qs_encoding encoding_of(const qs_model *model, const qs_encode_options *options)
 {
-    if (options->encoding != QS_ENCODING_DEFAULT) {
-        return options->encoding;
-    }
-    return model->pairwise.smoothness == QS_POTTS ? QS_ONE_HOT_SPARSE : QS_ONE_HOT;
+    bool chosen = options->encoding != QS_ENCODING_DEFAULT;
+    return chosen ? options->encoding : qs_encoding_default(&model->pairwise);
 }
 
 static qs_status choose(qs_recoding *r, const qs_model *model, const qs_encode_options *options)
 {
-    bool given = options->penalty == QS_PENALTY_GIVEN;
-    r->encoding = encoding_of(model, options);
-    r->penalty = options->penalty;
-    r->gap = options->gap == 0 || !qs_is_proven(r->penalty) ? 1 : options->gap;
-    r->alpha = (uint64_t)options->alpha;
-    if (r->encoding > QS_ST_CUT_ARCS || r->penalty > QS_PENALTY_MINIMAL ||
-        options->gap > INT32_MAX || (given && options->alpha <= 0)) {
-        return QS_E_ARGUMENT;
+    qs_encode_options own;
+    qs_status status = qs_encode_settle(options, &model->pairwise, model->labels, &own);
+    if (status == QS_OK) {
+        r->encoding = own.encoding;
+        r->penalty = own.penalty;
+        r->gap = own.gap;
+        r->alpha = (uint64_t)own.alpha;
     }
-    if (given && options->alpha > QS_ENERGY_MAX) {
-        return QS_E_OVERFLOW;
-    }
-    return holds(r, model) ? QS_OK : QS_E_ENCODING;
+    return status;
 }
 
 /* ---- Workspace. ---- */
@@ -67,23 +41,14 @@ static qs_left_counts count(const qs_model *model, const qs_recode_options *opti
                          encoding_of(model, &options->encode) <= QS_ONE_HOT_SPARSE);
 }
 
-/* The variables are what docs/FORMAT.md says. */
-static qs_draft_sizes sizes_of(qs_encoding encoding, const qs_left_counts *c, uint64_t labels)
+/* The groups of the cuts are all alike: one run. */
+static qs_draft_sizes sizes_of(qs_encoding encoding, const qs_left_counts *c, uint32_t labels)
 {
-    qs_draft_sizes s = {.variables = c->labels, .runs = c->open, .pairs = c->edges};
-    uint64_t vertices = c->labels + c->open + 2, arcs = 2 * c->open + c->labels + c->thresholds;
-    if (c->open == 0) {
-        return s;
-    }
-    switch (encoding) {
-    case QS_DOMAIN_WALL: return (qs_draft_sizes){c->labels - c->open, c->open, c->edges + c->open};
-    case QS_MULTIWAY_CUT:
-        return (qs_draft_sizes){c->labels + labels * labels, c->open + labels,
-                                c->edges + c->labels};
-    case QS_ST_CUT: return (qs_draft_sizes){vertices, 1, arcs};
-    case QS_ST_CUT_ARCS: return (qs_draft_sizes){vertices + 2 * arcs, 1, 5 * arcs};
-    default: return s;
-    }
+    const qs_encoding_counts counts = {labels, c->open, c->labels, c->edges, c->thresholds};
+    qs_encoding_size size = qs_encoding_measure(encoding, &counts);
+    const qs_encoding_facts *facts = qs_encoding_facts_of(encoding);
+    bool alike = facts && facts->code == QS_CODE_CHAIN && c->open > 0;
+    return (qs_draft_sizes){size.variables, alike ? 1 : size.groups, size.couplings};
 }
 
 /* Sites and edges are sorted in turn. */
@@ -148,10 +113,10 @@ static void put_side_chunks(qs_writer *writer, const void *context)
     }
 }
 
-static qs_status write_file(const qs_recoding *r, const qs_qubo *qubo, const qs_sink *sink,
+static qs_status write_file(const qs_recoding *r, const qs_labels *labels, const qs_sink *sink,
                             uint64_t *size)
 {
-    side_chunks side = {&r->left, qubo->labels,
+    side_chunks side = {&r->left, *labels,
                         r->encoding > QS_ONE_HOT_SPARSE || !r->left.counts.whole};
     side.labels.encoding = r->encoding;
     side.labels.penalty = r->penalty;
@@ -176,10 +141,11 @@ static void fill(qs_recoding *r)
     }
 }
 
-qs_status qs_recode(const qs_model *model, const qs_qubo *qubo, const qs_recode_options *options,
-                    const qs_sink *sink, void *workspace, size_t workspace_size, uint64_t *size)
+qs_status qs_recode(const qs_model *model, const qs_labels *labels,
+                    const qs_recode_options *options, const qs_sink *sink, void *workspace,
+                    size_t workspace_size, uint64_t *size)
 {
-    if (!model || !qubo || !qubo->has_labels || !options || !workspace) {
+    if (!model || !labels || !options || !workspace) {
         return QS_E_ARGUMENT;
     }
     qs_recoding r = {0};
@@ -203,5 +169,5 @@ qs_status qs_recode(const qs_model *model, const qs_qubo *qubo, const qs_recode_
         return QS_E_OVERFLOW;
     }
     fill(&r);
-    return write_file(&r, qubo, sink, size);
+    return write_file(&r, labels, sink, size);
 }

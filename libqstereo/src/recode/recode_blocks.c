@@ -3,6 +3,7 @@
 
 #include "../encode/penalty.h"
 #include "../base/saturate.h"
+#include "../problem/pairwise.h"
 #include "recoding.h"
 #include "../base/sort.h"
 

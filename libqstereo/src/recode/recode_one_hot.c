@@ -1,6 +1,7 @@
 /* One-hot, one-hot-sparse, and multiway-cut, which is one-hot with a terminal a label
  * (docs/MATHS.md). */
 #include "../base/saturate.h"
+#include "../problem/pairwise.h"
 #include "recoding.h"
 
 /* Copies the costs; returns the sum of each site's largest one. */
@@ -47,7 +48,7 @@ void qs_recode_one_hot(qs_recoding *r)
     }
     for (uint32_t p = 0; p < left->counts.open; p++) {
         uint64_t a = r->alpha, b = 2 * r->alpha;
-        if (qs_is_proven(r->penalty)) {
+        if (qs_penalty_keeps_gap(r->penalty)) {
             qs_one_hot_bound(r->encoding, r->penalty, &m->pairwise, m->labels, r->gap,
                              left->reach[p], &a, &b);
         }
@@ -109,7 +110,7 @@ static void enter_sites(qs_recoding *r)
     }
     for (uint32_t p = 0; p < left->counts.open; p++) {
         uint64_t a = r->alpha, b = 2 * r->alpha;
-        if (qs_is_proven(r->penalty)) {
+        if (qs_penalty_keeps_gap(r->penalty)) {
             a = left->reach[p].most + r->gap;
             qs_grow(&a, 1, site_capacity(left, p));
             b = a + r->gap;
@@ -134,8 +135,8 @@ static void enter_terminals(qs_recoding *r)
     }
     for (size_t t = 0; t < labels; t++) {
         uint64_t a =
-            qs_is_proven(r->penalty) ? (uint64_t)linear[t * labels + t] + r->gap : r->alpha;
-        uint64_t b = qs_is_proven(r->penalty) ? a + r->gap : 2 * a;
+            qs_penalty_keeps_gap(r->penalty) ? (uint64_t)linear[t * labels + t] + r->gap : r->alpha;
+        uint64_t b = qs_penalty_keeps_gap(r->penalty) ? a + r->gap : 2 * a;
         for (size_t d = 0; d < labels; d++) {
             linear[t * labels + d] = d == t ? 0 : (int64_t)a;
         }

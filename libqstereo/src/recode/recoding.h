@@ -32,11 +32,6 @@ typedef struct qs_recoding {
     uint32_t *order, *scratch; /* as many as there are open sites or edges, whichever are more */
 } qs_recoding;
 
-static inline bool qs_is_proven(qs_penalty penalty)
-{
-    return penalty == QS_PENALTY_LOCAL || penalty == QS_PENALTY_MINIMAL;
-}
-
 /* Numbers the sites' label sets and leaves the sites in `order`, sorted by set. */
 void qs_number_sets(qs_recoding *r);
 

@@ -2,47 +2,38 @@
 
 #include <string.h>
 
-#include "../base/simd.h"
+#include "../base/minmax.h"
 #include "../model/neighbours.h"
 #include "../qubo/sites.h"
 
-/* Parts of the workspace, in bytes, those of 64 bits first. */
-typedef struct layout {
-    uint64_t room, links, unary, right, down, left, part, due, end;
-} layout;
-
-static layout lay_out(const qs_model *model)
+void qs_eliminate_take(qs_elimination *e, const qs_model *model, qs_arena *arena)
 {
     uint64_t labels = model->labels, sites = model->sites, cells = model->width > 0 ? sites : 0;
-    layout l = {.room = sizeof(int64_t) * labels};
-    l.links = l.room + sizeof(int64_t) * sites;
-    l.unary = l.links + 2 * sizeof(qs_link) * (uint64_t)model->edges;
-    l.right = l.unary + sizeof(int32_t) * sites * labels;
-    l.down = l.right + sizeof(int32_t) * cells;
-    l.left = l.down + sizeof(int32_t) * cells;
-    l.part = l.left + sizeof(uint32_t) * sites;
-    l.due = l.part + sizeof(uint32_t) * sites;
-    l.end = l.due + sites;
-    return l;
+    *e = (qs_elimination){.model = *model};
+    e->saved = qs_arena_take(arena, labels, sizeof *e->saved);
+    e->room = qs_arena_take(arena, sites, sizeof *e->room);
+    e->links = qs_arena_take(arena, model->edges, 2 * sizeof *e->links);
+    e->unary = qs_arena_take(arena, sites * labels, sizeof *e->unary);
+    e->right = qs_arena_take(arena, cells, sizeof *e->right);
+    e->down = qs_arena_take(arena, cells, sizeof *e->down);
+    e->left = qs_arena_take(arena, sites, sizeof *e->left);
+    e->part = qs_arena_take(arena, sites, sizeof *e->part);
+    e->due = qs_arena_take(arena, sites, sizeof *e->due);
 }
 
-uint64_t qs_eliminate_workspace(const qs_model *model)
-{
-    return lay_out(model).end;
-}
-
-/* After a site's costs or its set have changed. */
+/* Brings a site's costs in order after they, or its set, have changed: the cheapest kept label costs
+ * 0, and labels that are out cost more than any kept one. */
 static void settle(qs_elimination *e, uint32_t site)
 {
     uint32_t labels = e->model.labels;
     const uint8_t *kept = e->kept + (size_t)site * labels;
     int32_t *unary = e->unary + (size_t)site * labels, least = INT32_MAX, highest = 0;
     for (uint32_t d = 0; d < labels; d++) {
-        least = kept[d] ? qs_min32(least, unary[d]) : least;
-        highest = kept[d] && unary[d] > highest ? unary[d] : highest;
+        least = kept[d] ? qs_min_i32(least, unary[d]) : least;
+        highest = kept[d] ? qs_max_i32(highest, unary[d]) : highest;
     }
-    int64_t above = (int64_t)highest - least + qs_local_edges(&e->model, site) + 1;
-    int32_t out = above < INT32_MAX ? (int32_t)above : INT32_MAX;
+    int64_t above = (int64_t)highest - least + qs_most_of_edges(&e->model, site) + 1;
+    int32_t out = (int32_t)qs_min_i64(above, INT32_MAX);
     for (uint32_t d = 0; d < labels; d++) {
         unary[d] = kept[d] ? unary[d] - least : out;
     }
@@ -65,7 +56,8 @@ static qs_link *sister_of(const qs_elimination *e, uint32_t site, const qs_link 
     return &e->links[low];
 }
 
-static void cut(qs_elimination *e, uint32_t site, uint32_t at)
+/* Removes edge `at` of a site (see qs_see_edge). */
+static void remove_edge(qs_elimination *e, uint32_t site, uint32_t at)
 {
     if (e->model.width == 0) {
         qs_link *link = &e->links[e->model.link_start[site] + at];
@@ -81,35 +73,35 @@ static void cut(qs_elimination *e, uint32_t site, uint32_t at)
     }
 }
 
-/* Adds an edge to a site of one label to the costs of its other site; false where they would be too
- * large. */
-static bool add_edge(qs_elimination *e, const qs_beside *beside, uint32_t label)
+/* A site has one label left. Adds the cost of one of its edges to the costs of the other site.
+ * Returns false if these would be too large. */
+static bool add_edge(qs_elimination *e, const qs_edge_seen *edge, uint32_t label)
 {
     uint32_t labels = e->model.labels;
-    const uint8_t *kept = e->kept + (size_t)beside->site * labels;
-    int32_t *unary = e->unary + (size_t)beside->site * labels;
+    const uint8_t *kept = e->kept + (size_t)edge->site * labels;
+    int32_t *unary = e->unary + (size_t)edge->site * labels;
     for (uint32_t d = 0; d < labels; d++) {
         int64_t most = INT32_MAX - (kept[d] ? unary[d] : 0);
-        if (kept[d] && e->model.pairwise_max > 0 && beside->weight > most / e->model.pairwise_max) {
+        if (kept[d] && e->model.pairwise_max > 0 && edge->weight > most / e->model.pairwise_max) {
             return false;
         }
     }
     for (uint32_t d = 0; d < labels; d++) {
-        int64_t cost = beside->weight * (beside->first ? qs_model_pairwise(&e->model, label, d)
-                                                       : qs_model_pairwise(&e->model, d, label));
+        int64_t cost = edge->weight * (edge->first ? qs_model_pairwise(&e->model, label, d)
+                                                   : qs_model_pairwise(&e->model, d, label));
         unary[d] += kept[d] ? (int32_t)cost : 0;
     }
     return true;
 }
 
-/* Labels of a site have left. */
-static void leave(qs_elimination *e, uint32_t site)
+/* The set of a site has changed: its costs, its label and its neighbours follow. */
+static void follow_set(qs_elimination *e, uint32_t site)
 {
     settle(e, site);
-    qs_local_mend(&e->model, e->labelling, site);
-    qs_beside beside;
-    for (uint32_t at = 0; qs_local_neighbour(&e->model, site, at, &beside); at++) {
-        e->due[beside.site] = 1;
+    qs_take_kept_label(&e->model, e->labelling, site);
+    qs_edge_seen edge;
+    for (uint32_t at = 0; qs_see_edge(&e->model, site, at, &edge); at++) {
+        e->due[edge.site] = 1;
     }
 }
 
@@ -123,45 +115,50 @@ static uint32_t count_labels(const qs_elimination *e, uint32_t site)
     return count;
 }
 
-/* Where a site has one label left its edges become costs of the neighbours. Whether any did. */
+/* Turns the edges of a site with one label left into costs of its neighbours. Returns true if there
+ * were any. */
 static bool fold(qs_elimination *e, uint32_t site)
 {
     bool changed = false;
-    qs_beside beside;
-    for (uint32_t at = 0;
-         count_labels(e, site) == 1 && qs_local_neighbour(&e->model, site, at, &beside); at++) {
-        if (beside.weight > 0 && add_edge(e, &beside, e->labelling[site])) {
-            cut(e, site, at);
-            settle(e, beside.site);
+    qs_edge_seen edge;
+    if (count_labels(e, site) > 1) {
+        return false;
+    }
+    for (uint32_t at = 0; qs_see_edge(&e->model, site, at, &edge); at++) {
+        if (edge.weight > 0 && add_edge(e, &edge, e->labelling[site])) {
+            remove_edge(e, site, at);
+            settle(e, edge.site);
             changed = true;
         }
     }
     return changed;
 }
 
-/* What its edges can save a label at most, beside what they cost with the label that costs 0: of
- * Potts costs those to neighbours that can have it, too. */
+/* How much less than with the site's cheapest label the edges can cost with each label, at most. Of
+ * Potts costs only the edges to neighbours that can have the label, too, can cost less. */
 static void find_savings(const qs_elimination *e, uint32_t site)
 {
     uint32_t labels = e->model.labels;
     bool potts = e->model.pairwise.smoothness == QS_POTTS;
-    int64_t edges = potts ? 0 : qs_local_edges(&e->model, site);
+    int64_t edges = potts ? 0 : qs_most_of_edges(&e->model, site);
     for (uint32_t d = 0; d < labels; d++) {
         e->saved[d] = edges;
     }
-    qs_beside beside;
-    for (uint32_t at = 0; potts && qs_local_neighbour(&e->model, site, at, &beside); at++) {
-        const uint8_t *kept = e->kept + (size_t)beside.site * labels;
+    if (!potts) {
+        return;
+    }
+    qs_edge_seen edge;
+    for (uint32_t at = 0; qs_see_edge(&e->model, site, at, &edge); at++) {
+        const uint8_t *kept = e->kept + (size_t)edge.site * labels;
         for (uint32_t d = 0; d < labels; d++) {
-            e->saved[d] += kept[d] ? beside.weight : 0;
+            e->saved[d] += kept[d] ? edge.weight : 0;
         }
     }
 }
 
-/* Goldstein's criterion (1994; docs/MATHS.md): a label leaves that the cheapest of its site is
- * better than, whatever labels of their sets the neighbours have. A neighbour that has one label
- * left is no neighbour any more. Whether any leaves. */
-static bool look(qs_elimination *e, uint32_t site)
+/* Goldstein's criterion (1994; docs/MATHS.md): a label leaves if its site's cheapest one is better
+ * whatever labels of their sets the neighbours have. Returns true if any leaves. */
+static bool apply_criterion(qs_elimination *e, uint32_t site)
 {
     uint32_t labels = e->model.labels;
     const int32_t *unary = e->unary + (size_t)site * labels;
@@ -175,45 +172,61 @@ static bool look(qs_elimination *e, uint32_t site)
     return changed != 0;
 }
 
-/* Again until nothing changes. Edges wait until then: before that a label's costs may be as large
- * as there are. */
+/* The criterion at all sites that are due. Returns true if any label leaves. */
+static bool apply_everywhere(qs_elimination *e)
+{
+    bool changed = false;
+    for (uint32_t p = 0; p < e->model.sites; p++) {
+        if (e->due[p] != 0) {
+            e->due[p] = 0;
+            if (apply_criterion(e, p)) {
+                follow_set(e, p);
+                changed = true;
+            }
+        }
+    }
+    return changed;
+}
+
+static bool fold_everywhere(qs_elimination *e)
+{
+    bool changed = false;
+    for (uint32_t p = 0; p < e->model.sites; p++) {
+        changed |= fold(e, p);
+    }
+    return changed;
+}
+
+/* The criterion again and again, until nothing changes. Edges are folded only when it has nothing
+ * more to say: before that there may be labels in the sets whose costs leave no room for more. */
 static void goldstein(qs_elimination *e)
 {
-    for (bool again = true; again;) {
-        again = false;
-        for (uint32_t p = 0; p < e->model.sites; p++) {
-            if (e->due[p] == 0) {
-                continue;
-            }
-            e->due[p] = 0;
-            if (look(e, p)) {
-                leave(e, p);
-                again = true;
-            }
-        }
-        for (uint32_t p = 0, still = !again; still && p < e->model.sites; p++) {
-            again = fold(e, p) || again;
-        }
+    bool again = true;
+    while (again) {
+        again = apply_everywhere(e);
+        again = again || fold_everywhere(e);
     }
 }
 
 static bool has_edges(const qs_elimination *e, uint32_t site)
 {
-    qs_beside beside;
-    bool has = false;
-    for (uint32_t at = 0; !has && qs_local_neighbour(&e->model, site, at, &beside); at++) {
-        has = beside.weight > 0;
+    qs_edge_seen edge;
+    for (uint32_t at = 0; qs_see_edge(&e->model, site, at, &edge); at++) {
+        if (edge.weight > 0) {
+            return true;
+        }
     }
-    return has;
+    return false;
 }
 
+/* Lists the sites with edges, and counts what is undecided. */
 static void list_left(qs_elimination *e)
 {
-    e->left_count = e->open = 0;
+    e->left_count = e->undecided = 0;
     e->variables = 0;
     for (uint32_t p = 0; p < e->model.sites; p++) {
         uint32_t count = count_labels(e, p);
-        e->open += count > 1;
+        e->undecided += count > 1;
         e->variables += count > 1 ? count - e->walls : 0;
         if (has_edges(e, p)) {
             e->left[e->left_count++] = p;
@@ -221,19 +234,9 @@ static void list_left(qs_elimination *e)
     }
 }
 
-static void copy_model(qs_elimination *e, const qs_model *model, char *base)
+/* Copies what will change. */
+static void copy_model(qs_elimination *e, const qs_model *model)
 {
-    layout l = lay_out(model);
-    e->model = *model;
-    e->saved = (int64_t *)(void *)base;
-    e->room = (int64_t *)(void *)(base + l.room);
-    e->links = (qs_link *)(void *)(base + l.links);
-    e->unary = (int32_t *)(void *)(base + l.unary);
-    e->right = (int32_t *)(void *)(base + l.right);
-    e->down = (int32_t *)(void *)(base + l.down);
-    e->left = (uint32_t *)(void *)(base + l.left);
-    e->part = (uint32_t *)(void *)(base + l.part);
-    e->due = (uint8_t *)base + l.due;
     memcpy(e->unary, model->unary, sizeof *e->unary * model->sites * model->labels);
     e->model.unary = e->unary;
     if (model->width > 0) {
@@ -247,33 +250,41 @@ static void copy_model(qs_elimination *e, const qs_model *model, char *base)
     }
 }
 
-void qs_eliminate_begin(qs_elimination *e, const qs_model *model, bool walls, void *workspace,
-                        uint8_t *kept, uint16_t *labelling)
+/* The model's own sets; of masked cells label 0 alone. */
+static void copy_sets(qs_elimination *e, const qs_model *model)
 {
     size_t labels = model->labels;
-    *e = (qs_elimination){.kept = kept, .labelling = labelling, .walls = walls};
-    copy_model(e, model, workspace);
-    e->model.kept = kept;
     if (model->kept) {
-        memcpy(kept, model->kept, model->sites * labels);
+        memcpy(e->kept, model->kept, model->sites * labels);
     } else {
-        memset(kept, 1, model->sites * labels);
+        memset(e->kept, 1, model->sites * labels);
     }
-    qs_model_winner(model, labelling);
     for (uint32_t p = 0; p < model->sites; p++) {
         if (qs_is_masked(model->mask, p)) {
-            memset(kept + p * labels, 0, labels);
-            kept[p * labels] = 1;
+            memset(e->kept + p * labels, 0, labels);
+            e->kept[p * labels] = 1;
         }
     }
+    e->model.kept = e->kept;
+}
+
+void qs_eliminate_begin(qs_elimination *e, const qs_model *model, bool walls, uint8_t *kept,
+                        uint16_t *labelling)
+{
+    e->walls = walls;
+    e->kept = kept;
+    e->labelling = labelling;
+    copy_model(e, model);
+    copy_sets(e, model);
+    qs_model_winner(model, labelling);
     for (uint32_t p = 0; p < model->sites; p++) {
-        leave(e, p);
+        follow_set(e, p);
     }
     goldstein(e);
     list_left(e);
 }
 
-/* The first site of a part as far as is known, found in half as many steps the next time. */
+/* The first site of a part as far as is known. The next time it is found in half as many steps. */
 static uint32_t first_of(uint32_t *part, uint32_t site)
 {
     while (part[site] != site) {
@@ -283,17 +294,17 @@ static uint32_t first_of(uint32_t *part, uint32_t site)
     return site;
 }
 
-/* Joins sites that an edge joins. */
+/* Finds the parts: sites that edges join, directly or by way of others. */
 static void find_parts(qs_elimination *e)
 {
     for (uint32_t i = 0; i < e->left_count; i++) {
         uint32_t p = e->left[i];
         e->part[p] = p;
-        qs_beside beside;
-        for (uint32_t at = 0; qs_local_neighbour(&e->model, p, at, &beside); at++) {
-            if (beside.weight > 0 && !beside.first) {
-                uint32_t a = first_of(e->part, p), b = first_of(e->part, beside.site);
-                e->part[a > b ? a : b] = a > b ? b : a;
+        qs_edge_seen edge;
+        for (uint32_t at = 0; qs_see_edge(&e->model, p, at, &edge); at++) {
+            if (edge.weight > 0 && !edge.first) {
+                uint32_t a = first_of(e->part, p), b = first_of(e->part, edge.site);
+                e->part[qs_max_u32(a, b)] = qs_min_u32(a, b);
             }
         }
     }
@@ -302,20 +313,22 @@ static void find_parts(qs_elimination *e)
     }
 }
 
-/* What the labelling costs at a site, each edge at its second one. */
+/* What the labelling costs at a site. Each edge is counted at its second site. */
 static int64_t cost_at(const qs_elimination *e, uint32_t site)
 {
     int64_t cost = e->unary[(size_t)site * e->model.labels + e->labelling[site]];
-    qs_beside beside;
-    for (uint32_t at = 0; qs_local_neighbour(&e->model, site, at, &beside); at++) {
-        cost += beside.first
-                    ? 0
-                    : beside.weight * qs_model_pairwise(&e->model, e->labelling[beside.site],
-                                                        e->labelling[site]);
+    qs_edge_seen edge;
+    for (uint32_t at = 0; qs_see_edge(&e->model, site, at, &edge); at++) {
+        cost += edge.first ? 0
+                           : edge.weight * qs_model_pairwise(&e->model, e->labelling[edge.site],
+                                                             e->labelling[site]);
     }
     return cost;
 }
 
+/* Finds the room of each part. Returns the gap: the sum of the rooms, in units, each rounded down.
+ *
+ * room  out: the sum, not rounded */
 static int64_t find_room(qs_elimination *e, const int64_t *shares, unsigned shift, int64_t *room)
 {
     int64_t gap = 0;
@@ -335,7 +348,7 @@ static int64_t find_room(qs_elimination *e, const int64_t *shares, unsigned shif
     return gap;
 }
 
-int64_t qs_eliminate_above(qs_elimination *e, const uint32_t *excess, const int64_t *shares,
+int64_t qs_eliminate_above(qs_elimination *e, const uint32_t *marginals, const int64_t *shares,
                            unsigned shift, int64_t *room)
 {
     uint32_t labels = e->model.labels;
@@ -344,7 +357,7 @@ int64_t qs_eliminate_above(qs_elimination *e, const uint32_t *excess, const int6
     for (uint32_t i = 0; i < e->left_count; i++) {
         uint32_t p = e->left[i];
         int64_t most = e->room[e->part[p]];
-        const uint32_t *more = excess + (size_t)p * labels;
+        const uint32_t *more = marginals + (size_t)p * labels;
         uint8_t *kept = e->kept + (size_t)p * labels, changed = 0;
         for (uint32_t d = 0; d < labels; d++) {
             uint8_t leaves = kept[d] & (more[d] > most);
@@ -352,7 +365,7 @@ int64_t qs_eliminate_above(qs_elimination *e, const uint32_t *excess, const int6
             changed |= leaves;
         }
         if (changed) {
-            leave(e, p);
+            follow_set(e, p);
         }
     }
     goldstein(e);

@@ -1,18 +1,22 @@
 #include "../../include/qstereo/reduce.h"
 
+#include "../base/arena.h"
+#include "../base/minmax.h"
 #include "../solve/best.h"
-#include "../base/bytes.h"
 #include "label_sets.h"
 
 enum {
     ITERATIONS = 2000,
-    FIRST = 8, /* the first iteration at which to look for the excess */
-    WIDEST = 4, /* times the largest cost: no excess is above that, for a label costs no more than
-                   that on its chains beside the others */
-    BETWEEN = 8, /* after the proof: so many iterations between two looks, and one for each so many
-                    done before */
-    FEW = 2 /* of so many parts of the sites one or less is few: then passes go by the list of them,
-               else two rows at once */
+    FIRST = 8, /* the first iteration to find marginals after */
+    /* No marginal is above WIDEST times the largest cost: on its chains a label costs no more than
+     * that above the others. So with a larger gap no label can leave. */
+    WIDEST = 4,
+    /* After the proof, marginals are found every BETWEEN iterations, and one iteration later for
+     * each BETWEEN done before. */
+    BETWEEN = 8,
+    /* Where fewer than one site in FEW is left, passes go by the list of them; else two rows at
+     * once. */
+    FEW = 2
 };
 
 /* The guest of qs_best_with. */
@@ -20,10 +24,12 @@ typedef struct reducer {
     qs_elimination sets;
     const qs_reduce_options *options;
     uint64_t iterations, target; /* of the options */
-    uint32_t *excess;
+    uint32_t *marginals;
     int64_t *shares;
-    uint64_t next; /* without target: the iteration at which to look for the excess */
-    int64_t looked; /* the gap when that was done last, */
+    void *best; /* workspace of qs_best_with */
+    size_t best_size;
+    uint64_t next; /* without a target: the iteration to find marginals after */
+    int64_t looked; /* the gap after that was done last, */
     uint64_t looked_at; /* and the iteration */
     bool stopped; /* by the watch */
     qs_reduction so_far;
@@ -31,7 +37,7 @@ typedef struct reducer {
 
 static void count(reducer *r)
 {
-    r->so_far.open = r->sets.open;
+    r->so_far.undecided = r->sets.undecided;
     r->so_far.variables = r->sets.variables;
 }
 
@@ -46,8 +52,8 @@ static bool tell(void *context, const qs_progress *progress)
     return !r->stopped;
 }
 
-/* Whether it is time for the excess: at the end in any case, and where it can be above the gap.
- * With a target as often as the gap has narrowed. */
+/* Returns true if it is time to find marginals: always at the end; before it only if a marginal can
+ * be above the gap. With a target then whenever the gap has narrowed; without, ever less often. */
 static bool is_due(reducer *r, const qs_trws_state *state, const qs_solution *so_far, bool stopped)
 {
     int64_t gap = so_far->energy - so_far->lower_bound;
@@ -70,14 +76,14 @@ static bool is_due(reducer *r, const qs_trws_state *state, const qs_solution *so
     return true;
 }
 
-/* Takes out what the excess proves; returns how far the scaled bound was below the best energy. */
+/* Finds the marginals and takes out the labels that they rule out. Returns how far the scaled bound
+ * was below the best energy. */
 static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
 {
     int64_t room, energy = so_far->energy;
-    qs_trws_excess(state, r->excess, r->shares);
-    int64_t bound =
-        energy - qs_eliminate_above(&r->sets, r->excess, r->shares, state->scale.shift, &room);
-    so_far->lower_bound = bound > so_far->lower_bound ? bound : so_far->lower_bound;
+    qs_trws_marginals(state, r->marginals, r->shares);
+    int64_t gap = qs_eliminate_above(&r->sets, r->marginals, r->shares, state->scale.shift, &room);
+    so_far->lower_bound = qs_max_i64(so_far->lower_bound, energy - gap);
     so_far->energy = qs_model_energy(&r->sets.model, r->sets.labelling);
     r->looked = so_far->energy - so_far->lower_bound;
     r->looked_at = so_far->iterations;
@@ -93,7 +99,8 @@ static bool at_target(const reducer *r)
     return r->target > 0 && r->so_far.variables <= r->target;
 }
 
-/* Iterations between two looks; false = the limit is reached, or the watch has had enough. */
+/* The iterations up to the next time. Returns false if the limit is reached, or if the watch has
+ * stopped it. */
 static bool go_on(reducer *r, qs_trws_state *state, qs_solution *so_far)
 {
     uint64_t end = so_far->iterations + BETWEEN + so_far->iterations / BETWEEN;
@@ -107,13 +114,20 @@ static bool go_on(reducer *r, qs_trws_state *state, qs_solution *so_far)
     return more && so_far->iterations < r->iterations;
 }
 
-/* The best labelling is proven as soon as the bound is above its energy less one. What it lacks
- * still lets labels stay that are in no optimum; at 0 ties alone are left. */
+/* Returns true if there is something left to take out, and `room` shrinks by a sixteenth. */
+static bool is_worth_more(const reducer *r, int64_t before, int64_t room)
+{
+    return room > 0 && room <= before / 16 * 15 && r->so_far.undecided > 0 && !at_target(r);
+}
+
+/* The best labelling is proven as soon as the bound is above its energy less 1. But as long as the
+ * bound is below the energy at all, by `room`, some labels stay that are in no optimum. So this goes
+ * on while `room` shrinks; when it is 0 only labels of equal optima are left. */
 static void finish(reducer *r, qs_trws_state *state, qs_solution *so_far, int64_t room)
 {
+    int64_t before = INT64_MAX;
     bool more = so_far->iterations < r->iterations;
-    for (int64_t before = INT64_MAX;
-         more && room > 0 && room <= before / 16 * 15 && r->so_far.open > 0 && !at_target(r);) {
+    while (more && is_worth_more(r, before, room)) {
         before = room;
         more = go_on(r, state, so_far);
         room = tighten(r, state, so_far);
@@ -132,24 +146,22 @@ static bool between(void *context, qs_trws_state *state, qs_solution *so_far, bo
     return !at_target(r);
 }
 
-/* Parts of the workspace, each on a multiple of 16. */
-typedef struct layout {
-    uint64_t shares, excess, best, end;
-} layout;
-
-static layout lay_out(const qs_model *model)
+/* Hands out the workspace, or counts it. Returns its size. */
+static size_t take_parts(reducer *r, const qs_model *model, void *workspace)
 {
-    uint64_t best = qs_best_workspace(model);
-    layout l = {.shares = qs_rounded(qs_eliminate_workspace(model))};
-    l.excess = l.shares + qs_rounded(sizeof(int64_t) * model->sites);
-    l.best = l.excess + qs_rounded(sizeof(uint32_t) * qs_trws_excess_numbers(model));
-    l.end = best < SIZE_MAX ? l.best + best : SIZE_MAX;
-    return l;
+    qs_arena arena = {.base = workspace};
+    r->best_size = qs_best_workspace(model);
+    qs_eliminate_take(&r->sets, model, &arena);
+    r->shares = qs_arena_take(&arena, model->sites, sizeof *r->shares);
+    r->marginals = qs_arena_take(&arena, qs_trws_marginal_numbers(model), sizeof *r->marginals);
+    r->best = qs_arena_take(&arena, r->best_size, 1);
+    return qs_arena_size(&arena);
 }
 
 size_t qs_reduce_workspace(const qs_model *model)
 {
-    return qs_size(lay_out(model).end);
+    reducer r;
+    return take_parts(&r, model, NULL);
 }
 
 qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, void *workspace,
@@ -159,28 +171,20 @@ qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, voi
     if (!model || !workspace || !kept || !labelling || !reduction) {
         return QS_E_ARGUMENT;
     }
-    layout l = lay_out(model);
-    if (workspace_size < l.end || l.end >= SIZE_MAX) {
+    reducer r = {.options = options, .next = FIRST, .looked = INT64_MAX};
+    size_t size = take_parts(&r, model, workspace);
+    if (workspace_size < size || size == SIZE_MAX) {
         return QS_E_WORKSPACE;
     }
-    char *base = workspace;
-    reducer r = {.options = options,
-                 .iterations = ITERATIONS,
-                 .excess = (uint32_t *)(void *)(base + l.excess),
-                 .next = FIRST,
-                 .looked = INT64_MAX};
-    if (options) {
-        r.iterations = options->iterations > 0 ? options->iterations : ITERATIONS;
-        r.target = options->target;
-    }
-    r.shares = (int64_t *)(void *)(base + l.shares);
-    qs_eliminate_begin(&r.sets, model, options && options->walls, workspace, kept, labelling);
+    r.iterations = options && options->iterations > 0 ? options->iterations : ITERATIONS;
+    r.target = options ? options->target : 0;
+    qs_eliminate_begin(&r.sets, model, options && options->walls, kept, labelling);
     count(&r);
     qs_solve_options watched = {.iterations = r.iterations, .watch = tell, .context = &r};
     qs_guest guest = {between, &r};
     qs_solution solution;
-    qs_status status = qs_best_with(&r.sets.model, &watched, &guest, base + l.best,
-                                    (size_t)(l.end - l.best), labelling, &solution);
+    qs_status status =
+        qs_best_with(&r.sets.model, &watched, &guest, r.best, r.best_size, labelling, &solution);
     if (status == QS_OK) {
         r.so_far.upper_bound = solution.energy;
         r.so_far.lower_bound = solution.lower_bound;

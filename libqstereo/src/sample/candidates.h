@@ -6,7 +6,7 @@
 #include "../base/bits.h"
 #include "../qubo/sites.h"
 
-/* Labels left to an open site. */
+/* Labels left to an undecided site. */
 static inline uint32_t qs_site_size(const qs_index *index, uint32_t site)
 {
     return index->start[site + 1] - index->start[site] +

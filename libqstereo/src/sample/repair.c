@@ -2,7 +2,7 @@
 
 #include "../../include/qstereo/sample.h"
 #include "../base/bits.h"
-#include "../encode/penalty.h"
+#include "../problem/pairwise.h"
 #include "../base/bytes.h"
 #include "../qubo/qubo_energy.h"
 #include "../qubo/sites.h"
@@ -113,7 +113,7 @@ qs_status qs_sample_repair(const qs_index *index, uint8_t *bits, void *workspace
     qs_site end = {.labels = &index->qubo->labels};
     while (index->qubo->has_labels && qs_site_next(&end)) {
     }
-    qs_finish_sample(index, (uint32_t)end.next_variable, bits);
+    qs_set_auxiliary_bits(index, (uint32_t)end.next_variable, bits);
     if (repaired) {
         *repaired = infeasible;
     }

@@ -49,7 +49,7 @@ static search lay_out(const qs_index *index, uint8_t *bits, void *workspace)
 
 static uint32_t mark_candidates(const search *s, uint32_t site, uint8_t *marks)
 {
-    qs_site of = qs_open_site(&s->index->qubo->labels, site);
+    qs_site of = qs_undecided_site(&s->index->qubo->labels, site);
     uint32_t rank = 0, count = 0;
     for (uint32_t d = 0; d < of.labels->labels; d++) {
         marks[d] = qs_site_has(&of, d) && qs_is_candidate(s->index, s->bits, site, rank++);
@@ -76,10 +76,10 @@ static void wall_costs(const search *s, uint32_t site)
                     : 0;
         }
     }
-    qs_site own = qs_open_site(&index->qubo->labels, site);
+    qs_site own = qs_undecided_site(&index->qubo->labels, site);
     for (uint32_t n = index->near_start[site]; n < index->near_start[site + 1]; n++) {
         const qs_neighbour *near = &index->near[n];
-        qs_site other = qs_open_site(&index->qubo->labels, near->group);
+        qs_site other = qs_undecided_site(&index->qubo->labels, near->group);
         uint32_t label = qs_site_label(&own, 0), lowest = qs_site_label(&other, 0), first = label;
         for (uint32_t rank = 1; near->group != site && rank < size; rank++) {
             label = qs_site_label(&own, label + 1);
@@ -108,7 +108,7 @@ static void change(qs_fraction *delta, qs_fraction by, bool add)
 /* A site's own terms, its candidates being marked. */
 static void change_site(const search *s, uint32_t site, uint32_t count, bool add)
 {
-    qs_site of = qs_open_site(&s->index->qubo->labels, site);
+    qs_site of = qs_undecided_site(&s->index->qubo->labels, site);
     qs_fraction mean = {0, 0};
     int64_t rest = 0;
     uint32_t rank = 0;
@@ -185,7 +185,7 @@ static uint32_t best_label(const search *s)
 /* Whether a site is undecided and has the candidate; its rank. */
 static bool takes(const search *s, uint32_t site, uint32_t label, uint32_t *rank)
 {
-    qs_site of = qs_open_site(&s->index->qubo->labels, site);
+    qs_site of = qs_undecided_site(&s->index->qubo->labels, site);
     if (!qs_site_has(&of, label)) {
         return false;
     }

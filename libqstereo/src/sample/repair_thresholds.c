@@ -20,7 +20,7 @@ typedef struct moves {
     const qs_index *index;
     const qs_labels *labels;
     uint32_t end; /* the first variable behind the sites' */
-    uint32_t *first; /* open + 1: first variable of each site */
+    uint32_t *first; /* sites + 1: first variable of each site */
     uint32_t *queue; /* sites of a component */
     uint32_t moving; /* their number */
     uint8_t *state; /* of each site, as above */
@@ -36,7 +36,7 @@ static uint32_t row_bytes(const qs_labels *l)
 uint64_t qs_steps_workspace(const qs_index *index)
 {
     const qs_labels *l = &index->qubo->labels;
-    return (l->open + 1) * (uint64_t)(2 * sizeof(uint32_t) + 1 + row_bytes(l));
+    return (l->undecided + 1) * (uint64_t)(2 * sizeof(uint32_t) + 1 + row_bytes(l));
 }
 
 static moves lay_out(const qs_index *index, void *workspace)
@@ -45,17 +45,17 @@ static moves lay_out(const qs_index *index, void *workspace)
                .labels = &index->qubo->labels,
                .first = workspace,
                .row_bytes = row_bytes(&index->qubo->labels)};
-    uint32_t open = m.labels->open;
-    m.queue = m.first + open + 1;
-    m.state = (uint8_t *)(m.queue + open + 1);
-    m.rows = m.state + open + 1;
+    uint32_t sites = m.labels->undecided;
+    m.queue = m.first + sites + 1;
+    m.state = (uint8_t *)(m.queue + sites + 1);
+    m.rows = m.state + sites + 1;
     qs_site site = {.labels = m.labels};
     while (qs_site_next(&site)) {
-        if (site.is_open) {
-            m.first[site.open] = (uint32_t)site.variable;
+        if (site.is_undecided) {
+            m.first[site.number] = (uint32_t)site.variable;
         }
     }
-    m.end = m.first[open] = (uint32_t)site.next_variable;
+    m.end = m.first[sites] = (uint32_t)site.next_variable;
     return m;
 }
 
@@ -69,7 +69,7 @@ static uint8_t *row_of(const moves *m, uint32_t site)
 /* Threshold i is the variable of the first label left from i on. */
 static void read_row(const moves *m, const qs_site *site, const uint8_t *bits)
 {
-    uint8_t *row = row_of(m, site->open);
+    uint8_t *row = row_of(m, site->number);
     uint32_t i = 1, rank = 0, first = (uint32_t)site->variable;
     bool cut = qs_is_cut(m->labels->encoding);
     memset(row, 0, m->row_bytes);
@@ -95,7 +95,7 @@ static uint32_t steps_up(const moves *m, uint32_t site)
 static void write_row(const moves *m, const qs_site *site, uint8_t *bits)
 {
     uint32_t label = 0;
-    while (qs_bit(row_of(m, site->open), label + 1)) {
+    while (qs_bit(row_of(m, site->number), label + 1)) {
         label++;
     }
     qs_site_write(site, qs_site_rank(site, label), bits);
@@ -133,7 +133,7 @@ static uint64_t apart(const moves *m, uint32_t p, uint32_t q, direction to)
 /* The site that a variable belongs to. */
 static uint32_t site_of(const moves *m, uint32_t variable)
 {
-    uint32_t low = 0, high = m->labels->open;
+    uint32_t low = 0, high = m->labels->undecided;
     while (high - low > 1) {
         uint32_t middle = low + (high - low) / 2;
         if (m->first[middle] <= variable) {
@@ -186,7 +186,7 @@ static uint32_t other_end(const moves *m, uint32_t site, uint32_t variable,
         other = along.tail == variable ? along.head : UINT32_MAX;
         *weight = along.cost;
     }
-    if (other >= (cut ? m->end : m->labels->open)) {
+    if (other >= (cut ? m->end : m->labels->undecided)) {
         return UINT32_MAX;
     }
     other = cut ? site_of(m, other) : other;
@@ -298,12 +298,12 @@ static void take_winners(const moves *m, uint8_t *bits)
     for (qs_site site = {.labels = m->labels}; qs_site_next(&site);) {
         uint32_t best = 0;
         int64_t least = 0;
-        for (uint32_t rank = 0; site.is_open && rank < site.count; rank++) {
+        for (uint32_t rank = 0; site.is_undecided && rank < site.count; rank++) {
             int64_t cost = chain_cost(m, (uint32_t)site.variable + rank);
             best = rank == 0 || cost < least ? rank : best;
             least = rank == 0 || cost < least ? cost : least;
         }
-        if (site.is_open) {
+        if (site.is_undecided) {
             qs_site_write(&site, best, bits);
         }
     }
@@ -318,19 +318,19 @@ void qs_repair_steps(const qs_index *index, uint8_t *bits, void *workspace)
         return;
     }
     for (qs_site site = {.labels = m.labels}; qs_site_next(&site);) {
-        if (site.is_open) {
+        if (site.is_undecided) {
             read_row(&m, &site, bits);
-            m.state[site.open] = steps_up(&m, site.open) > 0 ? WAITING : FINE;
+            m.state[site.number] = steps_up(&m, site.number) > 0 ? WAITING : FINE;
         }
     }
-    for (uint32_t p = 0; p < m.labels->open; p++) {
+    for (uint32_t p = 0; p < m.labels->undecided; p++) {
         if (m.state[p] == WAITING) {
             gather(&m, p);
             settle(&m);
         }
     }
     for (qs_site site = {.labels = m.labels}; qs_site_next(&site);) {
-        if (site.is_open) {
+        if (site.is_undecided) {
             write_row(&m, &site, bits);
         }
     }

@@ -11,8 +11,8 @@ static uint32_t wrong_terminals(const qs_index *index, const uint8_t *bits)
 {
     const qs_labels *l = &index->qubo->labels;
     uint32_t wrong = 0;
-    for (uint32_t t = 0; l->encoding == QS_MULTIWAY_CUT && l->open > 0 && t < l->labels; t++) {
-        uint32_t from = index->start[l->open + t], end = index->start[l->open + t + 1];
+    for (uint32_t t = 0; l->encoding == QS_MULTIWAY_CUT && l->undecided > 0 && t < l->labels; t++) {
+        uint32_t from = index->start[l->undecided + t], end = index->start[l->undecided + t + 1];
         wrong +=
             qs_bit_next(bits, from, end) != from + t || qs_bit_next(bits, from + t + 1, end) != end;
     }
@@ -38,9 +38,9 @@ uint32_t qs_sample_infeasible(const qs_index *index, const uint8_t *bits)
     uint32_t infeasible = 0;
     qs_site site = {.labels = l};
     while (qs_site_next(&site)) {
-        infeasible += site.is_open && qs_site_read(&site, bits) == site.count;
+        infeasible += site.is_undecided && qs_site_read(&site, bits) == site.count;
     }
-    if (qs_is_cut(l->encoding) && l->open > 0) {
+    if (qs_is_cut(l->encoding) && l->undecided > 0) {
         uint32_t source = (uint32_t)site.next_variable;
         infeasible += !qs_bit(bits, source) + (uint32_t)qs_bit(bits, source + 1);
     }
@@ -56,8 +56,9 @@ qs_status qs_sample_decode(const qs_index *index, const uint8_t *bits, uint16_t 
         return QS_E_INFEASIBLE;
     }
     for (qs_site site = {.labels = &index->qubo->labels}; qs_site_next(&site);) {
-        *labelling++ = (uint16_t)(site.is_open ? qs_site_ranked(&site, qs_site_read(&site, bits))
-                                               : site.fixed);
+        *labelling++ =
+            (uint16_t)(site.is_undecided ? qs_site_label_at(&site, qs_site_read(&site, bits))
+                                         : site.fixed);
     }
     return QS_OK;
 }
@@ -78,27 +79,27 @@ qs_status qs_sample_encode(const qs_index *index, const uint16_t *labelling, uin
     }
     memset(bits, 0, ((size_t)qubo->variables + 7) / 8);
     for (site = (qs_site){.labels = l}; qs_site_next(&site);) {
-        if (site.is_open) {
+        if (site.is_undecided) {
             qs_site_write(&site, qs_site_rank(&site, labelling[site.next - 1]), bits);
         }
     }
-    qs_finish_sample(index, (uint32_t)site.next_variable, bits);
+    qs_set_auxiliary_bits(index, (uint32_t)site.next_variable, bits);
     return QS_OK;
 }
 
-int64_t qs_sample_excess(const qs_qubo *qubo, const uint16_t *labelling)
+int64_t qs_sample_trimmed(const qs_qubo *qubo, const uint16_t *labelling)
 {
-    int64_t excess = 0;
-    const uint8_t *at = qubo->labels.excess;
+    int64_t trimmed = 0;
+    const uint8_t *at = qubo->labels.trimmed;
     for (qs_site site = {.labels = &qubo->labels}; at && qs_site_next(&site);) {
-        if (site.is_open) {
-            uint32_t label = labelling[site.next - 1], bytes = qubo->labels.excess_bytes;
-            excess += qs_site_has(&site, label)
-                          ? (int64_t)qs_load_unsigned(
-                                at + (size_t)qs_site_rank(&site, label) * bytes, bytes)
-                          : 0;
+        if (site.is_undecided) {
+            uint32_t label = labelling[site.next - 1], bytes = qubo->labels.trimmed_bytes;
+            trimmed += qs_site_has(&site, label)
+                           ? (int64_t)qs_load_unsigned(
+                                 at + (size_t)qs_site_rank(&site, label) * bytes, bytes)
+                           : 0;
             at += (size_t)site.count * bytes;
         }
     }
-    return excess;
+    return trimmed;
 }

@@ -50,7 +50,7 @@ uint32_t qs_site_rank(const qs_site *site, uint32_t label)
     return rank;
 }
 
-uint32_t qs_site_ranked(const qs_site *site, uint32_t rank)
+uint32_t qs_site_label_at(const qs_site *site, uint32_t rank)
 {
     uint32_t label = qs_site_label(site, 0);
     for (; rank > 0; rank--) {

@@ -1,4 +1,4 @@
-/* The variables of one open site in a sample. */
+/* The variables of one undecided site in a sample. */
 #ifndef QS_SITE_CODE_H
 #define QS_SITE_CODE_H
 
@@ -15,6 +15,6 @@ void qs_site_write(const qs_site *site, uint32_t rank, uint8_t *bits);
 uint32_t qs_site_rank(const qs_site *site, uint32_t label);
 
 /* The reverse. */
-uint32_t qs_site_ranked(const qs_site *site, uint32_t rank);
+uint32_t qs_site_label_at(const qs_site *site, uint32_t rank);
 
 #endif

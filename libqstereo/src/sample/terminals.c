@@ -21,13 +21,13 @@ static void set_terminals(uint32_t labels, uint32_t end, uint8_t *bits)
     }
 }
 
-void qs_finish_sample(const qs_index *index, uint32_t end, uint8_t *bits)
+void qs_set_auxiliary_bits(const qs_index *index, uint32_t end, uint8_t *bits)
 {
     const qs_qubo *qubo = index->qubo;
     const qs_labels *l = &qubo->labels;
-    if (l->encoding == QS_MULTIWAY_CUT && l->open > 0) {
+    if (l->encoding == QS_MULTIWAY_CUT && l->undecided > 0) {
         set_terminals(l->labels, end, bits);
-    } else if (qs_is_cut(l->encoding) && l->open > 0) {
+    } else if (qs_is_cut(l->encoding) && l->undecided > 0) {
         qs_bit_set(bits, end, true);
         qs_bit_set(bits, end + 1, false);
         for (uint32_t z = end + 2; z < qubo->variables; z++) {

@@ -11,6 +11,6 @@ bool qs_is_one_hot(const qs_index *index, uint32_t group);
  * value that costs least beside its ends: 1 where it is cut.
  *
  * end  the first variable behind the sites' */
-void qs_finish_sample(const qs_index *index, uint32_t end, uint8_t *bits);
+void qs_set_auxiliary_bits(const qs_index *index, uint32_t end, uint8_t *bits);
 
 #endif

@@ -63,8 +63,8 @@ static int64_t sweep(const qs_model *model, uint64_t temperature, uint64_t *rand
         if (label == labelling[p]) {
             continue;
         }
-        int64_t rise = qs_local_cost(model, labelling, p, label) -
-                       qs_local_cost(model, labelling, p, labelling[p]);
+        int64_t rise = qs_label_cost(model, labelling, p, label) -
+                       qs_label_cost(model, labelling, p, labelling[p]);
         if (rise <= 0 || rise <= accepted_rise(temperature, (uint32_t)number)) {
             labelling[p] = label;
             change += rise;
@@ -118,7 +118,7 @@ qs_status qs_anneal(const qs_model *model, const qs_solve_options *options, void
         uint32_t below =
             sweeps > 1 ? (uint32_t)(span * (s.iterations * ONE / (sweeps - 1)) / ONE) : span;
         s.energy += sweep(model, exp2_of(hottest - below) / FINE, &random, labelling);
-        go = qs_told(options, &s);
+        go = qs_report_progress(options, &s);
     }
     qs_solution descent;
     qs_solve_options cooling = {
@@ -134,7 +134,7 @@ qs_status qs_anneal(const qs_model *model, const qs_solve_options *options, void
         memcpy(labelling, start, sizeof *start * model->sites);
         s.energy = start_energy;
     }
-    s.energy -= qs_local_keep(model, labelling);
+    s.energy -= qs_take_kept_everywhere(model, labelling);
     *solution = s;
     return status;
 }

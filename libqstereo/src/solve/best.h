@@ -4,12 +4,12 @@
 
 #include "trws.h"
 
-/* Who works on the problem while it is being solved. */
+/* Who changes the problem while it is being solved: qs_reduce. */
 typedef struct qs_guest {
-    /* Called after every iteration of TRW-S, the last one too, before the watch is told, and with
-     * `stopped` once more where the watch has ended it; false = stop. It may change costs, edges,
-     * constant and label sets of the model, which sites TRW-S visits, so_far (but for the
-     * iterations) and the labelling, such that energy and bound hold. */
+    /* Called after every iteration of TRW-S, the last one too, before the watch; and once more, with
+     * `stopped`, after the watch has ended it. It may change the costs, the edges, the constant and
+     * the label sets of the model, which sites TRW-S visits, the labelling, and so_far without its
+     * iterations. Energy and bound must hold afterwards. Returns false to stop. */
     bool (*between)(void *context, qs_trws_state *state, qs_solution *so_far, bool stopped);
     void *context;
 } qs_guest;

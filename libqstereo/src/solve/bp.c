@@ -2,43 +2,45 @@
 
 #include <string.h>
 
-#include "label_from_messages.h"
+#include "../base/arena.h"
 #include "../base/simd.h"
 #include "../model/neighbours.h"
+#include "label_from_messages.h"
 #include "progress.h"
 
 enum { DEFAULT_ITERATIONS = 50, FINEST = 12 };
 
-size_t qs_bp_messages(const qs_model *model)
+static uint64_t message_count(const qs_model *model)
 {
-    return (model->width > 0 ? QS_FROM_ALL * (size_t)model->sites : 2 * (size_t)model->edges) *
-           model->labels;
+    return model->width > 0 ? QS_FROM_ALL * (uint64_t)model->sites : 2 * (uint64_t)model->edges;
 }
 
-size_t qs_bp_scratch(const qs_model *model)
+/* Four rows of costs, rounded up to whole runs of lanes, and what a message needs. */
+static uint64_t scratch_count(const qs_model *model)
 {
     enum { RUN = 8 };
-    return 4 * ((size_t)model->labels + RUN) + qs_message_scratch(model);
+    return 4 * ((uint64_t)model->labels + RUN) + qs_message_scratch(model);
+}
+
+/* Hands out the workspace, or counts it. Returns its size.
+ *
+ * trial  out: a labelling */
+static size_t take_parts(qs_bp_state *state, void *workspace, uint16_t **trial)
+{
+    const qs_model *model = state->model;
+    qs_arena arena = {.base = workspace};
+    state->messages = qs_arena_take(&arena, message_count(model),
+                                    model->labels * (uint64_t)sizeof *state->messages);
+    state->scratch = qs_arena_take(&arena, scratch_count(model), sizeof *state->scratch);
+    *trial = qs_arena_take(&arena, model->sites, sizeof **trial);
+    return qs_arena_size(&arena);
 }
 
 size_t qs_bp_workspace(const qs_model *model)
 {
-    uint64_t all = (uint64_t)QS_FROM_ALL * model->sites * model->labels,
-             edges = (uint64_t)2 * model->edges * model->labels;
-    uint64_t count =
-        (model->width > 0 ? all : edges) + qs_bp_scratch(model) + ((uint64_t)model->sites + 1) / 2;
-    return count > SIZE_MAX / sizeof(int32_t) ? SIZE_MAX : (size_t)count * sizeof(int32_t);
-}
-
-void qs_bp_send(const qs_bp_state *state, int32_t weight, bool upward, int32_t *costs,
-                int32_t *message, int32_t *scratch)
-{
-    uint32_t labels = state->model->labels;
-    qs_message_send(state->model, weight, upward, costs, scratch, scratch + labels);
-    for (uint32_t d = 0; d < labels; d++) {
-        message[d] = scratch[d] +
-                     (int32_t)((int64_t)(message[d] - scratch[d]) * QS_KEEP / (1 << QS_KEEP_OF));
-    }
+    qs_bp_state state = {.model = model};
+    uint16_t *trial;
+    return take_parts(&state, NULL, &trial);
 }
 
 static void sweep(const qs_bp_state *state, bool wide)
@@ -58,22 +60,22 @@ static void sweep(const qs_bp_state *state, bool wide)
     qs_bp_grid_sweep(state);
 }
 
-static void decode(const qs_bp_state *state, bool wide, uint16_t *labelling)
+static void make_labelling(const qs_bp_state *state, bool wide, uint16_t *labelling)
 {
     size_t labels = state->model->labels;
     if (state->model->width == 0) {
         qs_bp_graph_labels(state, labelling);
         return;
     }
-    qs_decoder decoder = {state->model,
-                          state->scale,
-                          wide,
-                          true,
-                          state->messages + QS_FROM_RIGHT * labels,
-                          state->messages + QS_FROM_BELOW * labels,
-                          QS_FROM_ALL * labels,
-                          state->scratch};
-    qs_decode_grid(&decoder, labelling);
+    qs_message_reader reader = {state->model,
+                                state->scale,
+                                wide,
+                                true,
+                                state->messages + QS_FROM_RIGHT * labels,
+                                state->messages + QS_FROM_BELOW * labels,
+                                QS_FROM_ALL * labels,
+                                state->scratch};
+    qs_label_grid(&reader, labelling);
 }
 
 qs_status qs_bp(const qs_model *model, const qs_solve_options *options, void *workspace,
@@ -83,30 +85,30 @@ qs_status qs_bp(const qs_model *model, const qs_solve_options *options, void *wo
     if (!model || !workspace || !labelling || !solution) {
         return QS_E_ARGUMENT;
     }
-    if (workspace_size < qs_bp_workspace(model) || qs_bp_workspace(model) == SIZE_MAX) {
+    uint16_t *trial;
+    size_t size = take_parts(&state, workspace, &trial);
+    if (workspace_size < size || size == SIZE_MAX) {
         return QS_E_WORKSPACE;
     }
     if (!qs_scale_choose(model, FINEST, &state.scale)) {
         return QS_E_OVERFLOW;
     }
-    memset(workspace, 0, qs_bp_workspace(model));
-    state.messages = workspace;
-    state.scratch = state.messages + qs_bp_messages(model);
-    uint16_t *trial = (uint16_t *)(state.scratch + qs_bp_scratch(model));
+    memset(workspace, 0, size);
     qs_solution s = {.lower_bound = QS_NO_BOUND};
     bool wide = qs_lanes_avx2();
-    for (bool go = true; go;) {
+    bool go = true;
+    while (go) {
         sweep(&state, wide);
-        decode(&state, wide, trial);
+        make_labelling(&state, wide, trial);
         int64_t energy = qs_model_energy(model, trial);
         if (s.iterations == 0 || energy < s.energy) {
             s.energy = energy;
             memcpy(labelling, trial, sizeof *labelling * model->sites);
         }
         s.iterations++;
-        go = qs_told(options, &s) && !qs_limit_reached(options, &s, DEFAULT_ITERATIONS);
+        go = qs_report_progress(options, &s) && !qs_limit_reached(options, &s, DEFAULT_ITERATIONS);
     }
-    s.energy -= qs_local_keep(model, labelling);
+    s.energy -= qs_take_kept_everywhere(model, labelling);
     *solution = s;
     return QS_OK;
 }

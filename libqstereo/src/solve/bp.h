@@ -1,41 +1,43 @@
-/* The sweeps of loopy belief propagation. As in the study's code a new message is mixed with the
- * one before, without which energies settle higher: there it keeps 1/5 of that, here 3/16. The
- * mixture is rounded to the side of the new one, so that on a chain the messages become the exact
- * ones. */
+/* The sweeps of loopy belief propagation.
+ *
+ * A new message is mixed with the one before it; without that, energies settle higher. The study's
+ * code (Szeliski et al. 2008) keeps 1/5 of the old message, this keeps 3/16. The mixture is rounded
+ * towards the new message, so that on a chain the messages become the exact ones. */
 #ifndef QS_BP_H
 #define QS_BP_H
 
 #include "messages.h"
 
-/* The messages to a grid's site, in the order they stand in memory, each of `labels` numbers. */
+/* The messages to a site of a grid, in the order in which they stand in memory, `labels` numbers
+ * each. */
 enum { QS_FROM_LEFT, QS_FROM_RIGHT, QS_FROM_ABOVE, QS_FROM_BELOW, QS_FROM_ALL };
 
 /* The state between sweeps. */
 typedef struct qs_bp_state {
     const qs_model *model;
     qs_scale scale;
-    int32_t *messages; /* of a grid: of each site those to it; else of each edge that to the higher
-                          site, then that to the lower */
+    /* Of a grid the messages to each site. Of a graph, for each edge, that to the higher-numbered
+     * site, then that to the lower. */
+    int32_t *messages;
     int32_t *scratch;
 } qs_bp_state;
 
-enum { QS_KEEP = 3, QS_KEEP_OF = 4 }; /* 3 / 2^4 */
+/* The old message that is kept: QS_KEEP / 2^QS_KEEP_OF. */
+enum { QS_KEEP = 3, QS_KEEP_OF = 4 };
 
-size_t qs_bp_messages(const qs_model *model);
-size_t qs_bp_scratch(const qs_model *model);
-
-/* Sends as qs_message_send does, but mixed with the message before; scratch: qs_message_scratch
- * numbers after `labels` ones. */
+/* Sends as qs_message_send does, and mixes the message with the one before.
+ *
+ * scratch  `labels` numbers, and then qs_message_scratch more */
 void qs_bp_send(const qs_bp_state *state, int32_t weight, bool upward, int32_t *costs,
                 int32_t *message, int32_t *scratch);
 
-/* An iteration of messages. */
+/* The sweeps of one iteration. The wide one is for grids with Potts costs and at least 8 labels; it
+ * computes the same by AVX2. */
 void qs_bp_grid_sweep(const qs_bp_state *state);
 void qs_bp_graph_sweep(const qs_bp_state *state);
-void qs_bp_wide_sweep(const qs_bp_state *state); /* of a grid with Potts costs and at least 8 labels
-                                                    by AVX2, to the bit */
+void qs_bp_wide_sweep(const qs_bp_state *state);
 
-/* A labelling as that of decode.h. */
+/* A labelling of a graph from the messages, as label_from_messages.h says. */
 void qs_bp_graph_labels(const qs_bp_state *state, uint16_t *labelling);
 
 #endif

@@ -1,4 +1,5 @@
-/* Belief propagation on grids, eight labels at once. To the bit what bp_grid.c computes. */
+/* Belief propagation on grids with Potts costs, eight labels at once. It computes the same as
+ * bp_grid.c, to the bit. */
 #include "bp_visit.h"
 
 #if QS_HAVE_AVX2
@@ -21,8 +22,8 @@ typedef struct draft {
     qs_loose *costs, *before;
 } draft;
 
-/* A run of lanes that does some labels again must not take what is new for the message before: all
- * is read before any is written. */
+/* Reads all of the old message before any of the new one is written: a run of lanes may do some
+ * labels twice, and must not take a new number for an old one. */
 QS_WIDE qs_lanes begin(const qs_bp_state *state, const qs_letter *letter, uint32_t labels,
                        uint32_t run, qs_lanes least, draft at)
 {
@@ -57,8 +58,8 @@ QS_WIDE void send_two(const qs_bp_state *state, qs_letter one, qs_letter two, ui
     }
 }
 
-/* Fetches what a site's messages are made of, AHEAD sites before it is come to; past either end
- * nothing is. */
+/* Fetches what the messages of a site are made of, AHEAD sites before its turn. Does nothing past
+ * either end. */
 QS_WIDE void fetch(const qs_bp_state *state, uint32_t site, uint32_t labels)
 {
     if (site < state->model->sites) {
@@ -67,8 +68,8 @@ QS_WIDE void fetch(const qs_bp_state *state, uint32_t site, uint32_t labels)
     }
 }
 
-/* The sweeps to the right and to the left take no message of each other: they go together, from
- * both ends of a row. */
+/* The sweeps to the right and to the left do not use each other's messages. So they go at the same
+ * time, from both ends of a row. */
 QS_WIDE void along_row(const qs_bp_state *state, uint32_t first, uint32_t labels, draft one,
                        draft two)
 {
@@ -81,8 +82,8 @@ QS_WIDE void along_row(const qs_bp_state *state, uint32_t first, uint32_t labels
     }
 }
 
-/* All of a row at once to the next row or the one before; an odd last cell goes twice, to the same
- * effect. */
+/* Sends from all cells of a row to the next row, or to the one before. The last cell of an odd
+ * number is done twice, which does not change the result. */
 QS_WIDE void across(const qs_bp_state *state, uint32_t first, int from, uint32_t labels, draft one,
                     draft two)
 {
@@ -96,8 +97,8 @@ QS_WIDE void across(const qs_bp_state *state, uint32_t first, int from, uint32_t
     }
 }
 
-/* The sweep down follows those along the rows a row behind, while the messages are near: it changes
- * none that they still take. */
+/* The sweep down follows the sweeps along the rows one row behind, while the messages are in the
+ * cache. It changes none that those still need. */
 QS_WIDE void sweep(const qs_bp_state *state, uint32_t labels, draft one, draft two)
 {
     uint32_t width = state->model->width, sites = state->model->sites;
@@ -112,7 +113,8 @@ QS_WIDE void sweep(const qs_bp_state *state, uint32_t labels, draft one, draft t
     }
 }
 
-/* The numbers of labels of the common benchmarks are compiled apart, their costs in registers. */
+/* For the numbers of labels of the common benchmarks there is code of its own, which keeps the costs
+ * in registers. */
 enum { TSUKUBA = 16, VENUS = 20, RUNS = 3 };
 
 QS_AVX2 static void sweep_any(const qs_bp_state *state)

@@ -1,8 +1,9 @@
 #include "bp.h"
 
+#include "../base/minmax.h"
 #include "../base/simd.h"
 
-/* The message along a link to the site whose link it is, or from it. */
+/* The message along a link of a site: to that site, or from it. */
 static int32_t *message_of(const qs_bp_state *state, uint32_t site, const qs_link *link,
                            bool to_site)
 {
@@ -10,6 +11,7 @@ static int32_t *message_of(const qs_bp_state *state, uint32_t site, const qs_lin
     return state->messages + (2 * (size_t)link->edge + !upward) * state->model->labels;
 }
 
+/* What each label of a site costs: its unary cost and all messages to it. */
 static void believe(const qs_bp_state *state, uint32_t site, int32_t *belief)
 {
     const qs_model *model = state->model;
@@ -25,7 +27,7 @@ static void believe(const qs_bp_state *state, uint32_t site, int32_t *belief)
     }
 }
 
-/* To all neighbours later in the order of the sweep. */
+/* Sends to the neighbours that come later in the sweep. */
 static void send(const qs_bp_state *state, uint32_t site, bool upward)
 {
     const qs_model *model = state->model;
@@ -56,7 +58,8 @@ void qs_bp_graph_sweep(const qs_bp_state *state)
     }
 }
 
-/* As a site's belief, with the labels of its earlier neighbours in place of their messages. */
+/* Each site in order takes its cheapest label: by its belief, but with the labels of its earlier
+ * neighbours in place of their messages. */
 void qs_bp_graph_labels(const qs_bp_state *state, uint16_t *labelling)
 {
     const qs_model *model = state->model;
@@ -73,10 +76,6 @@ void qs_bp_graph_labels(const qs_bp_state *state, uint16_t *labelling)
             qs_message_pay(model, link->weight << state->scale.shift, true, labelling[link->site],
                            costs);
         }
-        uint16_t best = 0;
-        for (uint32_t d = 1; d < model->labels; d++) {
-            best = costs[d] < costs[best] ? (uint16_t)d : best;
-        }
-        labelling[p] = best;
+        labelling[p] = (uint16_t)qs_first_least(costs, model->labels);
     }
 }

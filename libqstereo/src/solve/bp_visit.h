@@ -6,13 +6,13 @@
 #include "../base/simd.h"
 
 typedef struct qs_letter {
-    const int32_t *unary, *behind,
-        *beside[2]; /* of the sender: its costs, the message from behind, those from the sides */
-    int32_t *message;
-    int32_t weight;
+    const int32_t *unary; /* costs of the sender */
+    const int32_t *behind, *beside[2]; /* messages to the sender: from behind, and from the sides */
+    int32_t *message; /* to be sent */
+    int32_t weight; /* of the edge, scaled */
 } qs_letter;
 
-/* From cell `site` to its neighbour in the direction of travel, which takes it as from `from`. */
+/* The message from cell `site` to a neighbour. To the neighbour it comes from the side `from`. */
 QS_KERNEL qs_letter qs_letter_of(const qs_bp_state *state, uint32_t site, uint32_t labels, int from)
 {
     const qs_model *model = state->model;

@@ -2,43 +2,26 @@
 
 #include <string.h>
 
-#include "../base/arena.h"
 #include "../base/minmax.h"
 #include "../model/neighbours.h"
-#include "min_cut.h"
+#include "mover.h"
 #include "progress.h"
 
 #define RANGE ((int64_t)1 << 30) /* of an excess, whatever flows: twice that fits */
 
 typedef struct descent {
-    const qs_model *model;
+    qs_mover m;
     const qs_solve_options *options;
     qs_solution *solution;
-    uint16_t *x;
-    qs_cut cut;
-    qs_cut_node *padded; /* cut.node with the nodes around it */
-    uint32_t *sister; /* of each link, graphs only */
     int32_t step; /* of the present move */
 } descent;
 
-static size_t lay_out(descent *d, const qs_model *model, void *workspace)
-{
-    qs_arena arena = {.base = workspace};
-    uint64_t arcs = model->width > 0 ? 4 * (uint64_t)model->sites : 2 * (uint64_t)model->edges;
-    d->model = model;
-    d->padded = qs_arena_take(&arena, model->sites + 2 * (uint64_t)model->width, sizeof *d->padded);
-    d->cut.excess = qs_arena_take(&arena, model->sites, sizeof *d->cut.excess);
-    d->cut.residual = qs_arena_take(&arena, arcs, sizeof *d->cut.residual);
-    d->cut.queue = qs_arena_take(&arena, model->sites, sizeof *d->cut.queue);
-    d->cut.orphan = qs_arena_take(&arena, model->sites, sizeof *d->cut.orphan);
-    d->sister = qs_arena_take(&arena, model->width > 0 ? 0 : arcs, sizeof *d->sister);
-    return qs_arena_size(&arena);
-}
-
 size_t qs_descent_workspace(const qs_model *model)
 {
-    descent d;
-    return lay_out(&d, model, NULL);
+    qs_arena arena = {0};
+    qs_mover mover = {.model = model};
+    qs_mover_take(&mover, &arena);
+    return qs_arena_size(&arena);
 }
 
 /* Twice what a site's edges can cost, as excess and as capacities, and its unary costs. */
@@ -50,7 +33,7 @@ static bool in_range(const qs_model *model)
         for (uint32_t a = 0; a < model->labels; a++) {
             largest = qs_max_i32(largest, costs[a]);
         }
-        if (largest >= RANGE / 2 || qs_local_edges(model, p) >= RANGE / 8) {
+        if (largest >= RANGE / 2 || qs_most_of_edges(model, p) >= RANGE / 8) {
             return false;
         }
     }
@@ -60,43 +43,24 @@ static bool in_range(const qs_model *model)
 static bool watch_cut(void *context)
 {
     descent *d = context;
-    return qs_told(d->options, d->solution);
-}
-
-static void begin(descent *d)
-{
-    const qs_model *model = d->model;
-    d->cut.nodes = model->sites;
-    d->cut.node = d->padded + model->width;
-    d->cut.width = model->width;
-    d->cut.start = model->link_start;
-    d->cut.links = model->links;
-    d->cut.sister = d->sister;
-    d->cut.going = watch_cut;
-    d->cut.context = d;
-    for (size_t i = 0; i < model->sites + 2 * (size_t)model->width; i++) {
-        d->padded[i] = (qs_cut_node){.parent = QS_CUT_UNLOADED};
-    }
-    if (model->width == 0) {
-        qs_cut_find_sisters(model->link_start, model->links, model->sites, d->sister, d->cut.queue);
-    }
+    return qs_report_progress(d->options, d->solution);
 }
 
 /* Whether site p may take part in the move. */
 static bool can_move(const descent *d, uint32_t p)
 {
-    int64_t to = (int64_t)d->x[p] + d->step;
-    return to >= 0 && to < d->model->labels &&
-           (!d->model->kept || d->model->kept[(size_t)p * d->model->labels + (size_t)to]);
+    int64_t to = (int64_t)d->m.x[p] + d->step;
+    return to >= 0 && to < d->m.model->labels &&
+           (!d->m.model->kept || d->m.model->kept[(size_t)p * d->m.model->labels + (size_t)to]);
 }
 
 /* The edge of sites p and q, p < q, whose arcs' residuals are *out and *in. A site that cannot move
  * has no arcs. */
 static void load_edge(descent *d, uint32_t p, uint32_t q, int32_t weight, int32_t *out, int32_t *in)
 {
-    int64_t a = d->x[p], b = d->x[q], p_to = a + d->step, q_to = b + d->step;
+    int64_t a = d->m.x[p], b = d->m.x[q], p_to = a + d->step, q_to = b + d->step;
     bool p_moves = can_move(d, p), q_moves = can_move(d, q);
-    const qs_model *model = d->model;
+    const qs_model *model = d->m.model;
     int64_t stay = qs_model_pairwise(model, (uint32_t)a, (uint32_t)b), p_alone = 0, q_alone = 0;
     if (p_moves) {
         p_alone = qs_model_pairwise(model, (uint32_t)p_to, (uint32_t)b) - stay;
@@ -111,15 +75,15 @@ static void load_edge(descent *d, uint32_t p, uint32_t q, int32_t weight, int32_
         *out = (int32_t)(weight * (apart - apart / 2));
         *in = (int32_t)(weight * (apart / 2));
     }
-    d->cut.excess[p] += p_moves ? *out - (int32_t)(weight * p_alone) : 0;
-    d->cut.excess[q] += q_moves ? *in - (int32_t)(weight * q_alone) : 0;
+    d->m.cut.excess[p] += p_moves ? *out - (int32_t)(weight * p_alone) : 0;
+    d->m.cut.excess[q] += q_moves ? *in - (int32_t)(weight * q_alone) : 0;
 }
 
 static void load_grid(descent *d)
 {
-    const qs_model *model = d->model;
+    const qs_model *model = d->m.model;
     size_t sites = model->sites, width = model->width;
-    int32_t *right = d->cut.residual, *left = right + sites, *down = left + sites,
+    int32_t *right = d->m.cut.residual, *left = right + sites, *down = left + sites,
             *up = down + sites;
     memset(right, 0, sizeof *right * 4 * sites);
     for (uint32_t p = 0; p < model->sites; p++) {
@@ -134,13 +98,13 @@ static void load_grid(descent *d)
 
 static void load_graph(descent *d)
 {
-    const qs_model *model = d->model;
-    int32_t *residual = d->cut.residual;
+    const qs_model *model = d->m.model;
+    int32_t *residual = d->m.cut.residual;
     for (uint32_t p = 0; p < model->sites; p++) {
         for (uint32_t n = model->link_start[p]; n < model->link_start[p + 1]; n++) {
             const qs_link *link = &model->links[n];
             if (link->site > p) {
-                load_edge(d, p, link->site, link->weight, &residual[n], &residual[d->sister[n]]);
+                load_edge(d, p, link->site, link->weight, &residual[n], &residual[d->m.sister[n]]);
             }
         }
     }
@@ -148,11 +112,11 @@ static void load_graph(descent *d)
 
 static void load_move(descent *d)
 {
-    const qs_model *model = d->model;
+    const qs_model *model = d->m.model;
     for (uint32_t p = 0; p < model->sites; p++) {
         const int32_t *costs = model->unary + (size_t)p * model->labels;
-        d->cut.node[p] = (qs_cut_node){.parent = QS_CUT_FREE};
-        d->cut.excess[p] = can_move(d, p) ? costs[d->x[p]] - costs[d->x[p] + d->step] : 0;
+        d->m.cut.node[p] = (qs_cut_node){.parent = QS_CUT_FREE};
+        d->m.cut.excess[p] = can_move(d, p) ? costs[d->m.x[p]] - costs[d->m.x[p] + d->step] : 0;
     }
     if (model->width > 0) {
         load_grid(d);
@@ -165,12 +129,12 @@ static void load_move(descent *d)
 static int64_t take_move(descent *d)
 {
     int64_t gain = 0;
-    for (uint32_t p = 0; p < d->model->sites; p++) {
-        gain += qs_max_i32(d->cut.excess[p], 0);
+    for (uint32_t p = 0; p < d->m.model->sites; p++) {
+        gain += qs_max_i32(d->m.cut.excess[p], 0);
     }
-    for (uint32_t p = 0; gain > 0 && p < d->model->sites; p++) {
-        if (qs_cut_in_tree(&d->cut.node[p])) {
-            d->x[p] = (uint16_t)(d->x[p] + d->step);
+    for (uint32_t p = 0; gain > 0 && p < d->m.model->sites; p++) {
+        if (qs_cut_in_tree(&d->m.cut.node[p])) {
+            d->m.x[p] = (uint16_t)(d->m.x[p] + d->step);
         }
     }
     return gain;
@@ -182,14 +146,14 @@ static bool move(descent *d, int32_t step, int64_t *gain)
     *gain = 0;
     d->step = step;
     load_move(d);
-    qs_cut_begin(&d->cut);
-    qs_cut_spread(&d->cut);
-    for (uint32_t p = 0; p < d->model->sites; p++) {
-        if (d->cut.excess[p] > 0) {
-            qs_cut_source(&d->cut, p);
+    qs_cut_begin(&d->m.cut);
+    qs_cut_spread(&d->m.cut);
+    for (uint32_t p = 0; p < d->m.model->sites; p++) {
+        if (d->m.cut.excess[p] > 0) {
+            qs_cut_source(&d->m.cut, p);
         }
     }
-    if (!qs_cut_run(&d->cut)) {
+    if (!qs_cut_run(&d->m.cut)) {
         return false;
     }
     *gain = take_move(d);
@@ -210,8 +174,8 @@ static bool descend(descent *d, int32_t step)
         failed = gain > 0 ? 0 : failed + 1;
         bool proven = step == 1 && failed == 2;
         d->solution->lower_bound = proven ? d->solution->energy : QS_NO_BOUND;
-        bool more =
-            qs_told(d->options, d->solution) && !qs_limit_reached(d->options, d->solution, 0);
+        bool more = qs_report_progress(d->options, d->solution) &&
+                    !qs_limit_reached(d->options, d->solution, 0);
         if (!more && !proven) {
             return false;
         }
@@ -225,12 +189,14 @@ qs_status qs_descent(const qs_model *model, const qs_solve_options *options, voi
     if (!in_range(model)) {
         return QS_E_OVERFLOW;
     }
-    descent d = {.options = options, .solution = solution, .x = labelling};
-    (void)lay_out(&d, model, workspace);
-    begin(&d);
-    (void)qs_local_keep(model, labelling);
-    *solution =
-        (qs_solution){.energy = qs_model_energy(model, labelling), .lower_bound = QS_NO_BOUND};
+    qs_arena arena = {.base = workspace};
+    descent d = {.m = {.model = model, .x = labelling}, .options = options, .solution = solution};
+    (void)qs_take_kept_everywhere(model, labelling);
+    qs_mover_take(&d.m, &arena);
+    qs_mover_start(&d.m);
+    d.m.cut.going = watch_cut;
+    d.m.cut.context = &d;
+    *solution = (qs_solution){.energy = d.m.energy, .lower_bound = QS_NO_BOUND};
     int32_t step = 1;
     while (2 * step < (int32_t)model->labels) {
         step *= 2;

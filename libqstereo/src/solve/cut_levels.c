@@ -78,10 +78,10 @@ static uint64_t count_products(const qs_model *model, bool *diagonal)
 static uint64_t count_edges(const qs_model *model)
 {
     uint64_t edges = 0;
-    qs_beside beside;
+    qs_edge_seen edge;
     for (uint32_t p = 0; p < model->sites; p++) {
-        for (uint32_t at = 0; qs_local_neighbour(model, p, at, &beside); at++) {
-            edges += beside.first && beside.weight > 0;
+        for (uint32_t at = 0; qs_see_edge(model, p, at, &edge); at++) {
+            edges += edge.first && edge.weight > 0;
         }
     }
     return edges;
@@ -181,9 +181,9 @@ static int64_t wall_of(const levels *l, uint32_t site, int64_t largest)
 {
     const qs_model *model = l->model;
     int64_t weights = 0, unary = 0;
-    qs_beside beside;
-    for (uint32_t at = 0; qs_local_neighbour(model, site, at, &beside); at++) {
-        weights += (int64_t)beside.weight << l->scale.shift;
+    qs_edge_seen edge;
+    for (uint32_t at = 0; qs_see_edge(model, site, at, &edge); at++) {
+        weights += (int64_t)edge.weight << l->scale.shift;
     }
     for (uint32_t a = 0; a < model->labels; a++) {
         unary = qs_max_i64(unary, cost_of(l, site, a));
@@ -294,16 +294,16 @@ static void make_room(levels *l)
 {
     const qs_model *model = l->model;
     uint32_t nodes = l->cut.nodes;
-    qs_beside beside;
+    qs_edge_seen edge;
     memset(l->start, 0, sizeof *l->start * ((size_t)nodes + 1));
     memset(l->cut.queue, 0, sizeof *l->cut.queue * nodes);
     for (uint32_t v = 0; v < nodes; v++) {
         l->start[v + 1] = (uint32_t)(v >= model->sites) + (v < nodes - model->sites);
     }
     for (uint32_t p = 0; p < model->sites; p++) {
-        for (uint32_t at = 0; qs_local_neighbour(model, p, at, &beside); at++) {
-            if (beside.first && beside.weight > 0) {
-                count_arcs(l, p, beside.site);
+        for (uint32_t at = 0; qs_see_edge(model, p, at, &edge); at++) {
+            if (edge.first && edge.weight > 0) {
+                count_arcs(l, p, edge.site);
             }
         }
     }
@@ -344,7 +344,7 @@ static void load_costs(levels *l)
 static void load(levels *l)
 {
     const qs_model *model = l->model;
-    qs_beside beside;
+    qs_edge_seen edge;
     if (l->layered) {
         memset(l->cut.residual, 0, sizeof *l->cut.residual * 6 * (size_t)l->cut.nodes);
     } else {
@@ -353,9 +353,9 @@ static void load(levels *l)
     load_walls(l);
     load_costs(l);
     for (uint32_t p = 0; p < model->sites; p++) {
-        for (uint32_t at = 0; qs_local_neighbour(model, p, at, &beside); at++) {
-            if (beside.first && beside.weight > 0) {
-                load_edge(l, p, beside.site, beside.weight << l->scale.shift);
+        for (uint32_t at = 0; qs_see_edge(model, p, at, &edge); at++) {
+            if (edge.first && edge.weight > 0) {
+                load_edge(l, p, edge.site, edge.weight << l->scale.shift);
             }
         }
     }
@@ -389,7 +389,7 @@ static void settle_sites(levels *l)
 static bool watch_cut(void *context)
 {
     levels *l = context;
-    return qs_told(l->options, l->solution);
+    return qs_report_progress(l->options, l->solution);
 }
 
 /* What a message of an edge from q back to p, p < q, says as a flow. It charges p with m(a) more and
@@ -418,7 +418,7 @@ static void take_decoded(levels *l, const qs_trws_state *state, uint16_t *labell
     uint16_t *trial = (uint16_t *)l->cut.queue; /* not in use yet, and twice as long or more */
     qs_trws_grid_labels(state, false, trial);
     int64_t energy = qs_model_energy(l->model, trial);
-    energy -= qs_local_keep(l->model, trial);
+    energy -= qs_take_kept_everywhere(l->model, trial);
     if (energy < l->solution->energy) {
         memcpy(labelling, trial, sizeof *trial * l->model->sites);
         l->solution->energy = energy;
@@ -530,7 +530,7 @@ qs_status qs_levels(const qs_model *model, const qs_solve_options *options, void
     if (!choose_scale(&l)) {
         return QS_E_OVERFLOW;
     }
-    (void)qs_local_keep(model, labelling);
+    (void)qs_take_kept_everywhere(model, labelling);
     *solution =
         (qs_solution){.energy = qs_model_energy(model, labelling), .lower_bound = QS_NO_BOUND};
     load(&l);
@@ -538,7 +538,7 @@ qs_status qs_levels(const qs_model *model, const qs_solve_options *options, void
         take_labels(&l, labelling);
         solution->energy = qs_model_energy(model, labelling);
         solution->iterations = 1;
-        (void)qs_told(options, solution);
+        (void)qs_report_progress(options, solution);
     }
     solution->converged = solution->energy == solution->lower_bound;
     return QS_OK;

@@ -15,10 +15,10 @@ static uint32_t sweep(const qs_model *model, uint16_t *labelling, int64_t *gain)
     uint32_t changed = 0;
     *gain = 0;
     for (uint32_t p = 0; p < model->sites; p++) {
-        uint16_t best = qs_local_best(model, labelling, p);
+        uint16_t best = qs_best_label(model, labelling, p);
         if (best != labelling[p]) {
-            *gain += qs_local_cost(model, labelling, p, labelling[p]) -
-                     qs_local_cost(model, labelling, p, best);
+            *gain += qs_label_cost(model, labelling, p, labelling[p]) -
+                     qs_label_cost(model, labelling, p, best);
             labelling[p] = best;
             changed++;
         }
@@ -41,9 +41,9 @@ qs_status qs_icm(const qs_model *model, const qs_solve_options *options, void *w
                       0; /* equals go to the lower label, so that this ends */
         s.energy -= gain;
         s.iterations++;
-        go = qs_told(options, &s) && !qs_limit_reached(options, &s, 0);
+        go = qs_report_progress(options, &s) && !qs_limit_reached(options, &s, 0);
     }
-    s.energy -= qs_local_keep(model, labelling);
+    s.energy -= qs_take_kept_everywhere(model, labelling);
     *solution = s;
     return QS_OK;
 }

@@ -2,66 +2,92 @@
 
 #include <string.h>
 
+#include "../base/minmax.h"
 #include "../base/simd.h"
 
-/* The largest sum of the weights at one site, and the largest weight. */
-static void weigh(const qs_model *model, int64_t *around, int64_t *largest)
+/* What the weights of a model come to at one site. */
+typedef struct weights {
+    int64_t around; /* the largest sum at a site */
+    int64_t largest; /* the largest of one edge */
+} weights;
+
+static void weigh_cell(const qs_model *model, uint32_t p, int64_t *sum, int64_t *largest)
 {
-    *around = *largest = 0;
-    for (uint32_t p = 0; p < model->sites; p++) {
-        int64_t sum = 0, weight = 0;
-        if (model->width > 0) {
-            sum = (int64_t)model->right[p] + model->down[p] + (p > 0 ? model->right[p - 1] : 0) +
-                  (p >= model->width ? model->down[p - model->width] : 0);
-            weight = model->right[p] > model->down[p] ? model->right[p] : model->down[p];
-        } else {
-            for (uint32_t n = model->link_start[p]; n < model->link_start[p + 1]; n++) {
-                sum += model->links[n].weight;
-                weight = model->links[n].weight > weight ? model->links[n].weight : weight;
-            }
-        }
-        *around = sum > *around ? sum : *around;
-        *largest = weight > *largest ? weight : *largest;
+    int64_t right = model->right[p], down = model->down[p];
+    *sum = right + down + (p > 0 ? model->right[p - 1] : 0) +
+           (p >= model->width ? model->down[p - model->width] : 0);
+    *largest = qs_max_i64(right, down); /* the other two are looked at where they begin */
+}
+
+static void weigh_vertex(const qs_model *model, uint32_t p, int64_t *sum, int64_t *largest)
+{
+    *sum = *largest = 0;
+    for (uint32_t n = model->link_start[p]; n < model->link_start[p + 1]; n++) {
+        *sum += model->links[n].weight;
+        *largest = qs_max_i64(*largest, model->links[n].weight);
     }
 }
 
-static int64_t largest_unary(const qs_model *model)
+static weights weigh(const qs_model *model)
+{
+    weights all = {0};
+    for (uint32_t p = 0; p < model->sites; p++) {
+        int64_t sum, largest;
+        if (model->width > 0) {
+            weigh_cell(model, p, &sum, &largest);
+        } else {
+            weigh_vertex(model, p, &sum, &largest);
+        }
+        all.around = qs_max_i64(all.around, sum);
+        all.largest = qs_max_i64(all.largest, largest);
+    }
+    return all;
+}
+
+static int32_t largest_unary(const qs_model *model)
 {
     int32_t largest = 0;
     for (size_t i = 0; i < (size_t)model->sites * model->labels; i++) {
-        largest = model->unary[i] > largest ? model->unary[i] : largest;
+        largest = qs_max_i32(largest, model->unary[i]);
     }
     return largest;
 }
 
-static int64_t most_neighbours(const qs_model *model)
+static uint32_t most_neighbours(const qs_model *model)
 {
     enum { GRID = 4 };
-    uint32_t most = 0;
-    for (uint32_t p = 0; model->width == 0 && p < model->sites; p++) {
-        uint32_t links = model->link_start[p + 1] - model->link_start[p];
-        most = links > most ? links : most;
+    if (model->width > 0) {
+        return GRID;
     }
-    return model->width > 0 ? GRID : most;
+    uint32_t most = 0;
+    for (uint32_t p = 0; p < model->sites; p++) {
+        most = qs_max_u32(most, model->link_start[p + 1] - model->link_start[p]);
+    }
+    return most;
+}
+
+/* Messages whose sum must fit: one from each neighbour and the one to be sent, and two more of the
+ * marginals. */
+static int64_t message_count(const qs_model *model)
+{
+    return (int64_t)most_neighbours(model) + (model->kept ? 3 : 1);
 }
 
 bool qs_scale_choose(const qs_model *model, unsigned shift, qs_scale *scale)
 {
-    int64_t around, weight, unary = largest_unary(model),
-                            messages = most_neighbours(model) + (model->kept ? 3 : 1),
-                            largest = model->pairwise_max;
-    weigh(model, &around, &weight);
+    weights w = weigh(model);
+    int64_t unary = largest_unary(model), messages = message_count(model),
+            largest = model->pairwise_max;
     /* So that no product below can overflow. */
-    if (largest > 0 &&
-        (around > INT32_MAX || largest > INT32_MAX || weight * largest > INT32_MAX / messages)) {
+    if (largest > 0 && (w.around > INT32_MAX || largest > INT32_MAX ||
+                        w.largest * largest > INT32_MAX / messages)) {
         return false;
     }
-    int64_t edges = largest > 0 ? around * largest : 0;
+    int64_t edges = largest > 0 ? w.around * largest : 0;
     int64_t most = unary <= edges && !model->kept ? unary : edges + 1;
-    int64_t total = most + messages * weight * largest;
-    total = weight > total
-                ? weight
-                : total; /* weights are scaled too, even those of edges that cost nothing */
+    int64_t total = most + messages * w.largest * largest;
+    total =
+        qs_max_i64(total, w.largest); /* weights are scaled too, even if their edges cost nothing */
     if (total > INT32_MAX) {
         return false;
     }
@@ -86,7 +112,7 @@ static int32_t least_of(const int32_t *costs, uint32_t labels)
     return least;
 }
 
-/* Everything less `least`, and at most `most`. */
+/* message = costs less `least`, and at most `most`. */
 static void normalise(int32_t *message, const int32_t *costs, uint32_t labels, int32_t least,
                       int32_t most)
 {
@@ -95,7 +121,7 @@ static void normalise(int32_t *message, const int32_t *costs, uint32_t labels, i
     }
 }
 
-/* Two passes (Felzenszwalb and Huttenlocher 2006). */
+/* V = |a - b|, in two passes (Felzenszwalb and Huttenlocher 2006). */
 static void linear(int32_t *costs, uint32_t labels, int32_t weight)
 {
     for (uint32_t d = 1; d < labels; d++) {
@@ -106,8 +132,8 @@ static void linear(int32_t *costs, uint32_t labels, int32_t weight)
     }
 }
 
-/* The first whole label from 0 to `labels` at which the parabola of `b` is no higher than that of a
- * < b. */
+/* The parabola of label a has its lowest point there, and the height costs[a]. Returns the first
+ * label, 0 to `labels`, at which the parabola of b is no higher than that of a, where a < b. */
 static uint32_t overtakes(const int32_t *costs, uint32_t a, uint32_t b, uint32_t labels,
                           int32_t weight)
 {
@@ -120,17 +146,20 @@ static uint32_t overtakes(const int32_t *costs, uint32_t a, uint32_t b, uint32_t
     return first < labels ? (uint32_t)first : labels;
 }
 
-/* Lower envelope of parabolas (the same), each from the first whole label where it is the lowest:
- * exact on whole labels. */
+/* V = (a - b)^2, by the lower envelope of the labels' parabolas (the same paper). Each parabola of
+ * the envelope is noted with the first label at which it is the lowest, so it is exact. */
 static void quadratic(const int32_t *costs, int32_t *message, uint32_t labels, int32_t weight,
                       int32_t most, int32_t *scratch)
 {
     uint32_t *lowest = (uint32_t *)scratch, *from = lowest + labels, count = 0;
     for (uint32_t d = 0; d < labels; d++) {
         uint32_t begin = 0;
-        while (count > 0 && (begin = overtakes(costs, lowest[count - 1], d, labels, weight)) <=
-                                from[count - 1]) {
-            count--;
+        while (count > 0) {
+            begin = overtakes(costs, lowest[count - 1], d, labels, weight);
+            if (begin > from[count - 1]) {
+                break;
+            }
+            count--; /* that one is the lowest nowhere any more */
         }
         if (count == 0 || begin < labels) {
             from[count] = count > 0 ? begin : 0;

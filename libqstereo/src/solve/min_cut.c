@@ -1,12 +1,7 @@
 #include "min_cut.h"
 
-#include <string.h>
-
-#if defined(__GNUC__)
-#define INLINE static inline __attribute__((always_inline))
-#else
-#define INLINE static inline
-#endif
+#include "../base/minmax.h"
+#include "../base/simd.h"
 
 /* Every function below exists three times: `ways`, the arcs of each node of a grid (0 = a graph), is
  * a constant wherever they are called. */
@@ -15,19 +10,19 @@ enum { GRAPH = 0, FLAT = 4, LAYERED = 6 };
 enum { BETWEEN_CHECKS = 1 << 14 }; /* nodes taken from the queue between two calls of `going` */
 
 /* Where the residual of arc `a` of `p` is. */
-INLINE size_t index_of(const qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a)
+QS_KERNEL size_t index_of(const qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a)
 {
     return ways > 0 ? (size_t)a * cut->nodes + p : (size_t)cut->start[p] + a;
 }
 
-INLINE uint32_t arcs(const qs_cut *cut, uint32_t ways, uint32_t p)
+QS_KERNEL uint32_t arcs(const qs_cut *cut, uint32_t ways, uint32_t p)
 {
     return ways > 0 ? ways : cut->start[p + 1] - cut->start[p];
 }
 
 /* The node at the other end of arc `a` of node `p`. In a grid it may lie outside: there are nodes
  * there that are in no tree. */
-INLINE ptrdiff_t head(const qs_cut *cut, uint32_t ways, ptrdiff_t p, uint32_t a)
+QS_KERNEL ptrdiff_t head(const qs_cut *cut, uint32_t ways, ptrdiff_t p, uint32_t a)
 {
     if (ways == GRAPH) {
         return cut->links[cut->start[p] + a].site;
@@ -39,18 +34,18 @@ INLINE ptrdiff_t head(const qs_cut *cut, uint32_t ways, ptrdiff_t p, uint32_t a)
 }
 
 /* Where the residual of the opposite of that arc is; q is its head. */
-INLINE size_t sister(const qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint32_t q)
+QS_KERNEL size_t sister(const qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint32_t q)
 {
     return ways > 0 ? (size_t)(a ^ 1) * cut->nodes + q : cut->sister[cut->start[p] + a];
 }
 
 /* The number of that opposite among the arcs of q. */
-INLINE uint32_t opposite(const qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint32_t q)
+QS_KERNEL uint32_t opposite(const qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint32_t q)
 {
     return ways > 0 ? a ^ 1 : cut->sister[cut->start[p] + a] - cut->start[q];
 }
 
-INLINE void activate(qs_cut *cut, uint32_t p)
+QS_KERNEL void activate(qs_cut *cut, uint32_t p)
 {
     qs_cut_node *node = &cut->node[p];
     if (!node->active) {
@@ -60,7 +55,7 @@ INLINE void activate(qs_cut *cut, uint32_t p)
     }
 }
 
-INLINE uint32_t next_active(qs_cut *cut)
+QS_KERNEL uint32_t next_active(qs_cut *cut)
 {
     uint32_t p = cut->queue[cut->queue_first];
     cut->queue_first = cut->queue_first + 1 < cut->nodes ? cut->queue_first + 1 : 0;
@@ -69,19 +64,19 @@ INLINE uint32_t next_active(qs_cut *cut)
     return p;
 }
 
-INLINE void make_orphan(qs_cut *cut, uint32_t p)
+QS_KERNEL void make_orphan(qs_cut *cut, uint32_t p)
 {
     cut->node[p].parent = QS_CUT_ORPHAN;
     cut->orphan[cut->orphan_count++] = p;
 }
 
-INLINE uint16_t farther(uint16_t distance)
+QS_KERNEL uint16_t farther(uint16_t distance)
 {
     return (uint16_t)(distance + (distance < UINT16_MAX));
 }
 
 /* Pushes what the path root ... p -> q takes; q wants flow. */
-INLINE void augment(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint32_t q)
+QS_KERNEL void augment(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint32_t q)
 {
     const qs_cut_node *node = cut->node;
     int32_t *residual = cut->residual, *excess = cut->excess;
@@ -116,7 +111,7 @@ INLINE void augment(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint32_t
 }
 
 /* The distance of q from a root, or UINT32_MAX if its path ends at an orphan. */
-INLINE uint32_t origin(qs_cut *cut, uint32_t ways, uint32_t q)
+QS_KERNEL uint32_t origin(qs_cut *cut, uint32_t ways, uint32_t q)
 {
     qs_cut_node *node = cut->node;
     uint32_t steps = 0, i = q;
@@ -146,7 +141,7 @@ INLINE uint32_t origin(qs_cut *cut, uint32_t ways, uint32_t q)
 
 /* No parent: out of the tree, its children are orphans, and those who could reach it may try again.
  */
-INLINE void set_free(qs_cut *cut, uint32_t ways, uint32_t p)
+QS_KERNEL void set_free(qs_cut *cut, uint32_t ways, uint32_t p)
 {
     qs_cut_node *node = cut->node;
     node[p].parent = QS_CUT_FREE;
@@ -165,7 +160,7 @@ INLINE void set_free(qs_cut *cut, uint32_t ways, uint32_t p)
     }
 }
 
-INLINE void adopt(qs_cut *cut, uint32_t ways, uint32_t p)
+QS_KERNEL void adopt(qs_cut *cut, uint32_t ways, uint32_t p)
 {
     qs_cut_node *node = cut->node;
     uint32_t nearest = UINT32_MAX, parent = 0;
@@ -209,7 +204,7 @@ static void restart(qs_cut *cut)
 
 /* The path's orphans first, from the root down, then their children as they come: a node is an
  * orphan at most once, for the paths of those that were adopted are sound. */
-INLINE void adopt_all(qs_cut *cut, uint32_t ways)
+QS_KERNEL void adopt_all(qs_cut *cut, uint32_t ways)
 {
     cut->time++;
     for (size_t i = 0, j = cut->orphan_count; i + 1 < j; i++) {
@@ -228,7 +223,7 @@ INLINE void adopt_all(qs_cut *cut, uint32_t ways)
 
 /* Arc `a` of `p`, in the tree: to a node that wants flow, one to take into the tree, or one that
  * has a shorter way through p. */
-INLINE void grow(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a)
+QS_KERNEL void grow(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a)
 {
     qs_cut_node *node = cut->node;
     const int32_t *residual = &cut->residual[index_of(cut, ways, p, a)], *excess = cut->excess;
@@ -262,7 +257,7 @@ INLINE void grow(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a)
     }
 }
 
-INLINE bool run(qs_cut *cut, uint32_t ways)
+QS_KERNEL bool run(qs_cut *cut, uint32_t ways)
 {
     for (uint32_t taken = 1; cut->queue_count > 0; taken++) {
         if (taken % BETWEEN_CHECKS == 0 && cut->going && !cut->going(cut->context)) {
@@ -277,14 +272,14 @@ INLINE bool run(qs_cut *cut, uint32_t ways)
 }
 
 /* Of `most` (which may be negative: then it is pulled) what an edge takes. */
-INLINE int32_t clamp(int32_t most, int32_t in, int32_t out)
+QS_KERNEL int32_t clamp(int32_t most, int32_t in, int32_t out)
 {
     most = most > out ? out : most;
     return most < -in ? -in : most;
 }
 
 /* Shares the excess or want of p among its later neighbours, or its earlier ones. */
-INLINE void spread_node(qs_cut *cut, uint32_t ways, uint32_t p, bool forward)
+QS_KERNEL void spread_node(qs_cut *cut, uint32_t ways, uint32_t p, bool forward)
 {
     uint32_t count = arcs(cut, ways, p), left = 0;
     for (uint32_t a = 0; a < count; a++) {
@@ -380,7 +375,7 @@ void qs_cut_spread(qs_cut *cut)
     }
 }
 
-INLINE void spread_some(qs_cut *cut, uint32_t ways, const uint32_t *list, uint32_t count)
+QS_KERNEL void spread_some(qs_cut *cut, uint32_t ways, const uint32_t *list, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {
         spread_node(cut, ways, list[i], true);
@@ -396,23 +391,6 @@ void qs_cut_spread_some(qs_cut *cut, const uint32_t *list, uint32_t count)
         spread_some(cut, FLAT, list, count);
     } else {
         spread_some(cut, GRAPH, list, count);
-    }
-}
-
-/* The second link of an edge is met at its second site, in the order of the first ones: so a cursor
- * a site finds it. */
-void qs_cut_find_sisters(const uint32_t *start, const qs_link *links, uint32_t sites,
-                         uint32_t *sister, uint32_t *cursor)
-{
-    memcpy(cursor, start, sizeof *cursor * sites);
-    for (uint32_t p = 0; p < sites; p++) {
-        for (uint32_t n = start[p]; n < start[p + 1]; n++) {
-            uint32_t q = links[n].site;
-            if (q > p) {
-                sister[n] = cursor[q];
-                sister[cursor[q]++] = n;
-            }
-        }
     }
 }
 

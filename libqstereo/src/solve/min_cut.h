@@ -53,13 +53,6 @@ typedef struct qs_cut {
     void *context; /* of both */
 } qs_cut;
 
-/* Finds the opposite of each link of a graph whose sites' links are sorted by the other site.
- *
- * sister  out: one a link
- * cursor  workspace: one a site */
-void qs_cut_find_sisters(const uint32_t *start, const qs_link *links, uint32_t sites,
-                         uint32_t *sister, uint32_t *cursor);
-
 /* Empties the queue for the next cut. Nodes, excess and residuals are the caller's to fill: a node
  * free and the rest of it 0. */
 void qs_cut_begin(qs_cut *cut);

@@ -1,17 +1,19 @@
-/* What all solvers do after an iteration: tell the watch, look at the limit. */
+/* What every solver does after an iteration: report, and look at its limit. */
 #ifndef QS_PROGRESS_H
 #define QS_PROGRESS_H
 
 #include "../../include/qstereo/solve.h"
 
-/* Tells the watch, if there is one; false = stop. */
-static inline bool qs_told(const qs_solve_options *options, const qs_solution *s)
+/* Reports to the watch, if there is one. Returns false if the solver is to stop. */
+static inline bool qs_report_progress(const qs_solve_options *options, const qs_solution *s)
 {
     qs_progress progress = {s->energy, s->lower_bound, s->iterations};
     return !options || !options->watch || options->watch(options->context, &progress);
 }
 
-/* Whether the iterations asked for, or the solver's own default (0 = none), are done. */
+/* Returns true if all iterations are done: as many as asked for, or as the solver does by itself.
+ *
+ * standard  the solver's own limit; 0 = none */
 static inline bool qs_limit_reached(const qs_solve_options *options, const qs_solution *s,
                                     uint64_t standard)
 {

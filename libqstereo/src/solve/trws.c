@@ -2,23 +2,33 @@
 
 #include <string.h>
 
+#include "../base/arena.h"
 #include "../base/simd.h"
 #include "../model/neighbours.h"
 #include "progress.h"
 
-enum { DEFAULT_ITERATIONS = 500, FINEST = 14, DECODE_EVERY = 8 };
+enum { DEFAULT_ITERATIONS = 500, FINEST = 14, LABELS_EVERY = 8 };
 
-/* Parts of the workspace: messages behind their padding, scratch, and a labelling. */
-static uint64_t numbers(const qs_model *model)
+/* Hands out the workspace, or counts it. Returns its size.
+ *
+ * trial  out: a labelling */
+static size_t take_parts(qs_trws_state *state, void *workspace, uint16_t **trial)
 {
-    return qs_trws_padding(model) + qs_trws_messages(model) + qs_trws_scratch(model) +
-           (model->sites + (uint64_t)1) / 2;
+    const qs_model *model = state->model;
+    qs_arena arena = {.base = workspace};
+    uint64_t padding = qs_trws_padding(model);
+    int32_t *padded = qs_arena_take(&arena, padding + qs_trws_messages(model), sizeof *padded);
+    state->messages = padded ? padded + padding : NULL;
+    state->scratch = qs_arena_take(&arena, qs_trws_scratch(model), sizeof *state->scratch);
+    *trial = qs_arena_take(&arena, model->sites, sizeof **trial);
+    return qs_arena_size(&arena);
 }
 
 size_t qs_trws_workspace(const qs_model *model)
 {
-    uint64_t count = numbers(model);
-    return count > SIZE_MAX / sizeof(int32_t) ? SIZE_MAX : (size_t)count * sizeof(int32_t);
+    qs_trws_state state = {.model = model};
+    uint16_t *trial;
+    return take_parts(&state, NULL, &trial);
 }
 
 static int64_t pass(const qs_trws_state *state, bool forward)
@@ -27,7 +37,7 @@ static int64_t pass(const qs_trws_state *state, bool forward)
                                    : qs_trws_graph_pass(state, forward);
 }
 
-/* A pass may only raise the bound, which is rounded up: energies are whole. */
+/* Takes over the bound of a pass if it is higher. It is rounded up: energies are whole. */
 static void raise_bound(const qs_trws_state *state, int64_t bound, qs_solution *s)
 {
     unsigned shift = state->scale.shift;
@@ -51,25 +61,28 @@ void qs_trws_visit_only(qs_trws_state *state, const uint32_t *sites, uint32_t co
     size_t labels = model->labels;
     state->visits = sites;
     state->visit_count = count;
-    for (uint32_t p = 0; model->width > 0 && p < model->sites;
-         p++) { /* a graph's passes do not look at such edges */
+    if (model->width == 0) {
+        return; /* a graph's passes do not look at such edges */
+    }
+    for (uint32_t p = 0; p < model->sites; p++) {
         int32_t *right = state->messages + 2 * labels * p, *down = right + labels;
         memset(right, 0, model->right[p] == 0 ? sizeof *right * labels : 0);
         memset(down, 0, model->down[p] == 0 ? sizeof *down * labels : 0);
     }
 }
 
-void qs_trws_excess(const qs_trws_state *state, uint32_t *excess, int64_t *shares)
+void qs_trws_marginals(const qs_trws_state *state, uint32_t *marginals, int64_t *shares)
 {
     if (state->model->width > 0) {
-        qs_trws_grid_excess(state, excess, shares);
+        qs_trws_grid_marginals(state, marginals, shares);
     } else {
-        qs_trws_graph_excess(state, excess, shares);
+        qs_trws_graph_marginals(state, marginals, shares);
     }
     pass(state, false);
 }
 
-/* Whether a cell has the label of all cells beside it: most have, and nothing to take. */
+/* Returns true if a cell has the label of all cells around it. Most have; then there is no other
+ * label to take. */
 static bool is_inside(const qs_model *model, uint32_t site, const uint16_t *labelling)
 {
     uint32_t width = model->width;
@@ -79,24 +92,25 @@ static bool is_inside(const qs_model *model, uint32_t site, const uint16_t *labe
            labelling[site + width] == label;
 }
 
-/* Lets a site take a neighbour's label where that is cheaper; by how much it lowers the energy. */
+/* Lets a site take the label of a neighbour where that is cheaper. Returns by how much the energy
+ * falls. */
 static int64_t take_from_neighbours(const qs_model *model, uint32_t site, uint16_t *labelling)
 {
-    if (qs_local_many(model, site)) {
+    if (qs_has_many_neighbours(model, site)) {
         uint16_t own = labelling[site];
-        int64_t before = qs_local_cost(model, labelling, site, own);
-        labelling[site] = qs_local_best(model, labelling, site);
-        return before - qs_local_cost(model, labelling, site, labelling[site]);
+        int64_t before = qs_label_cost(model, labelling, site, own);
+        labelling[site] = qs_best_label(model, labelling, site);
+        return before - qs_label_cost(model, labelling, site, labelling[site]);
     }
-    qs_beside beside;
+    qs_edge_seen edge;
     int64_t cost = INT64_MAX, gain = 0;
-    for (uint32_t at = 0; qs_local_neighbour(model, site, at, &beside); at++) {
-        uint16_t label = labelling[beside.site];
-        if (beside.weight == 0 || label == labelling[site]) {
+    for (uint32_t at = 0; qs_see_edge(model, site, at, &edge); at++) {
+        uint16_t label = labelling[edge.site];
+        if (edge.weight == 0 || label == labelling[site]) {
             continue;
         }
-        cost = cost == INT64_MAX ? qs_local_cost(model, labelling, site, labelling[site]) : cost;
-        int64_t other = qs_local_cost(model, labelling, site, label);
+        cost = cost == INT64_MAX ? qs_label_cost(model, labelling, site, labelling[site]) : cost;
+        int64_t other = qs_label_cost(model, labelling, site, label);
         if (other < cost) {
             gain += cost - other;
             cost = other;
@@ -106,23 +120,25 @@ static int64_t take_from_neighbours(const qs_model *model, uint32_t site, uint16
     return gain;
 }
 
+/* Goes over the sites until none changes. Returns by how much the energy falls. */
 static int64_t improve(const qs_model *model, uint16_t *labelling)
 {
     int64_t all = 0, gain = 1;
     while (gain > 0) {
         gain = 0;
         for (uint32_t p = 0; p < model->sites; p++) {
-            gain += model->width > 0 && is_inside(model, p, labelling)
-                        ? 0
-                        : take_from_neighbours(model, p, labelling);
+            if (model->width == 0 || !is_inside(model, p, labelling)) {
+                gain += take_from_neighbours(model, p, labelling);
+            }
         }
         all += gain;
     }
     return all;
 }
 
-static void decode(const qs_trws_state *state, bool forward, uint16_t *trial, uint16_t *labelling,
-                   qs_solution *s)
+/* Makes a labelling from the messages. Keeps it if it is the best so far. */
+static void try_labelling(const qs_trws_state *state, bool forward, uint16_t *trial,
+                          uint16_t *labelling, qs_solution *s)
 {
     if (state->model->width > 0) {
         qs_trws_grid_labels(state, forward, trial);
@@ -134,6 +150,33 @@ static void decode(const qs_trws_state *state, bool forward, uint16_t *trial, ui
     if (energy < s->energy) {
         s->energy = energy;
         memcpy(labelling, trial, sizeof *labelling * state->model->sites);
+    }
+}
+
+/* Returns true if a labelling is to be made after this pass: after both passes of the first and the
+ * last iteration; else after every LABELS_EVERY-th, in turn after the one pass and the other. */
+static bool is_due(uint64_t iteration, bool last, bool forward)
+{
+    bool now = iteration % LABELS_EVERY == 0, odd = iteration / LABELS_EVERY % 2 != 0;
+    return last || iteration == 1 || (now && odd == !forward);
+}
+
+static void solve(const qs_trws_state *state, const qs_solve_options *options, uint16_t *trial,
+                  uint16_t *labelling, qs_solution *s)
+{
+    bool go = true;
+    while (go && !s->converged) {
+        s->iterations++;
+        bool last = qs_limit_reached(options, s, DEFAULT_ITERATIONS);
+        for (int way = 0; way < 2; way++) {
+            bool forward = way == 0;
+            raise_bound(state, pass(state, forward), s);
+            if (is_due(s->iterations, last, forward)) {
+                try_labelling(state, !forward, trial, labelling, s);
+            }
+        }
+        s->converged = s->energy == s->lower_bound;
+        go = qs_report_progress(options, s) && !last;
     }
 }
 
@@ -151,34 +194,19 @@ qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options
     if (!model || !workspace || !labelling || !solution) {
         return QS_E_ARGUMENT;
     }
-    if (workspace_size < qs_trws_workspace(model) || qs_trws_workspace(model) == SIZE_MAX) {
+    uint16_t *trial;
+    *state = (qs_trws_state){.model = model, .wide = qs_lanes_avx2()};
+    size_t size = take_parts(state, workspace, &trial);
+    if (workspace_size < size || size == SIZE_MAX) {
         return QS_E_WORKSPACE;
     }
-    *state = (qs_trws_state){.model = model, .wide = qs_lanes_avx2()};
     if (!qs_scale_choose(model, FINEST, &state->scale)) {
         return QS_E_OVERFLOW;
     }
-    memset(workspace, 0, qs_trws_workspace(model));
-    state->messages = (int32_t *)workspace + qs_trws_padding(model);
-    state->scratch = state->messages + qs_trws_messages(model);
-    uint16_t *trial = (uint16_t *)(state->scratch + qs_trws_scratch(model));
+    memset(workspace, 0, size);
     qs_solution s = {.energy = INT64_MAX, .lower_bound = QS_NO_BOUND};
-    bool go = true;
-    while (go && !s.converged) {
-        s.iterations++;
-        bool last = qs_limit_reached(options, &s, DEFAULT_ITERATIONS);
-        bool now = s.iterations % DECODE_EVERY == 0;
-        bool both = last || s.iterations == 1, odd = s.iterations / DECODE_EVERY % 2 != 0;
-        for (int way = 0; way < 2; way++) {
-            raise_bound(state, pass(state, way == 0), &s);
-            if (both || (now && odd == (way != 0))) {
-                decode(state, way != 0, trial, labelling, &s);
-            }
-        }
-        s.converged = s.energy == s.lower_bound;
-        go = qs_told(options, &s) && !last;
-    }
-    s.energy -= qs_local_keep(model, labelling);
+    solve(state, options, trial, labelling, &s);
+    s.energy -= qs_take_kept_everywhere(model, labelling);
     *solution = s;
     return QS_OK;
 }

@@ -1,11 +1,12 @@
-/* TRW-S on grids with Potts costs, eight labels at once. To the bit what trws_grid.c computes. */
+/* TRW-S on grids with Potts costs, eight labels at once. It computes the same as trws_grid.c, to the
+ * bit. */
 #include "trws_visit.h"
 
 #if QS_HAVE_AVX2
 
 enum { AHEAD = 8 };
 
-/* Fetches what a site will need some sites ahead of it. */
+/* Fetches what the site AHEAD sites later will need. */
 QS_WIDE void fetch(const qs_trws_state *state, uint32_t at, uint32_t labels, bool forward)
 {
     uint32_t ahead = forward ? at + AHEAD : at - AHEAD;
@@ -15,8 +16,8 @@ QS_WIDE void fetch(const qs_trws_state *state, uint32_t at, uint32_t labels, boo
     }
 }
 
-/* Of messages that are replaced all labels are read before any is written, so a run of lanes may do
- * some labels again. */
+/* One site. All labels of a message are read before any is written, so that a run of lanes may do
+ * some labels twice. */
 QS_WIDE int64_t site(const qs_trws_state *state, uint32_t at, uint32_t labels, bool forward,
                      qs_loose *row, qs_loose *column)
 {
@@ -49,8 +50,8 @@ QS_WIDE int64_t site(const qs_trws_state *state, uint32_t at, uint32_t labels, b
     return (int64_t)row_least[0] + column_least[0];
 }
 
-/* Two rows at once, the later one a site behind: neither waits for the other, so their chains of
- * dependent sites overlap. */
+/* Two rows at once, the second one a site behind the first. Along a row each site waits for the one
+ * before it; the two rows do not wait for each other. */
 QS_WIDE int64_t two_rows(const qs_trws_state *state, uint32_t labels, bool forward, uint32_t first,
                          uint32_t second, qs_loose *row, qs_loose *column)
 {
@@ -87,7 +88,8 @@ QS_WIDE int64_t pass(const qs_trws_state *state, uint32_t labels, bool forward, 
     return bound;
 }
 
-/* The numbers of labels of the common benchmarks are compiled apart, their costs in registers. */
+/* For the numbers of labels of the common benchmarks there is code of its own, which keeps the costs
+ * in registers. */
 QS_WIDE int64_t any_labels(const qs_trws_state *state, bool forward)
 {
     enum { TSUKUBA = 16, VENUS = 20, RUNS = 3 };

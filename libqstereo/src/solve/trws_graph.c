@@ -1,9 +1,10 @@
-/* TRW-S on lists of neighbours: the chains go through each site from its i-th earlier edge to its
- * i-th later one; where the numbers differ, some begin or end there. */
-#include "trws.h"
+/* TRW-S on general graphs. The chains go through each site from its i-th edge to an earlier site to
+ * its i-th edge to a later one. Where there are more of the one kind, some begin or end there. */
+#include "trws_passes.h"
 
 #include <string.h>
 
+#include "../base/minmax.h"
 #include "../base/simd.h"
 
 /* A site's edges to earlier and later sites, of weight above 0. */
@@ -22,7 +23,7 @@ static int32_t *message_of(const qs_trws_state *state, const qs_link *link)
     return state->messages + (size_t)link->edge * state->model->labels;
 }
 
-/* All that is charged at a site: its unary costs and the messages to it. */
+/* The unary costs of a site and the messages to it. */
 static void add_all(const qs_trws_state *state, uint32_t site, int32_t *total)
 {
     const qs_model *model = state->model;
@@ -38,7 +39,7 @@ static void add_all(const qs_trws_state *state, uint32_t site, int32_t *total)
     }
 }
 
-/* The i-th of n whole parts of each cost; all n make the cost, whatever its sign. */
+/* The i-th of n whole parts of each cost. The n parts add up to the cost, whatever its sign. */
 static void take_part(const int32_t *total, uint32_t labels, uint32_t i, uint32_t n, int32_t *part)
 {
     int32_t parts = (int32_t)n, at = (int32_t)i;
@@ -57,10 +58,10 @@ static int32_t least_part(const int32_t *part, uint32_t labels)
     return least;
 }
 
-/* What a pass forward leaves for the sweep back: of each site what was charged there, of each edge
- * the message that was replaced. */
+/* What a forward pass leaves for the sweep back. */
 typedef struct record {
-    int32_t *total, *replaced;
+    int32_t *total; /* of each site: what was charged there */
+    int32_t *replaced; /* of each edge: the message that was replaced */
 } pass_record;
 
 static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward,
@@ -119,13 +120,15 @@ static uint32_t next_link(const qs_model *model, uint32_t at, uint32_t end)
     return at;
 }
 
-/* One chain at a site, from part `part` of what was charged there: adds what its labels cost above
- * the least, and sends the costs from the site on back along `before`. Of the edge after it,
- * `after`, the record has the costs of what comes later, less the message that was replaced. NULL =
- * no such edge. */
+/* One chain at a site. Adds its min-marginals, less the least, to the marginals; then sends the
+ * costs from the site on back along the edge before it. The record has, for the edge after it, the
+ * costs of what comes later, less the message that was replaced.
+ *
+ * before, after  the chain's edges at the site; NULL = it begins or ends here
+ * part           what the chain was charged here; overwritten */
 static void sweep_chain(const qs_trws_state *state, const pass_record *record,
                         const qs_link *before, const qs_link *after, int32_t *part,
-                        uint32_t *excess)
+                        uint32_t *marginals)
 {
     const qs_model *model = state->model;
     uint32_t labels = model->labels;
@@ -136,7 +139,7 @@ static void sweep_chain(const qs_trws_state *state, const pass_record *record,
     int32_t least = least_part(part, labels);
     for (uint32_t d = 0; d < labels; d++) {
         uint32_t more = (uint32_t)part[d] - (uint32_t)least;
-        excess[d] = more < UINT32_MAX - excess[d] ? excess[d] + more : UINT32_MAX;
+        marginals[d] = more < UINT32_MAX - marginals[d] ? marginals[d] + more : UINT32_MAX;
     }
     if (before) {
         const int32_t *came = message_of(state, before);
@@ -153,8 +156,9 @@ static void sweep_chain(const qs_trws_state *state, const pass_record *record,
     }
 }
 
-/* The chains through a site; `work` are two numbers a label. What was charged there is replaced by
- * the excess. */
+/* All chains through a site. In the record the marginals take the place of what was charged there.
+ *
+ * work  memory for two numbers a label */
 static void sweep_site(const qs_trws_state *state, uint32_t site, const pass_record *record,
                        int32_t *work)
 {
@@ -168,23 +172,23 @@ static void sweep_site(const qs_trws_state *state, uint32_t site, const pass_rec
         after = next_link(model, after + 1, end);
     }
     int32_t *part = work, *total = record->total + (size_t)site * labels;
-    uint32_t *excess = (uint32_t *)work + labels;
-    memset(excess, 0, sizeof *excess * labels);
+    uint32_t *marginals = (uint32_t *)work + labels;
+    memset(marginals, 0, sizeof *marginals * labels);
     for (uint32_t i = 0; i < chains; i++) {
         take_part(total, labels, i, chains, part);
         sweep_chain(state, record, i < lower ? &model->links[before] : NULL,
-                    i < higher ? &model->links[after] : NULL, part, excess);
+                    i < higher ? &model->links[after] : NULL, part, marginals);
         before = next_link(model, before + 1, end);
         after = next_link(model, after + 1, end);
     }
-    memcpy(total, excess, sizeof *excess * labels);
+    memcpy(total, marginals, sizeof *marginals * labels);
 }
 
-void qs_trws_graph_excess(const qs_trws_state *state, uint32_t *excess, int64_t *shares)
+void qs_trws_graph_marginals(const qs_trws_state *state, uint32_t *marginals, int64_t *shares)
 {
     const qs_model *model = state->model;
-    pass_record record = {(int32_t *)excess,
-                          (int32_t *)excess + (size_t)model->sites * model->labels};
+    pass_record record = {(int32_t *)marginals,
+                          (int32_t *)marginals + (size_t)model->sites * model->labels};
     int32_t *work = record.replaced + (size_t)model->edges * model->labels;
     for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
         uint32_t p = qs_trws_site(state, at, true);
@@ -195,7 +199,8 @@ void qs_trws_graph_excess(const qs_trws_state *state, uint32_t *excess, int64_t 
     }
 }
 
-/* A site's costs beside the labels of its earlier neighbours and the messages of the later ones. */
+/* What each label of a site costs, given the labels of its earlier neighbours and the messages from
+ * the later ones. */
 static void add_around(const qs_trws_state *state, uint32_t site, bool forward,
                        const uint16_t *labelling, int32_t *costs)
 {
@@ -223,11 +228,8 @@ void qs_trws_graph_labels(const qs_trws_state *state, bool forward, uint16_t *la
     const qs_model *model = state->model;
     int32_t *costs = state->scratch;
     for (uint32_t at = 0; at < model->sites; at++) {
-        uint32_t p = forward ? at : model->sites - 1 - at, best = 0;
+        uint32_t p = forward ? at : model->sites - 1 - at;
         add_around(state, p, forward, labelling, costs);
-        for (uint32_t d = 1; d < model->labels; d++) {
-            best = costs[d] < costs[best] ? d : best;
-        }
-        labelling[p] = (uint16_t)best;
+        labelling[p] = (uint16_t)qs_first_least(costs, model->labels);
     }
 }

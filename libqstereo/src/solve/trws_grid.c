@@ -1,4 +1,4 @@
-#include "trws.h"
+#include "trws_passes.h"
 
 #include "label_from_messages.h"
 #include "trws_visit.h"
@@ -69,10 +69,11 @@ int64_t qs_trws_grid_pass(const qs_trws_state *state, bool forward)
     return forward ? potts_pass(state, true) : potts_pass(state, false);
 }
 
-size_t qs_trws_scratch(const qs_model *model)
+/* Two rows of costs, rounded up to whole runs of lanes, and what a message needs. */
+uint64_t qs_trws_scratch(const qs_model *model)
 {
     enum { RUN = 8 };
-    return 2 * ((size_t)model->labels + RUN) + qs_message_scratch(model);
+    return 2 * ((uint64_t)model->labels + RUN) + qs_message_scratch(model);
 }
 
 void qs_trws_grid_labels(const qs_trws_state *state, bool forward, uint16_t *labelling)
@@ -81,7 +82,7 @@ void qs_trws_grid_labels(const qs_trws_state *state, bool forward, uint16_t *lab
     const int32_t *row = forward ? state->messages : state->messages - site;
     const int32_t *column =
         (forward ? state->messages : state->messages - site * state->model->width) + labels;
-    qs_decoder decoder = {state->model, state->scale, state->wide, forward,
-                          row,          column,       site,        state->scratch};
-    qs_decode_grid(&decoder, labelling);
+    qs_message_reader reader = {state->model, state->scale, state->wide, forward,
+                                row,          column,       site,        state->scratch};
+    qs_label_grid(&reader, labelling);
 }

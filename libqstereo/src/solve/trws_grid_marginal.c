@@ -1,36 +1,39 @@
-/* The excess of labels on grids: of the row and of the column through each site. Plain C on the
- * same costs as trws_grid.c; it leaves the same messages, to the bit. */
+/* The marginals of labels on grids: of the row and of the column through each site. In plain C, on
+ * the same costs as trws_grid.c; it leaves the same messages, to the bit. */
 #include "trws.h"
 
 #include <string.h>
 
 #include "trws_visit.h"
 
-/* Parts of the workspace: the chains' costs of each label as far as the pass has come, the row's
- * where the excess will be; of the sweep back, the costs of what comes later on the row and on each
- * column; and costs to send. */
 typedef struct sweep {
     const qs_trws_state *state;
-    int32_t *row, *column, *row_later, *column_later, *costs;
     uint32_t labels;
+    /* Of each label of each site: the costs of its row up to the site, and those of its column. In
+     * `row` the marginals will be. */
+    int32_t *row, *column;
+    /* Of the sweep back: the costs of what comes later, on the row and on each column. */
+    int32_t *row_later, *column_later;
+    int32_t *costs; /* to be sent */
 } sweep;
 
-static uint64_t of_labels(const qs_model *model)
+/* Rows of `labels` numbers: of this file, and of trws_graph.c. */
+static uint64_t row_count(const qs_model *model)
 {
     return model->width > 0 ? 2 * (uint64_t)model->sites + model->width + 2
                             : (uint64_t)model->sites + model->edges + 2;
 }
 
-uint64_t qs_trws_excess_numbers(const qs_model *model)
+uint64_t qs_trws_marginal_numbers(const qs_model *model)
 {
-    return of_labels(model) * model->labels;
+    return row_count(model) * model->labels;
 }
 
-static sweep lay_out(const qs_trws_state *state, uint32_t *excess)
+static sweep lay_out(const qs_trws_state *state, uint32_t *marginals)
 {
     const qs_model *model = state->model;
     size_t labels = model->labels, all = model->sites * labels;
-    sweep s = {.state = state, .row = (int32_t *)excess, .labels = model->labels};
+    sweep s = {.state = state, .row = (int32_t *)marginals, .labels = model->labels};
     s.column = s.row + all;
     s.row_later = s.column + all;
     s.column_later = s.row_later + labels;
@@ -59,9 +62,13 @@ static void forward(const sweep *s, int64_t *shares)
     }
 }
 
-/* One chain at a site: min-marginals from the costs up to it and those of what comes later, less
- * their least; and the costs from it on, less the message that came along the chain, sent back to
- * the site before. */
+/* One chain at a site. Its costs up to the site and those of what comes later make the
+ * min-marginals. The costs from the site on go back to the site before it.
+ *
+ * costs   the costs up to the site; out: the min-marginals, less their least
+ * later   the costs of what comes later; out: the same for the site before
+ * came    the message that came along the chain: it has the costs before the site
+ * weight  of the edge to the site before, scaled */
 static void sweep_chain(const sweep *s, int32_t *costs, int32_t *later, const int32_t *came,
                         int32_t weight)
 {
@@ -90,16 +97,16 @@ static void back(const sweep *s)
         sweep_chain(s, row, s->row_later, v.row_out, v.row_weight);
         sweep_chain(s, column, s->column_later + (size_t)(p % model->width) * labels, v.column_out,
                     v.column_weight);
-        uint32_t *excess = (uint32_t *)row;
+        uint32_t *marginals = (uint32_t *)row;
         for (uint32_t d = 0; d < labels; d++) {
-            excess[d] += (uint32_t)column[d];
+            marginals[d] += (uint32_t)column[d];
         }
     }
 }
 
-void qs_trws_grid_excess(const qs_trws_state *state, uint32_t *excess, int64_t *shares)
+void qs_trws_grid_marginals(const qs_trws_state *state, uint32_t *marginals, int64_t *shares)
 {
-    sweep s = lay_out(state, excess);
+    sweep s = lay_out(state, marginals);
     forward(&s, shares);
     back(&s);
 }

@@ -1,22 +1,21 @@
-/* A site of a grid as a pass of TRW-S comes to it. */
+/* What a pass of TRW-S reads and writes at a site of a grid. */
 #ifndef QS_TRWS_VISIT_H
 #define QS_TRWS_VISIT_H
 
 #include "../base/simd.h"
-#include "trws.h"
+#include "trws_passes.h"
 
-/* A site in a pass: the messages that it takes and those that it replaces, along the row and along
- * the column. */
+/* A site in a pass: the messages that it takes in and those that it replaces, along the row and
+ * along the column. */
 typedef struct qs_visit {
     const int32_t *unary, *row_in, *column_in;
     int32_t *row_out, *column_out;
     int32_t row_weight, column_weight; /* of the edges to later sites, scaled */
-    int32_t
-        row_share; /* all bits: the row's chain goes on with a part; 0: the column's takes all */
-    unsigned halves; /* 1: two chains go through, each has a half */
+    int32_t row_share; /* all bits 1: the row's chain takes a part; 0: the column's takes all */
+    unsigned halves; /* 1: both chains go on, and each takes a half; 0: one takes all */
 } qs_visit;
 
-/* Weight of an edge whose cell may lie before the first. */
+/* The weight of the edge from the cell `back` cells before; 0 where that lies before the first. */
 static inline int32_t qs_weight_before(const int32_t *weights, uint32_t site, uint32_t back)
 {
     return site >= back ? weights[site - back] : 0;
@@ -45,7 +44,7 @@ QS_KERNEL qs_visit qs_visit_of(const qs_trws_state *state, uint32_t site, uint32
     return v;
 }
 
-/* What each label costs on the two chains onward. */
+/* What each label costs on the two chains, as they go on from here. */
 QS_KERNEL void qs_visit_charge(const qs_visit *v, qs_scale scale, uint32_t labels, int32_t *row,
                                int32_t *column)
 {
