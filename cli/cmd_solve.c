@@ -31,7 +31,9 @@ static const command_line line = {
              "trws and moves together) also\n"
              "give a lower bound of every energy, which is exact: where it meets the energy, that "
              "is proven optimal. swap and\n"
-             "expansion do not take every pairwise cost. Ctrl-C ends the command without a file.\n",
+             "expansion do not take every pairwise cost; cut takes those that minimum cuts solve "
+             "to the optimum.\n"
+             "Ctrl-C ends the command without a file.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],
     .examples = "  qstereo solve p.qcf -o s.qsf\n"

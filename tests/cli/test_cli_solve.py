@@ -198,7 +198,7 @@ def test_memory_limit(folder, large):
 
 @pytest.mark.parametrize("options, words", [
     (["--solver", "expantion"], "--solver expantion is not known: did you mean expansion? The known ones: "
-                                "icm anneal swap expansion bp trws best"),
+                                "icm anneal swap expansion bp trws cut best"),
     (["--solver", "qpu"], "--solver qpu is not known. The known ones: icm anneal"),
     (["--time-limit", "0"], "--time-limit 0: not a number of seconds above 0"), (["--time-limit", "-1"], "above 0"),
     (["--time-limit", "inf"], "above 0"), (["--time-limit", "1s"], "above 0"),
@@ -216,6 +216,26 @@ def test_a_pairwise_cost_that_expansion_does_not_take(folder):
     done = run("solve", GOLDEN / "good-quadratic.qcf", "-o", folder / "s.qsf", "--solver", "expansion")
     assert (done.status, done.out) == (3, b"")
     assert "expansion cannot be used with this pairwise cost (quadratic); use trws, bp or best" in done.err
+    assert not list(folder.iterdir())
+
+
+def test_cut_proves_what_cuts_solve(tmp_path):
+    """Linear and quadratic costs without truncation, any unary costs; potts with two labels."""
+    for seed, (smoothness, labels) in enumerate([("linear", 3), ("linear", 5), ("quadratic", 3), ("potts", 2)]):
+        left, right, left_path, right_path = random_pair(tmp_path, labels + 1, 2, seed)
+        problem = tmp_path / f"{seed}.qcf"
+        done = run("encode", left_path, right_path, "-o", problem, "--disparity", f"0:{labels - 1}", "--lambda", "12", "--smoothness", smoothness)
+        assert done.status == 0, done.err
+        apart = {"linear": np.abs, "quadratic": np.square, "potts": lambda t: (t != 0) * 1}[smoothness]
+        facts = solve(problem, tmp_path / "s.qsf", "--solver", "cut")
+        assert facts["energy"] == facts["lower_bound"] == best_of_all(left, right, labels, 12, apart)
+        assert facts["proven_optimal"] and facts["converged"]
+
+
+def test_cut_refuses_other_costs(folder, solved):
+    done = run("solve", solved.problem, "-o", folder / "s.qsf", "--solver", "cut")
+    assert (done.status, done.out) == (3, b"")
+    assert "cut cannot be used with this pairwise cost (potts); use trws, bp or best" in done.err
     assert not list(folder.iterdir())
 
 

@@ -417,13 +417,38 @@ static void both_agree(void **unused)
     }
 }
 
+/* Costs on a line, of which labels are left as said: a gap is no part of a convex set. */
+static void sets_with_gaps_are_not_convex(void **unused)
+{
+    (void)unused;
+    static const int32_t unary[4] = {3, 2, 1, 0};
+    static const struct {
+        uint8_t kept[4];
+        bool convex;
+    } cases[] = {
+        {{1, 1, 1, 1}, true},  {{0, 1, 1, 0}, true},  {{1, 0, 1, 1}, false},
+        {{1, 0, 0, 1}, false}, {{0, 1, 0, 1}, false}, {{0, 0, 1, 0}, true},
+    };
+    qs_model model = {.sites = 1, .labels = 4, .unary = unary};
+    assert_true(qs_unary_is_convex(&model));
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        model.kept = cases[i].kept;
+        assert_int_equal(qs_unary_is_convex(&model), cases[i].convex);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(any_unary_costs),     cmocka_unit_test(convex_unary_costs),
-        cmocka_unit_test(labels_left),         cmocka_unit_test(stopped_by_a_watch),
-        cmocka_unit_test(limit_of_iterations), cmocka_unit_test(refusals),
-        cmocka_unit_test(overflows),           cmocka_unit_test(both_agree),
+        cmocka_unit_test(any_unary_costs),
+        cmocka_unit_test(convex_unary_costs),
+        cmocka_unit_test(labels_left),
+        cmocka_unit_test(stopped_by_a_watch),
+        cmocka_unit_test(limit_of_iterations),
+        cmocka_unit_test(refusals),
+        cmocka_unit_test(overflows),
+        cmocka_unit_test(both_agree),
+        cmocka_unit_test(sets_with_gaps_are_not_convex),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
