@@ -6,6 +6,7 @@
 #include "../base/minmax.h"
 #include "../model/neighbours.h"
 #include "cut.h"
+#include "fusion.h"
 #include "progress.h"
 
 enum { ITERATIONS = 2000, FIRST_MOVES = 8 };
@@ -48,8 +49,7 @@ static bool watch_moves(void *context, const qs_progress *progress)
     return !s->stopped;
 }
 
-/* Improves a labelling by expansion; where the pairwise cost is no metric, by icm, which takes any.
- */
+/* Improves a labelling by expansion. Where the pairwise cost is no metric, by fusion moves; where the costs are too large for any cut, by icm. */
 static qs_status improve(supervisor *s, uint16_t *labelling)
 {
     qs_solve_options options = {.watch = watch_moves, .context = s};
@@ -60,6 +60,9 @@ static qs_status improve(supervisor *s, uint16_t *labelling)
     }
     if (status == QS_E_ENCODING || status == QS_E_OVERFLOW) {
         s->no_metric = true;
+        status = qs_fusion_moves(s->model, &options, s->moves, s->moves_size, labelling, &moved);
+    }
+    if (status == QS_E_OVERFLOW) {
         status = qs_icm(s->model, &options, NULL, 0, labelling, &moved);
     }
     if (status == QS_OK) {
@@ -105,6 +108,8 @@ static size_t take_parts(supervisor *s, void *workspace)
 {
     qs_arena arena = {.base = workspace};
     s->moves_size = qs_expansion_workspace(s->model);
+    size_t fusion = qs_fusion_moves_workspace(s->model);
+    s->moves_size = fusion > s->moves_size ? fusion : s->moves_size;
     s->messages_size = qs_trws_workspace(s->model);
     s->found = qs_arena_take(&arena, s->model->sites, sizeof *s->found);
     s->moved = qs_arena_take(&arena, s->model->sites, sizeof *s->moved);

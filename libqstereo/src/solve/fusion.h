@@ -1,0 +1,45 @@
+/* Fusion moves (Lempitsky, Rother, Roth and Blake 2010): each site keeps its label or takes that of
+ * a proposal, and the choice is a minimum cut. For every pairwise cost, and no move raises F.
+ *
+ * An edge costs E(keep, keep), E(keep, take) and so on. Where
+ *
+ *     E(keep, keep) + E(take, take) <= E(keep, take) + E(take, keep)
+ *
+ * it is a part of a cut. Else E(keep, keep) counts as less, so much that both sides are equal
+ * (Rother, Kumar, Kolmogorov and Blake 2005). What the cut minimises is then never above F, and as
+ * far below it as can be where all keep their labels. So its minimum y has F(y) <= F(all keep): what
+ * y may cost more than the cut says, all keep do cost more. */
+#ifndef QS_FUSION_H
+#define QS_FUSION_H
+
+#include "../../include/qstereo/solve.h"
+
+#include "mover.h"
+
+typedef struct qs_fusion {
+    qs_mover m; /* its energy is that of the present labelling */
+    uint16_t *proposal; /* the caller fills it in before each move; it is changed by the move */
+    const qs_solve_options *options;
+    qs_solution *solution; /* what the watch is told during a cut */
+} qs_fusion;
+
+/* Takes memory. m.model is set. */
+void qs_fusion_take(qs_fusion *fusion, qs_arena *arena);
+
+/* Begins, with m.x and the last two fields set. Returns false if the costs are too large. */
+bool qs_fusion_start(qs_fusion *fusion);
+
+/* The best choice. Labels that are not left to their site are not taken.
+ *
+ * gain  out: by how much F falls, 0 = the labelling stays
+ * Returns false where the watch stopped it; then the labelling stays. */
+bool qs_fuse(qs_fusion *fusion, int64_t *gain);
+
+/* Moves until none of them gains: jumps of all labels up or down by 1, 2, 3, 4, 6, 8 and 12, and,
+ * where there are at most 32 labels, to each label. As a qs_solver; an iteration is a cycle of all
+ * of them. */
+qs_status qs_fusion_moves(const qs_model *model, const qs_solve_options *options, void *workspace,
+                          size_t workspace_size, uint16_t *labelling, qs_solution *solution);
+size_t qs_fusion_moves_workspace(const qs_model *model);
+
+#endif
