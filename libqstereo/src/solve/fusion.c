@@ -124,34 +124,21 @@ static void load_move(qs_fusion *f)
     }
 }
 
-/* The sites in the tree take their proposals, which become what they had. */
-static void exchange(qs_fusion *f)
-{
-    for (uint32_t p = 0; p < f->m.model->sites; p++) {
-        if (qs_cut_in_tree(&f->m.cut.node[p])) {
-            uint16_t label = f->m.x[p];
-            f->m.x[p] = f->proposal[p];
-            f->proposal[p] = label;
-        }
-    }
-}
-
-/* What the excess that is left says is gained may be less in F. */
+/* The sites in the tree take their proposals, if there is excess left: by that much, or more, F
+ * falls. */
 static int64_t take_move(qs_fusion *f)
 {
     bool any = false;
-    for (uint32_t p = 0; p < f->m.model->sites && !any; p++) {
-        any = f->m.cut.excess[p] > 0;
+    for (uint32_t p = 0; p < f->m.model->sites; p++) {
+        any = any || f->m.cut.excess[p] > 0;
     }
     if (!any) {
         return 0;
     }
-    exchange(f);
-    int64_t gain = f->m.energy - qs_model_energy(f->m.model, f->m.x);
-    if (gain <= 0) {
-        exchange(f);
-        return 0;
+    for (uint32_t p = 0; p < f->m.model->sites; p++) {
+        f->m.x[p] = qs_cut_in_tree(&f->m.cut.node[p]) ? f->proposal[p] : f->m.x[p];
     }
+    int64_t gain = f->m.energy - qs_model_energy(f->m.model, f->m.x);
     f->m.energy -= gain;
     return gain;
 }

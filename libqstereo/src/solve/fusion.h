@@ -6,9 +6,10 @@
  *     E(keep, keep) + E(take, take) <= E(keep, take) + E(take, keep)
  *
  * it is a part of a cut. Else E(keep, keep) counts as less, so much that both sides are equal
- * (Rother, Kumar, Kolmogorov and Blake 2005). What the cut minimises is then never above F, and as
- * far below it as can be where all keep their labels. So its minimum y has F(y) <= F(all keep): what
- * y may cost more than the cut says, all keep do cost more. */
+ * (Rother, Kumar, Kolmogorov and Blake 2005). So the cut has F(y) for a choice y less d(y), and d is
+ * largest where all keep their labels. If the cut finds y below `all keep` by g, then F(y) <= F(all
+ * keep) - g: F falls by g, or more.
+ */
 #ifndef QS_FUSION_H
 #define QS_FUSION_H
 
@@ -18,7 +19,7 @@
 
 typedef struct qs_fusion {
     qs_mover m; /* its energy is that of the present labelling */
-    uint16_t *proposal; /* the caller fills it in before each move; it is changed by the move */
+    uint16_t *proposal; /* the caller fills it in before each move */
     const qs_solve_options *options;
     qs_solution *solution; /* what the watch is told during a cut */
 } qs_fusion;
