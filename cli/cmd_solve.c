@@ -30,9 +30,8 @@ static const command_line line = {
              "from labelling to labelling, bp and trws pass messages; trws and best (expansion, "
              "trws and moves together) also\n"
              "give a lower bound of every energy, which is exact: where it meets the energy, that "
-             "is proven optimal. swap and\n"
-             "expansion do not take every pairwise cost; cut takes those that minimum cuts solve "
-             "to the optimum.\n"
+             "is proven optimal. cut takes\n"
+             "only the pairwise costs that minimum cuts solve to the optimum.\n"
              "Ctrl-C ends the command without a file.\n",
     .options = options,
     .option_count = sizeof options / sizeof options[0],

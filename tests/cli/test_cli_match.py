@@ -133,9 +133,9 @@ def test_memory_limit(folder, tmp_path):
     assert not list(folder.iterdir())
 
 
-def test_a_pairwise_cost_that_expansion_does_not_take(folder, pair):
-    done = run("match", *pair.paths, "-o", folder / "m.pgm", "--disparity", "0:3", "--smoothness", "quadratic", "--solver", "expansion")
-    assert (done.status, "expansion cannot be used with this pairwise cost (quadratic)" in done.err) == (3, True)
+def test_a_pairwise_cost_that_cut_does_not_take(folder, pair):
+    done = run("match", *pair.paths, "-o", folder / "m.pgm", "--disparity", "0:3", "--solver", "cut")
+    assert (done.status, "cut cannot be used with this pairwise cost (potts)" in done.err) == (3, True)
     assert not list(folder.iterdir())
 
 

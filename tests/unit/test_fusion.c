@@ -192,7 +192,8 @@ static void moves_end(void **unused)
         make(&state, round % 2 == 0);
         random_labels(&state, x);
         int64_t before = qs_model_energy(&model, x), gain;
-        assert_int_equal(qs_fusion_moves(&model, NULL, memory, sizeof memory, x, &s), QS_OK);
+        assert_int_equal(
+            qs_fusion_moves(QS_FUSION_JUMPS, &model, NULL, memory, sizeof memory, x, &s), QS_OK);
         assert_true(s.converged && s.lower_bound == QS_NO_BOUND && s.iterations > 0);
         assert_true(s.energy <= before);
         assert_int_equal(s.energy, qs_model_energy(&model, x));
@@ -217,13 +218,15 @@ static void refusals(void **unused)
     qs_solution s;
     make(&state, true);
     size_t size = qs_fusion_moves_workspace(&model);
-    assert_int_equal(qs_fusion_moves(&model, NULL, memory, size - 1, x, &s), QS_E_WORKSPACE);
-    assert_int_equal(qs_fusion_moves(&model, NULL, memory, size, x, &s), QS_OK);
+    assert_int_equal(qs_fusion_moves(QS_FUSION_JUMPS, &model, NULL, memory, size - 1, x, &s),
+                     QS_E_WORKSPACE);
+    assert_int_equal(qs_fusion_moves(QS_FUSION_JUMPS, &model, NULL, memory, size, x, &s), QS_OK);
     static int32_t costs[TINY_SITES * TINY_LABELS];
     memcpy(costs, model.unary, sizeof *costs * model.sites * model.labels);
     costs[0] = INT32_MAX;
     model.unary = costs;
-    assert_int_equal(qs_fusion_moves(&model, NULL, memory, sizeof memory, x, &s), QS_E_OVERFLOW);
+    assert_int_equal(qs_fusion_moves(QS_FUSION_JUMPS, &model, NULL, memory, sizeof memory, x, &s),
+                     QS_E_OVERFLOW);
 }
 
 int main(void)

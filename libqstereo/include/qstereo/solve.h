@@ -78,16 +78,18 @@ QS_MUST_CHECK qs_status qs_anneal(const qs_model *, const qs_solve_options *,
 size_t qs_anneal_workspace(const qs_model *model);
 
 /* Alpha-expansion (Boykov, Veksler and Zabih 2001): the best move to each label
- * in turn by a minimum cut, until a cycle changes nothing. For metric pairwise
- * costs, else QS_E_ENCODING. An iteration is a cycle over the labels; default:
+ * in turn by a minimum cut, until a cycle changes nothing. Where the pairwise
+ * cost is no metric, terms of the moves are cut down as far as a cut needs
+ * (Rother, Kumar, Kolmogorov and Blake 2005): a move is then not always the
+ * best one, but never a rise. An iteration is a cycle over the labels; default:
  * no limit. */
 QS_MUST_CHECK qs_status qs_expansion(const qs_model *, const qs_solve_options *,
                                      void *, size_t, uint16_t *, qs_solution *);
 size_t qs_expansion_workspace(const qs_model *model);
 
-/* Alpha-beta-swap (the same): for semi-metric pairwise costs (V(a, b) = V(b,
- * a), V(a, a) = 0), else QS_E_ENCODING. An iteration is a cycle over the pairs
- * of labels; default: no limit. */
+/* Alpha-beta-swap (the same). Terms are cut down where the pairwise cost is no
+ * semi-metric (V(a, b) = V(b, a), V(a, a) = 0). An iteration is a cycle over
+ * the pairs of labels; default: no limit. */
 QS_MUST_CHECK qs_status qs_swap(const qs_model *, const qs_solve_options *,
                                 void *, size_t, uint16_t *, qs_solution *);
 size_t qs_swap_workspace(const qs_model *model);
@@ -141,8 +143,8 @@ QS_MUST_CHECK qs_status qs_min_cut(const qs_model *, const qs_solve_options *,
 size_t qs_min_cut_workspace(const qs_model *model);
 
 /* The best of these together: TRW-S, whose labelling is improved by expansion
- * after 8 iterations, 16, 32 and so on (by icm where the pairwise cost is no
- * metric), until the bound proves the best labelling or it is stopped. TRW-S
+ * after 8 iterations, 16, 32 and so on (where the pairwise cost is no metric, by
+ * jumps of the labels and moves to each), until the bound proves the best labelling or it is stopped. TRW-S
  * comes first because in any given time it gets lower than expansion from the
  * winner's labelling. What a cut decides quickly is left to qs_min_cut: two
  * labels, convex costs, and linear costs on a grid. An iteration is one of TRW-S; default 2000. Works for

@@ -4,6 +4,7 @@
 
 #include "../base/arena.h"
 #include "../base/minmax.h"
+#include "../model/metric.h"
 #include "../model/neighbours.h"
 #include "cut.h"
 #include "fusion.h"
@@ -25,7 +26,7 @@ typedef struct supervisor {
     uint16_t *moved; /* that one, improved by moves */
     int64_t moved_energy; /* of the labelling that moves began with last */
     uint64_t next_moves; /* the iteration that they are due at */
-    bool no_metric; /* expansion has refused the pairwise cost */
+    bool metric; /* the pairwise cost is one */
     bool stopped; /* by the caller's watch */
     qs_solution solution;
 } supervisor;
@@ -54,14 +55,10 @@ static qs_status improve(supervisor *s, uint16_t *labelling)
 {
     qs_solve_options options = {.watch = watch_moves, .context = s};
     qs_solution moved;
-    qs_status status = QS_E_ENCODING;
-    if (!s->no_metric) {
-        status = qs_expansion(s->model, &options, s->moves, s->moves_size, labelling, &moved);
-    }
-    if (status == QS_E_ENCODING || status == QS_E_OVERFLOW) {
-        s->no_metric = true;
-        status = qs_fusion_moves(s->model, &options, s->moves, s->moves_size, labelling, &moved);
-    }
+    qs_status status =
+        s->metric ? qs_expansion(s->model, &options, s->moves, s->moves_size, labelling, &moved)
+                  : qs_fusion_moves(QS_FUSION_JUMPS, s->model, &options, s->moves, s->moves_size,
+                                    labelling, &moved);
     if (status == QS_E_OVERFLOW) {
         status = qs_icm(s->model, &options, NULL, 0, labelling, &moved);
     }
@@ -184,6 +181,7 @@ qs_status qs_best_with(const qs_model *model, const qs_solve_options *options,
                     .options = options,
                     .guest = guest,
                     .best = labelling,
+                    .metric = qs_is_metric(model),
                     .next_moves = FIRST_MOVES};
     size_t size = take_parts(&s, workspace);
     if (workspace_size < size || size == SIZE_MAX) {

@@ -9,17 +9,6 @@ size_t qs_descent_workspace(const qs_model *model)
     return qs_fusion_moves_workspace(model);
 }
 
-/* The best move by the step. Sites that it would take beyond the labels left stay. */
-static bool move(qs_fusion *f, int32_t step, int64_t *gain)
-{
-    int32_t labels = (int32_t)f->m.model->labels;
-    for (uint32_t p = 0; p < f->m.model->sites; p++) {
-        int32_t to = f->m.x[p] + step;
-        f->proposal[p] = to >= 0 && to < labels ? (uint16_t)to : f->m.x[p];
-    }
-    return qs_fuse(f, gain);
-}
-
 /* Steps up and down in turn, until both have failed: the labelling is optimal for steps of 1. */
 static bool descend(qs_fusion *f, int32_t step)
 {
@@ -27,7 +16,8 @@ static bool descend(qs_fusion *f, int32_t step)
     int failed = 0;
     for (int32_t way = 1; failed < 2; way = -way) {
         int64_t gain;
-        if (!move(f, way * step, &gain)) {
+        qs_propose_jump(f, way * step);
+        if (!qs_fuse(f, &gain)) {
             return false;
         }
         failed = gain > 0 ? 0 : failed + 1;

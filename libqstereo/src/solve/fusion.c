@@ -161,37 +161,74 @@ bool qs_fuse(qs_fusion *fusion, int64_t *gain)
     return true;
 }
 
-static const int32_t jumps[] = {1, -1, 2, -2, 3, -3, 4, -4, 6, -6, 8, -8, 12, -12};
+enum { FEW_LABELS = 32 };
 
-enum { JUMPS = sizeof jumps / sizeof *jumps, FEW_LABELS = 32 };
+static const int32_t jumps[QS_JUMPS] = {1, -1, 2, -2, 3, -3, 4, -4, 6, -6, 8, -8, 12, -12};
 
-/* The number of moves of a cycle. */
-static uint32_t count_moves(const qs_model *model)
+void qs_propose_jump(qs_fusion *fusion, int32_t step)
 {
-    return JUMPS + (model->labels <= FEW_LABELS ? model->labels : 0);
-}
-
-/* Move `at` of a cycle. A jump beyond the labels leaves a site as it is. */
-static void propose(qs_fusion *f, uint32_t at)
-{
-    int32_t labels = (int32_t)f->m.model->labels;
-    for (uint32_t p = 0; p < f->m.model->sites; p++) {
-        int32_t to = at < JUMPS ? f->m.x[p] + jumps[at] : (int32_t)(at - JUMPS);
-        f->proposal[p] = to >= 0 && to < labels ? (uint16_t)to : f->m.x[p];
+    int32_t labels = (int32_t)fusion->m.model->labels;
+    for (uint32_t p = 0; p < fusion->m.model->sites; p++) {
+        int32_t to = fusion->m.x[p] + step;
+        fusion->proposal[p] = to >= 0 && to < labels ? (uint16_t)to : fusion->m.x[p];
     }
 }
 
-static void cycle(qs_fusion *f)
+static void propose_label(qs_fusion *f, uint32_t label)
 {
-    uint32_t moves = count_moves(f->m.model), failed = 0;
+    for (uint32_t p = 0; p < f->m.model->sites; p++) {
+        f->proposal[p] = (uint16_t)label;
+    }
+}
+
+/* The sites of two labels take each the other one. */
+static void propose_swap(qs_fusion *f, uint32_t pair)
+{
+    uint32_t a = 1; /* pairs in the order (0, 1), (0, 2), (1, 2), (0, 3) ... */
+    while (pair >= a) {
+        pair -= a++;
+    }
+    for (uint32_t p = 0; p < f->m.model->sites; p++) {
+        uint16_t x = f->m.x[p];
+        f->proposal[p] = x == a ? (uint16_t)pair : x == pair ? (uint16_t)a : x;
+    }
+}
+
+/* The number of moves of a cycle. */
+static uint32_t count_moves(const qs_model *model, qs_fusion_kind kind)
+{
+    uint32_t labels = model->labels;
+    switch (kind) {
+    case QS_FUSION_EXPANSION: return labels;
+    case QS_FUSION_SWAP: return labels * (labels - 1) / 2;
+    case QS_FUSION_JUMPS: break;
+    }
+    return QS_JUMPS + (labels <= FEW_LABELS ? labels : 0);
+}
+
+static void propose(qs_fusion *f, qs_fusion_kind kind, uint32_t at)
+{
+    if (kind == QS_FUSION_SWAP) {
+        propose_swap(f, at);
+    } else if (kind == QS_FUSION_EXPANSION || at >= QS_JUMPS) {
+        propose_label(f, kind == QS_FUSION_EXPANSION ? at : at - QS_JUMPS);
+    } else {
+        qs_propose_jump(f, jumps[at]);
+    }
+}
+
+/* Cycles until as many moves as there are have failed. */
+static void cycle(qs_fusion *f, qs_fusion_kind kind)
+{
+    uint32_t moves = count_moves(f->m.model, kind), failed = 0;
     bool go = true;
     while (go && failed < moves) {
         f->solution->iterations++;
         for (uint32_t at = 0; go && at < moves && failed < moves; at++) {
             int64_t gain;
-            propose(f, at);
+            propose(f, kind, at);
             go = qs_fuse(f, &gain);
-            failed = gain > 0 ? 0 : failed + 1;
+            failed = gain > 0 ? 0 : failed + go;
             f->solution->energy = f->m.energy;
             go = go && qs_report_progress(f->options, f->solution);
         }
@@ -208,8 +245,9 @@ size_t qs_fusion_moves_workspace(const qs_model *model)
     return qs_arena_size(&arena);
 }
 
-qs_status qs_fusion_moves(const qs_model *model, const qs_solve_options *options, void *workspace,
-                          size_t workspace_size, uint16_t *labelling, qs_solution *solution)
+qs_status qs_fusion_moves(qs_fusion_kind kind, const qs_model *model,
+                          const qs_solve_options *options, void *workspace, size_t workspace_size,
+                          uint16_t *labelling, qs_solution *solution)
 {
     if (workspace_size < qs_fusion_moves_workspace(model)) {
         return QS_E_WORKSPACE;
@@ -223,6 +261,6 @@ qs_status qs_fusion_moves(const qs_model *model, const qs_solve_options *options
         return QS_E_OVERFLOW;
     }
     *solution = (qs_solution){.energy = fusion.m.energy, .lower_bound = QS_NO_BOUND};
-    cycle(&fusion);
+    cycle(&fusion, kind);
     return QS_OK;
 }

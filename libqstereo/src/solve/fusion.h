@@ -36,11 +36,23 @@ bool qs_fusion_start(qs_fusion *fusion);
  * Returns false where the watch stopped it; then the labelling stays. */
 bool qs_fuse(qs_fusion *fusion, int64_t *gain);
 
-/* Moves until none of them gains: jumps of all labels up or down by 1, 2, 3, 4, 6, 8 and 12, and,
- * where there are at most 32 labels, to each label. As a qs_solver; an iteration is a cycle of all
- * of them. */
-qs_status qs_fusion_moves(const qs_model *model, const qs_solve_options *options, void *workspace,
-                          size_t workspace_size, uint16_t *labelling, qs_solution *solution);
+/* Makes the proposal that all sites jump by a step; those that it would take beyond the labels stay. */
+void qs_propose_jump(qs_fusion *fusion, int32_t step);
+
+enum { QS_JUMPS = 14 };
+
+typedef enum qs_fusion_kind {
+    QS_FUSION_EXPANSION, /* to each label in turn */
+    QS_FUSION_SWAP, /* of each pair of labels in turn */
+    QS_FUSION_JUMPS /* jumps by 1, 2, 3, 4, 6, 8 and 12, up and down; then to each label, where
+                       there are at most 32 */
+} qs_fusion_kind;
+
+/* Moves until none of them gains. As a qs_solver; an iteration is a cycle of all moves. Returns
+ * QS_OK, QS_E_WORKSPACE or QS_E_OVERFLOW. */
+qs_status qs_fusion_moves(qs_fusion_kind kind, const qs_model *model,
+                          const qs_solve_options *options, void *workspace, size_t workspace_size,
+                          uint16_t *labelling, qs_solution *solution);
 size_t qs_fusion_moves_workspace(const qs_model *model);
 
 #endif
