@@ -1,31 +1,52 @@
-/* What every command of qstereo shares: its face in the table of main.c, and the exit statuses. */
+/* What every command shares: its row in the table of main.c, and the frame that it runs in. */
 #ifndef COMMAND_H
 #define COMMAND_H
 
-/* Exit statuses, told apart by who can mend it. */
-enum {
-    DONE = 0,
-    ANSWER_NO = 1, /* the question was well posed and the answer is no */
-    BAD_USAGE = 2, /* the command line */
-    BAD_INPUT = 3, /* what the files hold */
-    NO_RESOURCE = 4 /* files that cannot be read or written, room, memory */
-};
+#include "inputs.h"
+#include "output.h"
+#include "text/options.h"
+
+/* A command at work: what the frame has opened for it, and what the frame closes when it ends. */
+typedef struct job {
+    const arguments *given;
+    const char *const *values; /* of the options, by index in the command's table */
+    bool json; /* --json was given */
+    budget limit; /* of --memory-limit: it owns the memory of the command */
+    answer both; /* the files, after job_open_problem and job_open_samples */
+    output outs[OUTPUTS_MAX]; /* appear if the command ends with DONE, else they are removed */
+    size_t out_count;
+} job;
 
 typedef struct command {
-    const char *name;
-    int (*run)(int argc,
-               char **argv); /* the arguments after the command's name; returns an exit status */
-    const char *summary;
+    command_line line; /* its operands and options */
+    const char *summary; /* a line of qstereo --help */
+    int (*run)(job *at); /* returns an exit status */
 } command;
 
-int cmd_encode(int argc, char **argv);
-int cmd_reduce(int argc, char **argv);
-int cmd_info(int argc, char **argv);
-int cmd_solve(int argc, char **argv);
-int cmd_validate(int argc, char **argv);
-int cmd_decode(int argc, char **argv);
-int cmd_score(int argc, char **argv);
-int cmd_match(int argc, char **argv);
-int cmd_compare(int argc, char **argv);
+/* Runs a command: reads its command line, or answers --help, opens its budget, does its work,
+ * and closes everything. Returns an exit status. */
+int command_run(const command *run, int argc, char **argv);
+
+/* Opens the .qcf that is the first operand, and the .qsf that is the second one. Return DONE,
+ * BAD_INPUT or NO_RESOURCE. */
+int job_open_problem(job *at);
+int job_open_samples(job *at);
+
+/* Opens one more output; `path` is borrowed. Returns what output_open does. A command opens its
+ * outputs before long work, so that the work is not in vain. */
+int job_open_output(job *at, const char *path, output **opened);
+
+/* A table of options, and how many there are. */
+#define OPTIONS(table) .options = (table), .option_count = sizeof(table) / sizeof((table)[0])
+
+extern const command cmd_encode;
+extern const command cmd_reduce;
+extern const command cmd_info;
+extern const command cmd_solve;
+extern const command cmd_validate;
+extern const command cmd_decode;
+extern const command cmd_score;
+extern const command cmd_match;
+extern const command cmd_compare;
 
 #endif

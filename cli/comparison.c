@@ -2,19 +2,17 @@
 
 #include <inttypes.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "decimal.h"
-#include "gap.h"
-#include "json.h"
-#include "messages.h"
-#include "table.h"
+#include "text/numbers.h"
+#include "text/json.h"
+#include "text/fail.h"
+#include "text/table.h"
 
 int comparison_add(comparison *to, const char *solver, size_t solver_size, result **added)
 {
     if (to->count == RESULTS_MAX) {
-        return fail_usage("more than %d solvers and samples files", RESULTS_MAX);
+        return fail_usage("%d solvers and samples files are the most", RESULTS_MAX);
     }
     *added = &to->results[to->count++];
     memset(*added, 0, sizeof **added);
@@ -24,14 +22,7 @@ int comparison_add(comparison *to, const char *solver, size_t solver_size, resul
     return DONE;
 }
 
-void comparison_free(comparison *freed)
-{
-    while (freed->count > 0) {
-        free(freed->results[--freed->count].map);
-    }
-}
-
-/* The best lower bound of all; QS_NO_BOUND is the least of all numbers. */
+/* The best lower bound of all. QS_NO_BOUND is less than every bound. */
 static int64_t best_bound(const comparison *of)
 {
     int64_t best = QS_NO_BOUND;
@@ -41,19 +32,10 @@ static int64_t best_bound(const comparison *of)
     return best;
 }
 
-/* A bound proves every labelling that reaches it, whoever found it. */
+/* A labelling whose energy is equal to the bound is optimal, whichever solver found it. */
 static bool is_proven(const result *shown, int64_t bound)
 {
     return shown->feasible > 0 && bound != QS_NO_BOUND && shown->energy == bound;
-}
-
-static void json_units_or_null(const char *key, bool there, int64_t units, uint32_t scale)
-{
-    if (there) {
-        json_units(key, units, scale);
-    } else {
-        json_null(key);
-    }
 }
 
 static void json_result(const comparison *of, const result *shown, int64_t bound)
@@ -63,11 +45,8 @@ static void json_result(const comparison *of, const result *shown, int64_t bound
     json_name("solver", shown->solver);
     json_truth("usable", shown->refusal == QS_OK);
     json_units_or_null("energy", answered, shown->energy, of->scale);
-    if (answered && bound != QS_NO_BOUND) {
-        json_units("gap", shown->energy - bound, of->scale);
-    } else {
-        json_null("gap");
-    }
+    bool has_gap = answered && bound != QS_NO_BOUND;
+    json_units_or_null("gap", has_gap, has_gap ? shown->energy - bound : 0, of->scale);
     json_units_or_null("lower_bound", shown->lower_bound != QS_NO_BOUND, shown->lower_bound,
                        of->scale);
     json_count("feasible", shown->feasible);
@@ -152,9 +131,9 @@ void comparison_print(const comparison *shown)
     hidden[RMS] = hidden[BAD_HALF] = hidden[BAD_ONE] = !shown->scored;
     table_print(cells, shown->count + 1, COLUMNS, hidden);
     if (bound == QS_NO_BOUND) {
-        puts("no lower bound: none of these solvers has one");
+        puts("no lower bound: none of these solvers gives one");
         return;
     }
     decimal_write(bound, shown->scale, text);
-    printf("best lower bound %s: no energy is lower\n", text);
+    printf("best lower bound %s: no labelling has a lower energy\n", text);
 }

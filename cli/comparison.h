@@ -2,11 +2,11 @@
 #ifndef COMPARISON_H
 #define COMPARISON_H
 
-#include "map_errors.h"
+#include "pictures/map_errors.h"
 #include "output.h"
 #include "qstereo.h"
 
-/* Each may have a map. */
+/* Each result may have a map. */
 enum { RESULTS_MAX = OUTPUTS_MAX };
 
 typedef struct result {
@@ -14,10 +14,10 @@ typedef struct result {
     qs_status refusal; /* QS_OK, or why the solver cannot be used */
     uint32_t feasible, samples;
     int64_t energy; /* of the best feasible sample, if there is one */
-    int64_t lower_bound; /* QS_NO_BOUND where the solver has none */
+    int64_t lower_bound; /* QS_NO_BOUND if the solver gives none */
     int64_t microseconds; /* negative = not known */
-    map_errors errors; /* without pixels where there is no truth or no feasible sample */
-    char *map; /* name for the file; NULL = none is asked for. To be freed */
+    map_errors errors; /* without pixels if there is no truth or no feasible sample */
+    char *map; /* name for the file; NULL = none is asked for. The budget owns it */
     bool has_map; /* it has been written */
 } result;
 
@@ -28,12 +28,11 @@ typedef struct comparison {
     size_t count;
 } comparison;
 
-/* The next result, all zero but for its name, bound and seconds. Returns DONE, or BAD_USAGE where
- * there are RESULTS_MAX. */
+/* Adds a result that is all zero but for its name, bound and seconds. Returns DONE, or BAD_USAGE,
+ * after a message, if there are RESULTS_MAX already. */
 int comparison_add(comparison *to, const char *solver, size_t solver_size, result **added);
-void comparison_free(comparison *freed);
 
-/* As JSON, and as a table for people. */
+/* Print the results as JSON, and as a table for people. */
 void comparison_json(const comparison *shown);
 void comparison_print(const comparison *shown);
 

@@ -5,14 +5,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "coding.h"
-#include "decimal.h"
-#include "json.h"
-#include "names.h"
-#include "recoding.h"
-#include "table.h"
+#include "encoding_choice.h"
+#include "text/numbers.h"
+#include "text/json.h"
+#include "text/names.h"
+#include "text/table.h"
 
-/* What is measured, in the order of the table. */
+/* The rows of the table. */
 static const struct {
     qs_encoding encoding;
     qs_penalty penalty;
@@ -24,16 +23,23 @@ static const struct {
 };
 enum { FORMS = sizeof forms / sizeof forms[0] };
 
-/* One QUBO. */
+/* What is known of one QUBO. */
 typedef struct figures {
-    const char *why_not; /* NULL = it was made; else nothing but the counts is known: */
-    uint64_t variables, terms; /* then 0 = not counted */
-    bool as_linear; /* the counts are those that linear smoothness would have */
+    bool made; /* else only the counts are known */
+    char why_not[80]; /* why it was not made */
+    uint64_t variables, terms; /* 0 = not counted, if it was not made */
+    bool as_linear; /* the counts are those of linear smoothness */
     qs_qubo_summary summary;
     double unit; /* 0 = every coefficient is 0 */
 } figures;
 
-/* Edges between open sites. */
+/* The two cuts of Ishikawa's graph. */
+static bool is_st_cut(qs_encoding encoding)
+{
+    return qs_encoding_facts_of(encoding)->code == QS_CODE_CHAIN;
+}
+
+/* Edges between undecided sites. */
 static uint64_t count_edges(const qs_model *model)
 {
     uint64_t count = 0;
@@ -49,43 +55,28 @@ static uint64_t count_edges(const qs_model *model)
     return count;
 }
 
-/* The cuts of Ishikawa's graph, as if the smoothness were linear: k + 1 vertices a site, source and
- * sink; k + 2 edges a site and k + 1 an edge of the problem. Each edge is a term, and where its two
- * arcs have variables, five. */
-static void count_cut(const laid_out *problem, bool arcs, figures *counted)
-{
-    const qs_labels *labels = &problem->problem->qubo.labels;
-    uint64_t k = labels->labels, sites = labels->undecided;
-    uint64_t vertices = sites * (k + 1) + 2;
-    uint64_t edges = sites * (k + 2) + count_edges(&problem->model) * (k + 1);
-    counted->variables = arcs ? vertices + 2 * edges : vertices;
-    counted->terms = arcs ? 5 * edges : edges;
-}
-
 static uint64_t labels_to_open(const qs_labels *labels)
 {
     return labels_left(labels) - (labels->sites - labels->undecided);
 }
 
-/* What is known of a QUBO without making it; of the cuts of Ishikawa's graph only while no label
- * has left. */
+/* Counts a QUBO without making it. A cut of Ishikawa's graph is counted only if the problem has all
+ * its labels, because then each edge has the same number of thresholds. */
 static void count(const laid_out *problem, qs_encoding encoding, figures *counted)
 {
-    const qs_labels *labels = &problem->problem->qubo.labels;
-    uint64_t left = labels_to_open(labels);
-    if (encoding == QS_ST_CUT || encoding == QS_ST_CUT_ARCS) {
-        if (problem->model.kept == NULL) {
-            count_cut(problem, encoding == QS_ST_CUT_ARCS, counted);
-        }
-    } else if (encoding == QS_DOMAIN_WALL) {
-        counted->variables = left - labels->undecided;
-    } else {
-        counted->variables =
-            encoding == QS_MULTIWAY_CUT ? left + (uint64_t)labels->labels * labels->labels : left;
+    const qs_labels *labels = &problem->labels;
+    bool cut = is_st_cut(encoding);
+    uint64_t edges = cut ? count_edges(&problem->model) : 0;
+    const qs_encoding_counts counts = {labels->labels, labels->undecided, labels_to_open(labels),
+                                       edges, edges * ((uint64_t)labels->labels + 1)};
+    if (!cut || problem->model.kept == NULL) {
+        const qs_encoding_size size = qs_encoding_measure(encoding, &counts);
+        counted->variables = size.variables;
+        counted->terms = cut ? size.couplings : 0;
     }
 }
 
-/* What is left of one real unit when h is brought into [-4, 4] and J into [-2, 1], the ranges of a
+/* What one real unit becomes when h is scaled into [-4, 4] and J into [-2, 1], the ranges of a
  * quantum processor. */
 static double scaled_unit(const qs_ising *ising, uint32_t scale)
 {
@@ -95,7 +86,8 @@ static double scaled_unit(const qs_ising *ising, uint32_t scale)
     for (size_t i = 0; i < sizeof least / sizeof least[0]; i++) {
         largest = least[i] > largest ? least[i] : largest;
     }
-    return largest > 0 ? 4 * (double)scale / largest : 0; /* the four are of coefficients times 4 */
+    /* The four numbers of the Ising form are 4 times the coefficients. */
+    return largest > 0 ? 4 * (double)scale / largest : 0;
 }
 
 static qs_status look_at(const file_bytes *file, uint64_t left, figures *seen)
@@ -134,39 +126,39 @@ static const char *reason(qs_status status, uint64_t variables)
 {
     if (status == QS_E_LIMIT) {
         return variables > QS_VARIABLES_MAX
-                   ? "over 2147483647 variables"
+                   ? "more than 2147483647 variables"
                    : "over the memory limit, so that the rest cannot be measured";
     }
     return status == QS_E_OVERFLOW ? "coefficients above 2^53" : qs_status_text(status);
 }
 
-static void measure(const laid_out *problem, size_t form, bool truncate, budget limit,
+static void measure(const laid_out *problem, size_t form, bool truncate, const budget *limit,
                     figures *measured)
 {
-    const qs_labels *labels = &problem->problem->qubo.labels;
+    const qs_labels *labels = &problem->labels;
     qs_encoding encoding = forms[form].encoding;
     const qs_recode_options options = {
         {encoding, forms[form].penalty, 0, labels->gap}, truncate, NULL};
     file_bytes file = {NULL, 0};
     memset(measured, 0, sizeof *measured);
-    if (!encoding_holds(encoding, &labels->pairwise, labels->labels)) {
-        bool cut = encoding == QS_ST_CUT || encoding == QS_ST_CUT_ARCS;
-        measured->why_not = cut ? "linear smoothness without truncation only"
-                            : encoding == QS_MULTIWAY_CUT ? "potts only"
-                                                          : "potts and linear only";
-        if (cut) {
+    if (!qs_encoding_holds(encoding, &labels->pairwise, labels->labels)) {
+        (void)snprintf(measured->why_not, sizeof measured->why_not, "%s only",
+                       qs_encoding_facts_of(encoding)->holds);
+        if (is_st_cut(encoding)) {
             count(problem, encoding, measured);
             measured->as_linear = measured->terms > 0;
         }
         return;
     }
-    qs_status status = recode_quietly(problem, &options, &limit, &file);
+    qs_status status = recode_quietly(problem, &options, limit, &file);
     if (status == QS_OK) {
-        status = look_at(&file, limit.left, measured);
+        status = look_at(&file, limit->left - file.size, measured);
     }
-    if (status != QS_OK) {
+    measured->made = status == QS_OK;
+    if (!measured->made) {
         count(problem, encoding, measured);
-        measured->why_not = reason(status, measured->variables);
+        (void)snprintf(measured->why_not, sizeof measured->why_not, "%s",
+                       reason(status, measured->variables));
     }
     file_free(&file);
 }
@@ -175,7 +167,7 @@ enum { NAME, VARIABLES, TERMS, LINEAR, QUADRATIC, UNIT, TRUNCATED, NOTE, COLUMNS
 
 static bool is_counted(const figures *of, uint64_t count)
 {
-    return of->why_not == NULL || count > 0;
+    return of->made || count > 0;
 }
 
 static void write_count(const figures *of, uint64_t count, table_cell cell)
@@ -195,7 +187,7 @@ static void write_range(int64_t least, int64_t most, uint32_t scale, table_cell 
 
 static void write_unit(const figures *of, table_cell cell)
 {
-    if (of->why_not == NULL && of->unit > 0) {
+    if (of->made && of->unit > 0) {
         (void)snprintf(cell, TABLE_CELL_SIZE, "%.3g", of->unit);
     }
 }
@@ -207,14 +199,13 @@ static void fill_row(size_t form, const figures *whole, const figures *truncated
     for (size_t i = 0; i < NOTE; i++) {
         (void)snprintf(cells[i], TABLE_CELL_SIZE, "-");
     }
-    (void)snprintf(cells[NAME], TABLE_CELL_SIZE, "%s%s%s",
-                   name_of(&encoding_names, (int)forms[form].encoding),
+    (void)snprintf(cells[NAME], TABLE_CELL_SIZE, "%s%s%s", encoding_name(forms[form].encoding),
                    penalty == QS_PENALTY_LOCAL ? "" : ", ",
                    penalty == QS_PENALTY_LOCAL ? "" : name_of(&penalty_names, (int)penalty));
     (void)snprintf(cells[NOTE], TABLE_CELL_SIZE, "%s", "");
     write_count(whole, whole->variables, cells[VARIABLES]);
     write_count(whole, whole->terms, cells[TERMS]);
-    if (whole->why_not == NULL) {
+    if (whole->made) {
         write_range(whole->summary.linear_min, whole->summary.linear_max, scale, cells[LINEAR]);
         write_range(whole->summary.quadratic_min, whole->summary.quadratic_max, scale,
                     cells[QUADRATIC]);
@@ -223,22 +214,21 @@ static void fill_row(size_t form, const figures *whole, const figures *truncated
     write_unit(truncated, cells[TRUNCATED]);
 }
 
-void complexity_print(const laid_out *problem, budget limit)
+void complexity_print(const laid_out *problem, const budget *limit)
 {
     static const table_cell heading[COLUMNS] = {"encoding",  "variables", "terms",     "linear",
                                                 "quadratic", "unit",      "truncated", ""};
     static table_cell cells[(FORMS + 1) * COLUMNS];
-    const qs_labels *labels = &problem->problem->qubo.labels;
+    const qs_labels *labels = &problem->labels;
     char smoothness[SMOOTHNESS_SIZE];
     figures whole[FORMS], truncated;
     smoothness_write(&labels->pairwise, smoothness);
-    printf(
-        "%s: %" PRIu32 " open sites, %" PRIu64 " labels left to them, %s smoothness\n"
-        "Coefficients in real units; penalties local where nothing else is said, with the file's "
-        "gap %" PRIu32 ".\n"
-        "unit: what is left of an energy of 1 when h is scaled into [-4, 4] and J into [-2, 1].\n"
-        "truncated: the same with --truncate.\n\n",
-        problem->problem->name, labels->undecided, labels_to_open(labels), smoothness, labels->gap);
+    printf("%s: %" PRIu32 " undecided sites, %" PRIu64 " labels left to them, %s smoothness\n"
+           "Coefficients are in real units. Penalties are local unless the row names another one,\n"
+           "with the gap %" PRIu32 " of the file.\n"
+           "unit: what an energy of 1 becomes when h is scaled into [-4, 4] and J into [-2, 1].\n"
+           "truncated: the unit with --truncate.\n\n",
+           problem->name, labels->undecided, labels_to_open(labels), smoothness, labels->gap);
     memcpy(cells, heading, sizeof heading);
     for (size_t form = 0; form < FORMS; form++) {
         measure(problem, form, false, limit, &whole[form]);
@@ -247,9 +237,9 @@ void complexity_print(const laid_out *problem, budget limit)
     }
     table_print(cells, FORMS + 1, COLUMNS, NULL);
     for (size_t form = 0; form < FORMS; form++) {
-        if (whole[form].why_not != NULL) {
+        if (!whole[form].made) {
             printf("%s: %s%s\n", cells[(form + 1) * COLUMNS + NAME], whole[form].why_not,
-                   whole[form].as_linear ? "; counted as for that" : "");
+                   whole[form].as_linear ? "; the counts are those of that smoothness" : "");
         }
     }
 }
@@ -270,35 +260,35 @@ static void json_ranges(const figures *of, uint32_t scale)
     static const char *const keys[] = {"linear_min", "linear_max", "quadratic_min",
                                        "quadratic_max"};
     for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
-        if (of->why_not == NULL) {
+        if (of->made) {
             json_units(keys[i], values[i], scale);
         } else {
             json_null(keys[i]);
         }
     }
-    if (of->why_not == NULL && of->unit > 0) {
+    if (of->made && of->unit > 0) {
         json_real("unit", of->unit);
     } else {
         json_null("unit");
     }
 }
 
-static void json_figures(const laid_out *problem, size_t form, bool truncate, budget limit)
+static void json_figures(const laid_out *problem, size_t form, bool truncate, const budget *limit)
 {
     figures measured;
     measure(problem, form, truncate, limit, &measured);
     json_item();
-    json_name("encoding", name_of(&encoding_names, (int)forms[form].encoding));
+    json_name("encoding", encoding_name(forms[form].encoding));
     json_name("penalty", name_of(&penalty_names, (int)forms[form].penalty));
     json_truth("truncated", truncate);
-    json_name("why_not", measured.why_not);
+    json_name("why_not", measured.made ? NULL : measured.why_not);
     json_counted("variables", &measured, measured.variables);
     json_counted("quadratic_terms", &measured, measured.terms);
-    json_ranges(&measured, problem->problem->scale);
+    json_ranges(&measured, problem->scale);
     json_item_end();
 }
 
-void complexity_json(const laid_out *problem, budget limit)
+void complexity_json(const laid_out *problem, const budget *limit)
 {
     json_begin();
     json_list("encodings");

@@ -4,11 +4,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "decimal.h"
-#include "json.h"
-#include "json_check.h"
-#include "names.h"
-#include "numbers.h"
+#include "text/numbers.h"
+#include "text/json.h"
+#include "text/names.h"
 
 enum { HEX_SIZE = 2 * QS_DIGEST_SIZE + 1 };
 
@@ -19,7 +17,7 @@ static void to_hex(const uint8_t digest[QS_DIGEST_SIZE], char text[HEX_SIZE])
     }
 }
 
-/* "least to most" in real units, or one number. */
+/* Prints "least to most" in real units, or one number if they are equal. */
 static void print_range(const char *name, int64_t least, int64_t most, uint32_t scale)
 {
     char from[DECIMAL_SIZE], to[DECIMAL_SIZE];
@@ -32,15 +30,15 @@ static void print_range(const char *name, int64_t least, int64_t most, uint32_t 
     }
 }
 
-/* What breaking the rules of an encoding costs: a and b of one-hot groups, or kappa of walls. The
- * cuts' penalties are their arcs. */
+/* The penalties of an encoding: a and b of one-hot groups, or kappa of walls. The penalties of the
+ * cuts are arcs among others. */
 typedef struct penalties {
-    bool single, pair; /* which of the two there are */
+    bool single, pair; /* which of the two exist */
     int64_t single_min, single_max, pair_min, pair_max;
 } penalties;
 
-/* kappa is the weight of the couplings of a chain with itself: there are none where no site has
- * three labels left. */
+/* kappa is the weight of the couplings of a chain with itself. There are none if no site has three
+ * labels left. */
 static penalties chain_penalties(const qs_index *index)
 {
     penalties found = {.single = false};
@@ -102,7 +100,7 @@ static void print_labels(const qs_labels *labels)
                frame->picture_height);
     }
     if (labels->fixed_bytes > 0) {
-        printf("\n%-17s%" PRIu32 ", fixed %" PRIu32, "sites open", labels->undecided,
+        printf("\n%-17s%" PRIu32 ", fixed %" PRIu32, "sites undecided", labels->undecided,
                labels->sites - labels->undecided);
     }
     printf("\n%-17s%" PRIu32 ", disparities %" PRIu32 " to %" PRIu64 "\n", "labels", labels->labels,
@@ -115,11 +113,10 @@ static void print_labels(const qs_labels *labels)
     if (labels->scale > 1) {
         printf("%-17s1/%" PRIu32 "\n", "integer unit", labels->scale);
     }
-    printf("%-17s%s, penalty %s, gap %" PRIu32 "\n", "encoding",
-           name_of(&encoding_names, (int)labels->encoding),
+    printf("%-17s%s, penalty %s, gap %" PRIu32 "\n", "encoding", encoding_name(labels->encoding),
            name_of(&penalty_names, (int)labels->penalty), labels->gap);
     if (labels->trimmed_bytes > 0) {
-        printf("%-17scosts that no optimum pays are cut\n", "truncated");
+        printf("%-17scosts that no optimum pays are lowered\n", "truncated");
     }
 }
 
@@ -177,20 +174,16 @@ static void json_meaning(const qs_labels *labels)
     json_count("labels", labels->labels);
     json_count("disparity_min", labels->frame.first);
     json_count("disparity_max", (uint64_t)labels->frame.first + labels->labels - 1);
-    json_name("encoding", name_of(&encoding_names, (int)labels->encoding));
+    json_name("encoding", encoding_name(labels->encoding));
     json_name("smoothness", name_of(&smoothness_names, (int)labels->pairwise.smoothness));
     json_count("truncation", labels->pairwise.truncation);
     json_name("penalty", name_of(&penalty_names, (int)labels->penalty));
     json_count("gap", labels->gap);
     json_truth("truncated", labels->trimmed_bytes > 0);
-    if (labels->weight >= 0) {
-        json_units("lambda", labels->weight, labels->scale);
-    } else {
-        json_null("lambda");
-    }
+    json_units_or_null("lambda", labels->weight >= 0, labels->weight, labels->scale);
 }
 
-/* A file whose variables have no stated meaning has the same keys. */
+/* The same keys, all null, for a file that does not say what its variables mean. */
 static void json_no_meaning(void)
 {
     static const char *const keys[] = {"sites",         "sites_open", "labels",     "disparity_min",
@@ -204,13 +197,8 @@ static void json_no_meaning(void)
 static void json_range(const char *least_key, const char *most_key, bool there, int64_t least,
                        int64_t most, uint32_t scale)
 {
-    if (there) {
-        json_units(least_key, least, scale);
-        json_units(most_key, most, scale);
-    } else {
-        json_null(least_key);
-        json_null(most_key);
-    }
+    json_units_or_null(least_key, there, least, scale);
+    json_units_or_null(most_key, there, most, scale);
 }
 
 static void json_summary(const problem_file *described)
@@ -266,7 +254,7 @@ void describe_problem_json(const problem_file *described)
     json_end();
 }
 
-/* The least energy that the file states, in integer units; false = it has no sample. */
+/* The least energy that the file states, in integer units. Returns false if it has no sample. */
 static bool best_stated(const qs_samples_view *samples, int64_t *best)
 {
     *best = INT64_MAX;
@@ -279,9 +267,10 @@ static bool best_stated(const qs_samples_view *samples, int64_t *best)
     return samples->count > 0;
 }
 
-/* A table whose title is printed before its first line; NULL from then on. */
+/* A table that prints its title before its first line. */
 typedef struct table {
-    const char *title, *unit;
+    const char *title; /* NULL = it is printed */
+    const char *unit;
 } table;
 
 static void print_line(void *context, const char *name, size_t size, double number)
@@ -324,11 +313,11 @@ void describe_samples(const samples_file *described)
            samples->variables, plural(samples->variables));
     printf("%-17s%.*s\n", "solver", (int)samples->solver_size, samples->solver);
     if (best_stated(samples, &best)) {
-        printf("%-17s%" PRId64 ", in the integer units of its .qcf (validate gives real ones)\n",
+        printf("%-17s%" PRId64 ", in integer units of its .qcf (validate shows real units)\n",
                "best energy", best);
     }
     print_broken_chains(samples);
-    /* What D-Wave's services time, they time in microseconds. */
+    /* The services of D-Wave give all times in microseconds. */
     table parameters = {"parameters", ""}, timing = {"timing", " us"};
     json_each_number(samples->info, samples->info_size, "parameters", print_line, &parameters);
     json_each_number(samples->info, samples->info_size, "timing", print_line, &timing);

@@ -1,10 +1,10 @@
-/* What `info` says of the two files, and `encode` of the one that it wrote. */
+/* What `info` prints about the two files, and `encode` about the one that it wrote. */
 #ifndef DESCRIBE_H
 #define DESCRIBE_H
 
 #include "inputs.h"
 
-/* After problem_index; the second prints an object, the third its keys alone. */
+/* Print a problem, after problem_index: lines for people, a JSON object, or only its keys. */
 void describe_problem(const problem_file *described);
 void describe_problem_json(const problem_file *described);
 void describe_problem_keys(const problem_file *described);

@@ -9,22 +9,49 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "messages.h"
-#include "numbers.h"
-#include "options.h"
+#include "text/fail.h"
+#include "text/numbers.h"
+#include "text/options.h"
 
-/* The regular files that were read: no command reads more than its command line has words for. */
+/* The regular files that were read. No command reads more files than its line has words. */
 static struct {
     dev_t device;
     ino_t inode;
 } files_read[OPERANDS_MAX + GIVEN_MAX];
 static size_t files_read_count;
 
+/* A block of memory that a budget owns. */
+struct taken {
+    struct taken *next;
+    void *memory;
+};
+
+budget budget_of(uint32_t mib)
+{
+    return (budget){(uint64_t)mib << 20, mib, NULL};
+}
+
+budget budget_inside(const budget *outer)
+{
+    return (budget){outer->left, outer->mib, NULL};
+}
+
+void budget_free(budget *freed)
+{
+    while (freed->taken != NULL) {
+        struct taken *block = freed->taken;
+        freed->taken = block->next;
+        free(block->memory);
+        free(block);
+    }
+}
+
 int budget_read(const char *text, budget *limit)
 {
-    int status = number_read("--memory-limit", text, 1, UINT32_MAX, &limit->mib);
-    limit->left = (uint64_t)limit->mib << 20;
-    return status;
+    uint32_t mib;
+    TRY(number_read("--memory-limit", text, 1, UINT32_MAX, &mib));
+    *limit = budget_of(mib);
+    return DONE;
 }
 
 int budget_fail(const budget *limit, const char *place)
@@ -34,17 +61,32 @@ int budget_fail(const budget *limit, const char *place)
                 (unsigned long)limit->mib);
 }
 
-int budget_allocate(budget *limit, const char *place, size_t size, void **memory)
+/* Makes the budget the owner of memory from malloc. Frees it and returns false if there is none. */
+static bool own(budget *limit, void *memory, size_t size)
+{
+    struct taken *block = memory != NULL ? malloc(sizeof *block) : NULL;
+    if (block == NULL) {
+        free(memory);
+        return false;
+    }
+    *block = (struct taken){limit->taken, memory};
+    limit->taken = block;
+    limit->left -= size;
+    return true;
+}
+
+void *budget_take(budget *limit, const char *place, size_t size)
 {
     if (size > limit->left) {
-        return budget_fail(limit, place);
+        (void)budget_fail(limit, place);
+        return NULL;
     }
-    *memory = malloc(size > 0 ? size : 1);
-    if (*memory == NULL) {
-        return fail_memory(place);
+    void *memory = malloc(size > 0 ? size : 1);
+    if (!own(limit, memory, size)) {
+        (void)fail_memory(place);
+        return NULL;
     }
-    limit->left -= size;
-    return DONE;
+    return memory;
 }
 
 /* Room for the next read, up to a byte over the limit. */
@@ -69,7 +111,7 @@ static bool make_room(file_bytes *file, size_t *capacity, uint64_t limit)
 static int read_all(int descriptor, const char *name, size_t expected, const budget *limit,
                     file_bytes *file)
 {
-    /* One byte over what the file says of itself, so that its end is seen without another
+    /* One byte more than the file's stated size, so that its end is seen without another
      * allocation. */
     size_t capacity = expected + 1 < 65536 ? 65536 : expected + 1;
     ssize_t got = 1;
@@ -113,7 +155,7 @@ bool file_was_read(const char *path)
     return found;
 }
 
-static int read_descriptor(int descriptor, const char *name, budget *limit, file_bytes *file)
+static int read_descriptor(int descriptor, const char *name, const budget *limit, file_bytes *file)
 {
     struct stat about;
     size_t expected = 0;
@@ -124,11 +166,7 @@ static int read_descriptor(int descriptor, const char *name, budget *limit, file
         expected = (size_t)about.st_size;
         remember_read(&about);
     }
-    int status = read_all(descriptor, name, expected, limit, file);
-    if (status == DONE) {
-        limit->left -= file->size;
-    }
-    return status;
+    return read_all(descriptor, name, expected, limit, file);
 }
 
 int file_read(const char *path, budget *limit, file_bytes *file)
@@ -146,8 +184,9 @@ int file_read(const char *path, budget *limit, file_bytes *file)
     }
     if (status != DONE) {
         file_free(file);
+        return status;
     }
-    return status;
+    return own(limit, file->bytes, file->size) ? DONE : fail_memory(name);
 }
 
 void file_free(file_bytes *file)
@@ -185,16 +224,9 @@ bool growing_append(void *grown, const void *bytes, size_t size)
 
 int growing_end(growing_file *grown, const char *place, budget *limit)
 {
-    int status = DONE;
-    if (grown->over) {
-        status = budget_fail(limit, place);
-    } else if (grown->refused) {
-        status = fail_memory(place);
-    }
-    if (status != DONE) {
+    if (grown->over || grown->refused) {
         file_free(&grown->file);
-        return status;
+        return grown->over ? budget_fail(limit, place) : fail_memory(place);
     }
-    limit->left -= grown->file.size;
-    return DONE;
+    return own(limit, grown->file.bytes, grown->file.size) ? DONE : fail_memory(place);
 }

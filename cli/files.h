@@ -1,4 +1,4 @@
-/* Whole files in memory, under a limit. */
+/* Memory under a limit, and whole files in it. */
 #ifndef FILES_H
 #define FILES_H
 
@@ -6,33 +6,44 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* The memory that a command may hold (--memory-limit). It owns what was taken from it. */
+typedef struct budget {
+    uint64_t left; /* bytes */
+    uint32_t mib; /* the whole limit, for messages */
+    struct taken *taken; /* all of it, to be freed */
+} budget;
+
+/* A whole budget, and one that may take what another one has left. What is taken from the second
+ * is not subtracted from the first: it is freed earlier. */
+budget budget_of(uint32_t mib);
+budget budget_inside(const budget *outer);
+
+/* Frees everything that was taken from a budget. */
+void budget_free(budget *freed);
+
+/* Reads the argument of --memory-limit. Returns DONE or BAD_USAGE. */
+int budget_read(const char *text, budget *limit);
+
+/* Takes `size` bytes of memory; budget_free frees them. Returns NULL, after a message about
+ * `place`, if they do not fit: then the exit status is NO_RESOURCE. */
+void *budget_take(budget *limit, const char *place, size_t size);
+
+/* Prints that `place` does not fit. Returns NO_RESOURCE. */
+int budget_fail(const budget *limit, const char *place);
+
 typedef struct file_bytes {
     uint8_t *bytes;
     size_t size;
 } file_bytes;
 
-/* The most that a command may hold, and what is left of it. */
-typedef struct budget {
-    uint64_t left;
-    uint32_t mib;
-} budget;
-
-/* The argument of --memory-limit. Returns DONE or BAD_USAGE. */
-int budget_read(const char *text, budget *limit);
-
-/* Says that `place` does not fit. Returns NO_RESOURCE. */
-int budget_fail(const budget *limit, const char *place);
-
-/* Allocates `size` bytes from the budget. Returns DONE or NO_RESOURCE. */
-int budget_allocate(budget *limit, const char *place, size_t size, void **memory);
-
-/* Reads a file, "-" = standard input, that takes its size from the budget. Returns DONE or
+/* Reads a file into memory that it takes from the budget; "-" is standard input. Returns DONE or
  * NO_RESOURCE. */
 int file_read(const char *path, budget *limit, file_bytes *file);
 
-/* Whether a path leads to a regular file that file_read has read. */
+/* Returns true if a path leads to a regular file that file_read has read. */
 bool file_was_read(const char *path);
 
+/* Frees a file that no budget owns. */
 void file_free(file_bytes *file);
 
 /* A file that is being made in memory. */
@@ -41,17 +52,17 @@ typedef struct growing_file {
     size_t capacity;
     uint64_t most; /* bytes that it may have */
     bool refused; /* there was no memory for some of it */
-    bool over; /* or it would have been larger than that */
+    bool over; /* it would have been larger than `most` */
 } growing_file;
 
-/* Empty; `most` as above. */
+/* An empty file of at most `most` bytes. */
 growing_file growing_begin(uint64_t most);
 
-/* Appends to a growing_file, as the library's sinks do. Returns false where there is no room. */
+/* Appends to a growing_file, as a qs_sink does. Returns false if there is no room. */
 bool growing_append(void *grown, const void *bytes, size_t size);
 
-/* Takes the size of a file that has been made from the budget. Returns DONE or NO_RESOURCE: there
- * was no room for all of it; then it is freed. */
+/* Gives a finished file to the budget, which frees it. Returns DONE, or NO_RESOURCE if there was no
+ * room for all of it. */
 int growing_end(growing_file *grown, const char *place, budget *limit);
 
 #endif

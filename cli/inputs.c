@@ -1,11 +1,10 @@
 #include "inputs.h"
 
 #include <inttypes.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "json_check.h"
-#include "messages.h"
+#include "text/fail.h"
+#include "text/json.h"
 
 static bool begins_with(const file_bytes *file, const char *magic)
 {
@@ -23,8 +22,8 @@ bool problem_is(const file_bytes *file)
     return begins_with(file, "\x89QCF");
 }
 
-/* Says what is wrong with a file and where. `kind` is what it should be, `other` what it is
- * instead, if known. */
+/* Prints what is wrong with a file, and where. `kind` is what it should be, `other` what it is
+ * instead, or NULL. */
 static int fail_fault(const char *name, qs_status status, const qs_fault *fault, const char *kind,
                       const char *other)
 {
@@ -36,41 +35,39 @@ static int fail_fault(const char *name, qs_status status, const qs_fault *fault,
                 fault->offset, fault->what != NULL ? fault->what : "cannot be read");
 }
 
-int problem_take(const char *path, file_bytes file, const budget *limit, problem_file *opened)
+int problem_check(const char *path, file_bytes file, const budget *limit, problem_file *opened)
 {
     qs_fault fault = {0, NULL};
     memset(opened, 0, sizeof *opened);
     opened->name = input_name(path);
     opened->file = file;
     qs_status status = qs_qubo_open(file.bytes, file.size, limit->left, &opened->qubo, &fault);
-    if (status == QS_OK) {
-        opened->scale = opened->qubo.has_labels ? opened->qubo.labels.scale : 1;
-        return DONE;
+    if (status == QS_E_LIMIT) {
+        return budget_fail(limit, opened->name);
     }
-    int failed = status == QS_E_LIMIT
-                     ? budget_fail(limit, opened->name)
-                     : fail_fault(opened->name, status, &fault, ".qcf",
-                                  samples_are(&file) ? "a .qsf: samples of a problem" : NULL);
-    file_free(&opened->file);
-    return failed;
+    if (status != QS_OK) {
+        return fail_fault(opened->name, status, &fault, ".qcf",
+                          samples_are(&file) ? "a .qsf: samples of a problem" : NULL);
+    }
+    opened->scale = opened->qubo.has_labels ? opened->qubo.labels.scale : 1;
+    return DONE;
 }
 
-int samples_take(const char *path, file_bytes file, samples_file *opened)
+int samples_check(const char *path, file_bytes file, samples_file *opened)
 {
     qs_fault fault = {0, NULL};
     memset(opened, 0, sizeof *opened);
     opened->name = input_name(path);
     opened->file = file;
     qs_status status = qs_samples_open(file.bytes, file.size, &opened->view, &fault);
-    if (status == QS_OK && json_is_object(opened->view.info, opened->view.info_size)) {
-        return DONE;
+    if (status != QS_OK) {
+        return fail_fault(opened->name, status, &fault, ".qsf",
+                          problem_is(&file) ? "a .qcf: a problem" : NULL);
     }
-    int failed = status == QS_OK
-                     ? fail(BAD_INPUT, opened->name, ".qsf damaged: its INFO is not a JSON object")
-                     : fail_fault(opened->name, status, &fault, ".qsf",
-                                  problem_is(&file) ? "a .qcf: a problem" : NULL);
-    file_free(&opened->file);
-    return failed;
+    if (!json_is_object(opened->view.info, opened->view.info_size)) {
+        return fail(BAD_INPUT, opened->name, ".qsf damaged: its INFO is not a JSON object");
+    }
+    return DONE;
 }
 
 /* The digest says which problem the samples are of. */
@@ -81,13 +78,14 @@ static int check_match(const answer *both)
     qs_digest(both->problem.file.bytes, both->problem.file.size, digest);
     if (memcmp(digest, samples->problem, QS_DIGEST_SIZE) != 0) {
         return fail(BAD_INPUT, both->samples.name,
-                    "samples of another problem than %s (its digest differs): solve this one",
+                    "holds samples of another problem than %s (the digests differ): give the "
+                    "samples of this problem",
                     both->problem.name);
     }
     if (samples->variables != both->problem.qubo.variables) {
         return fail(BAD_INPUT, both->samples.name,
-                    "samples of %" PRIu32 " variables, but %s has %" PRIu32, samples->variables,
-                    both->problem.name, both->problem.qubo.variables);
+                    "holds samples of %" PRIu32 " variables, but %s has %" PRIu32,
+                    samples->variables, both->problem.name, both->problem.qubo.variables);
     }
     return DONE;
 }
@@ -95,30 +93,22 @@ static int check_match(const answer *both)
 int problem_open(const char *path, budget *limit, problem_file *opened)
 {
     file_bytes file;
-    memset(opened, 0, sizeof *opened);
-    int status = file_read(path, limit, &file);
-    return status == DONE ? problem_take(path, file, limit, opened) : status;
+    TRY(file_read(path, limit, &file));
+    return problem_check(path, file, limit, opened);
 }
 
 int problem_index(problem_file *problem, budget *limit)
 {
     size_t size = qs_index_workspace(&problem->qubo);
-    int status = budget_allocate(limit, problem->name, size, &problem->workspace);
-    if (status != DONE) {
-        return status;
+    void *workspace = budget_take(limit, problem->name, size);
+    if (workspace == NULL) {
+        return NO_RESOURCE;
     }
-    qs_status built = qs_index_build(&problem->qubo, problem->workspace, size, &problem->index);
+    qs_status built = qs_index_build(&problem->qubo, workspace, size, &problem->index);
     if (built == QS_E_CORRUPT) {
         return fail(BAD_INPUT, problem->name, ".qcf damaged: its couplings do not fit its groups");
     }
     return built == QS_OK ? DONE : fail_status(problem->name, built);
-}
-
-void problem_close(problem_file *closed)
-{
-    free(closed->workspace);
-    closed->workspace = NULL;
-    file_free(&closed->file);
 }
 
 uint64_t labels_left(const qs_labels *labels)
@@ -139,42 +129,7 @@ uint64_t labels_left(const qs_labels *labels)
 int answer_open_samples(answer *both, const char *samples_path, budget *limit)
 {
     file_bytes file;
-    int status = file_read(samples_path, limit, &file);
-    if (status == DONE) {
-        status = samples_take(samples_path, file, &both->samples);
-    }
-    if (status == DONE) {
-        status = check_match(both);
-        if (status != DONE) {
-            answer_close_samples(both);
-        }
-    }
-    return status;
-}
-
-void answer_close_samples(answer *both)
-{
-    file_free(&both->samples.file);
-}
-
-int answer_open(const char *problem_path, const char *samples_path, budget *limit, answer *opened)
-{
-    memset(opened, 0, sizeof *opened);
-    int status = problem_open(problem_path, limit, &opened->problem);
-    if (status == DONE) {
-        status = answer_open_samples(opened, samples_path, limit);
-    }
-    if (status == DONE) {
-        status = problem_index(&opened->problem, limit);
-    }
-    if (status != DONE) {
-        answer_close(opened);
-    }
-    return status;
-}
-
-void answer_close(answer *closed)
-{
-    problem_close(&closed->problem);
-    answer_close_samples(closed);
+    TRY(file_read(samples_path, limit, &file));
+    TRY(samples_check(samples_path, file, &both->samples));
+    return check_match(both);
 }

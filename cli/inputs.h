@@ -1,5 +1,5 @@
-/* The two files of qstereo, opened under one memory budget. Each function returns DONE, BAD_INPUT
- * or NO_RESOURCE, having said why. */
+/* The two files of qstereo, opened under one memory budget, which owns all that is read. Each
+ * function that can fail returns an exit status and has printed why. */
 #ifndef INPUTS_H
 #define INPUTS_H
 
@@ -10,8 +10,7 @@ typedef struct problem_file {
     const char *name; /* for messages */
     file_bytes file;
     qs_qubo qubo;
-    uint32_t scale; /* integer units in one real unit; 1 where the file does not say */
-    void *workspace;
+    uint32_t scale; /* integer units in one real unit; 1 if the file does not say */
     qs_index index; /* after problem_index */
 } problem_file;
 
@@ -27,26 +26,24 @@ typedef struct answer {
     samples_file samples;
 } answer;
 
-/* Take over the bytes of `file`, on failure too. */
-int problem_take(const char *path, file_bytes file, const budget *limit, problem_file *opened);
-int samples_take(const char *path, file_bytes file, samples_file *opened);
-
+/* Reads a .qcf and checks it; problem_index then prepares it for samples and solvers. Return DONE,
+ * BAD_INPUT or NO_RESOURCE. */
 int problem_open(const char *path, budget *limit, problem_file *opened);
 int problem_index(problem_file *problem, budget *limit);
-void problem_close(problem_file *closed);
 
-/* The labels that are left to all sites together; a fixed site has one. */
-uint64_t labels_left(const qs_labels *labels);
-
-/* Opens both files, checks that they belong together, and indexes the problem. */
-int answer_open(const char *problem_path, const char *samples_path, budget *limit, answer *opened);
-/* Opens the samples only, for the problem that is there already. */
+/* Reads the samples of a problem that is open, and checks that they belong to it. Returns DONE,
+ * BAD_INPUT or NO_RESOURCE. */
 int answer_open_samples(answer *both, const char *samples_path, budget *limit);
-void answer_close_samples(answer *both);
-void answer_close(answer *closed);
 
-/* Whether the bytes, as many as there are, begin as those of a .qcf and a .qsf. */
+/* The same for the bytes of a file that was read, which stay the caller's. */
+int problem_check(const char *path, file_bytes file, const budget *limit, problem_file *opened);
+int samples_check(const char *path, file_bytes file, samples_file *opened);
+
+/* Return true if the bytes begin as those of a .qcf, or a .qsf. */
 bool problem_is(const file_bytes *file);
 bool samples_are(const file_bytes *file);
+
+/* The number of labels that are left to all sites together; a fixed site has one. */
+uint64_t labels_left(const qs_labels *labels);
 
 #endif

@@ -3,36 +3,34 @@
 #include <string.h>
 
 #include "command.h"
-#include "messages.h"
+#include "completion.h"
 #include "output.h"
-#include "picture.h"
-#include "suggest.h"
+#include "pictures/picture_library.h"
+#include "text/fail.h"
+#include "text/names.h"
 
-static const command commands[] = {
-    {"encode", cmd_encode, "turn a stereo pair into a QUBO file (.qcf)"},
-    {"reduce", cmd_reduce, "leave out of a .qcf what is proven, so that little is left to solve"},
-    {"info", cmd_info, "say what a .qcf or .qsf holds"},
-    {"solve", cmd_solve, "solve a .qcf on this machine, with a lower bound of every energy"},
-    {"validate", cmd_validate,
-     "check the samples of a .qsf: which are feasible, are the energies true"},
-    {"decode", cmd_decode, "turn a sample into a disparity map"},
-    {"score", cmd_score, "compare a disparity map with the truth"},
-    {"match", cmd_match, "encode, solve and decode in one go: a disparity map from a stereo pair"},
-    {"compare", cmd_compare, "run solvers on one problem and print how good each is"},
+static const command *const commands[] = {
+    &cmd_encode, &cmd_reduce, &cmd_info,  &cmd_solve,   &cmd_validate,
+    &cmd_decode, &cmd_score,  &cmd_match, &cmd_compare,
 };
 enum { COMMANDS = sizeof commands / sizeof commands[0] };
 
 static void print_overview(FILE *file)
 {
-    fputs("usage: qstereo COMMAND [ARGUMENT]...\n\nStereo matching as QUBOs for quantum "
-          "annealers.\n\nCommands:\n",
+    fputs("usage: qstereo COMMAND [ARGUMENT]...\n\n"
+          "Turns stereo matching into QUBOs for quantum annealers, and their samples into\n"
+          "disparity maps.\n\nCommands:\n",
           file);
     for (size_t i = 0; i < COMMANDS; i++) {
-        fprintf(file, "  %-10s%s\n", commands[i].name, commands[i].summary);
+        fprintf(file, "  %-10s%s\n", commands[i]->line.name, commands[i]->summary);
     }
-    fputs("\nqstereo COMMAND --help (or qstereo help COMMAND) explains a command, qstereo "
-          "--version names the version.\n"
-          "Exit status: 0 done, 1 the answer is no, 2 usage, 3 bad input, 4 files or resources.\n",
+    fputs("\nOptions:\n"
+          "  -h, --help            print this text\n"
+          "  -V, --version         print the version\n"
+          "      --completion SH   print the completion script of a shell, bash or zsh\n\n"
+          "qstereo COMMAND --help, or qstereo help COMMAND, explains a command.\n"
+          "Exit status: 0 done, 1 the answer is no, 2 wrong usage, 3 bad input,\n"
+          "4 files or resources.\n",
           file);
 }
 
@@ -46,25 +44,26 @@ static int print_version(void)
 static int fail_unknown(const char *name)
 {
     char list[256] = "";
+    const char *kind = name[0] == '-' ? "option" : "command";
     suggestion suggested = suggest_for(name);
     for (size_t i = 0; i < COMMANDS; i++) {
+        const char *known = commands[i]->line.name;
         size_t used = strlen(list);
-        (void)snprintf(list + used, sizeof list - used, " %s", commands[i].name);
-        suggest_offer(&suggested, commands[i].name);
+        (void)snprintf(list + used, sizeof list - used, " %s", known);
+        suggest_offer(&suggested, known);
     }
     if (suggested.nearest != NULL) {
-        return fail_usage("%s is no command: did you mean %s? The commands:%s", name,
+        return fail_usage("unknown %s %s: did you mean %s? The commands are:%s", kind, name,
                           suggested.nearest, list);
     }
-    return fail_usage("%s is no command. The commands:%s", name, list);
+    return fail_usage("unknown %s %s: the commands are:%s", kind, name, list);
 }
 
 static int run_command(const char *name, int argc, char **argv)
 {
     for (size_t i = 0; i < COMMANDS; i++) {
-        if (strcmp(commands[i].name, name) == 0) {
-            messages_of(name);
-            return commands[i].run(argc, argv);
+        if (strcmp(commands[i]->line.name, name) == 0) {
+            return command_run(commands[i], argc, argv);
         }
     }
     return fail_unknown(name);
@@ -73,12 +72,26 @@ static int run_command(const char *name, int argc, char **argv)
 static int run_help(int argc, char **argv)
 {
     char help[] = "--help";
-    char *arguments[] = {help, NULL};
+    char *words[] = {help, NULL};
     if (argc > 0) {
-        return run_command(argv[0], 1, arguments);
+        return run_command(argv[0], 1, words);
     }
     print_overview(stdout);
     return DONE;
+}
+
+/* `shell` is the argument of --completion, NULL = none. */
+static int print_completion(const char *shell)
+{
+    if (shell != NULL && strcmp(shell, "bash") == 0) {
+        completion_bash(commands, COMMANDS);
+        return DONE;
+    }
+    if (shell != NULL && strcmp(shell, "zsh") == 0) {
+        completion_zsh(commands, COMMANDS);
+        return DONE;
+    }
+    return fail_usage("--completion needs the name of a shell: bash or zsh");
 }
 
 static int run(int argc, char **argv)
@@ -91,8 +104,11 @@ static int run(int argc, char **argv)
         strcmp(argv[0], "-h") == 0) {
         return run_help(argc - 1, argv + 1);
     }
-    if (strcmp(argv[0], "--version") == 0) {
+    if (strcmp(argv[0], "--version") == 0 || strcmp(argv[0], "-V") == 0) {
         return print_version();
+    }
+    if (strcmp(argv[0], "--completion") == 0) {
+        return print_completion(argc > 1 ? argv[1] : NULL);
     }
     return run_command(argv[0], argc - 1, argv + 1);
 }
@@ -101,7 +117,7 @@ int main(int argc, char **argv)
 {
     output_watch_signals();
     int status = run(argc - 1, argv + 1);
-    /* A result that did not get out is no result; but the first error wins. */
+    /* A result that could not be printed is a failure, unless there was one before. */
     if (status == DONE || status == ANSWER_NO) {
         int flushed = output_flush_standard();
         status = flushed != DONE ? flushed : status;

@@ -11,12 +11,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "files.h"
-#include "messages.h"
-#include "progress.h"
+#include "progress_line.h"
+#include "text/fail.h"
 
-/* What exists for the time being, for the signal handler: changed only while the signals are
- * blocked. */
+/* What a signal handler has to remove. They change only while the signals are blocked. */
 static char *temporaries[OUTPUTS_MAX];
 static const char *made_folder;
 
@@ -54,13 +52,13 @@ void output_watch_signals(void)
     action.sa_handler = remove_and_exit;
     action.sa_mask = fatal_set();
     for (int i = 0; i < FATAL_SIGNALS; i++) {
-        /* What the caller ignores, as nohup does, stays ignored. */
+        /* A signal that the caller ignores, as nohup does, stays ignored. */
         if (sigaction(fatal_signals[i], NULL, &before) == 0 && before.sa_handler != SIG_IGN) {
             (void)sigaction(fatal_signals[i], &action, NULL);
         }
     }
-    /* Over the file size limit, a write is to fail instead of ending the command with its temporary
-     * left behind. */
+    /* A write over the file size limit must fail. The signal would end the command and leave the
+     * temporary behind. */
     action.sa_handler = SIG_IGN;
     (void)sigaction(SIGXFSZ, &action, NULL);
 }
@@ -94,8 +92,7 @@ bool output_is_straight(const char *path)
            (stat(path, &about) == 0 && !S_ISREG(about.st_mode) && !S_ISDIR(about.st_mode));
 }
 
-/* A name in the folder of `target` that is not in use yet, short enough for any folder that holds
- * the target. */
+/* A name in the folder of `target`, short enough for every file system. */
 static char *temporary_name(const char *target, unsigned attempt)
 {
     const char *slash = strrchr(target, '/');
@@ -108,7 +105,7 @@ static char *temporary_name(const char *target, unsigned attempt)
     return name;
 }
 
-/* Creates the temporary; its mode is what the umask leaves of a new file's. */
+/* Creates the temporary under a name that is not in use. It has the mode of a new file. */
 static int create_temporary(output *out)
 {
     int descriptor = -1;
@@ -163,8 +160,8 @@ static int free_slot(void)
     return slot;
 }
 
-/* A link is followed, so that the file it leads to is replaced and not the link; one that leads
- * nowhere is replaced itself. */
+/* Follows a link, so that the file is replaced and not the link. A link that leads nowhere is
+ * replaced itself. */
 static char *resolved(const char *path, bool exists)
 {
     char *target = exists ? realpath(path, NULL) : malloc(strlen(path) + 1);
@@ -204,7 +201,7 @@ int output_open(output *out, const char *path)
     *out = (output){NULL, output_name(path), NULL, free_slot(), 0};
     if (!output_is_standard(path) && file_was_read(path)) {
         return fail(BAD_USAGE, out->name,
-                    "is an input of this very command: name another file to write");
+                    "is an input of this command: name another file to write");
     }
     int descriptor = open_target(out, path);
     if (descriptor < 0) {
@@ -214,8 +211,9 @@ int output_open(output *out, const char *path)
     }
     if (isatty(descriptor)) {
         (void)close(descriptor);
-        return fail(BAD_USAGE, out->name,
-                    "is a terminal, which binary data would garble: name a file or redirect it");
+        return fail(
+            BAD_USAGE, out->name,
+            "is a terminal, which cannot show binary data: name a file or redirect the output");
     }
     out->file = fdopen(descriptor, "wb");
     if (out->file == NULL) {
@@ -236,10 +234,20 @@ bool output_write(output *out, const void *bytes, size_t size)
     return false;
 }
 
+void output_write_file(output *out, const file_bytes *file)
+{
+    (void)output_write(out, file->bytes, file->size); /* output_commit reports a failure */
+}
+
+bool output_sink(void *out, const void *bytes, size_t size)
+{
+    return output_write(out, bytes, size);
+}
+
 static int close_output(output *out)
 {
     int status = DONE;
-    /* Some file systems cannot sync (EINVAL): what they hold is all that can be had. */
+    /* Some file systems cannot sync (EINVAL): that is no failure. */
     if (out->error == 0 &&
         (fflush(out->file) != 0 ||
          (out->target != NULL && fsync(fileno(out->file)) != 0 && errno != EINVAL))) {

@@ -3,24 +3,106 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "messages.h"
-#include "picture.h"
+#include "pictures/picture_read.h"
+#include "text/fail.h"
+#include "text/names.h"
+#include "text/numbers.h"
 
-/* Reads a picture as grey; its pixels are to be freed. */
+static int read_disparity(const char *text, qs_stereo *stereo)
+{
+    uint32_t range[2];
+    if (!numbers_read(text, ':', range, 2) || range[1] > INT32_MAX) {
+        return fail_usage("--disparity %s is not MIN:MAX, two whole numbers from 0 to %ld", text,
+                          (long)INT32_MAX);
+    }
+    if (range[0] > range[1]) {
+        return fail_usage("--disparity %s is empty: MIN is above MAX", text);
+    }
+    if (range[1] - range[0] >= QS_LABELS_MAX) {
+        return fail_usage("--disparity %s has %lu labels: %u is the most", text,
+                          (unsigned long)(range[1] - range[0]) + 1, QS_LABELS_MAX);
+    }
+    stereo->disparity_min = range[0];
+    stereo->disparity_max = range[1];
+    return DONE;
+}
+
+static int read_lambda(const char *text, qs_stereo *stereo)
+{
+    fraction lambda;
+    decimal_status status = decimal_read(text, INT32_MAX, DECIMAL_DENOMINATOR_MAX, &lambda);
+    if (status != DECIMAL_OK) {
+        return decimal_fail("--lambda", text, status,
+                            "any decimal number from 0 that is n/s in lowest terms, with s up to "
+                            "1000000 and n up to 2147483647");
+    }
+    stereo->scale = lambda.denominator;
+    stereo->weight = (int32_t)lambda.numerator;
+    return DONE;
+}
+
+static int read_roi(const char *text, pair *asked)
+{
+    uint32_t roi[4];
+    asked->whole = text == NULL;
+    if (text == NULL) {
+        return DONE;
+    }
+    if (!numbers_read(text, ',', roi, 4) || roi[2] == 0 || roi[3] == 0) {
+        return fail_usage("--roi %s is not X,Y,W,H, four whole numbers with W and H from 1", text);
+    }
+    asked->stereo.x = roi[0];
+    asked->stereo.y = roi[1];
+    asked->stereo.width = roi[2];
+    asked->stereo.height = roi[3];
+    return DONE;
+}
+
+static int read_smoothness(const char *name, const char *truncation, qs_pairwise *pairwise)
+{
+    int value;
+    TRY(name_read(&smoothness_names, name, "", &value));
+    pairwise->smoothness = (qs_smoothness)value;
+    if (truncation == NULL) {
+        return DONE;
+    }
+    if (pairwise->smoothness == QS_POTTS) {
+        return fail_usage(
+            "--truncation goes with --smoothness linear or quadratic: potts has nothing to "
+            "truncate");
+    }
+    return number_read("--truncation", truncation, 1, INT32_MAX, &pairwise->truncation);
+}
+
+int pair_read(const char *left, const char *right, const char *const *values, const char *weights,
+              pair *asked)
+{
+    int cost = QS_COST_AD;
+    memset(asked, 0, sizeof *asked);
+    asked->left = left;
+    asked->right = right;
+    asked->weights = weights;
+    TRY(read_disparity(values[PAIR_DISPARITY], &asked->stereo));
+    TRY(read_lambda(values[PAIR_LAMBDA], &asked->stereo));
+    TRY(read_roi(values[PAIR_ROI], asked));
+    TRY(name_read(&cost_names, values[PAIR_COST], "", &cost));
+    TRY(read_smoothness(values[PAIR_SMOOTHNESS], values[PAIR_TRUNCATION], &asked->pairwise));
+    asked->stereo.cost = (qs_cost)cost;
+    return DONE;
+}
+
+/* Reads a picture as grey. The caller frees the pixels. */
 static int read_grey(const char *path, qs_image *image, uint8_t **pixels)
 {
     picture colour;
-    int status = picture_read(path, &colour);
-    if (status != DONE) {
-        return status;
-    }
+    TRY(picture_read(path, &colour));
     *pixels = picture_grey(&colour);
     *image = (qs_image){*pixels, colour.width, colour.height, colour.width};
     picture_free(&colour);
     return *pixels != NULL ? DONE : fail_memory(input_name(path));
 }
 
-/* Why the library refused the geometry, or would: the user can mend what is named. */
+/* Checks the geometry as the library does, so that a message can name what the user can mend. */
 static int check_geometry(const pair *asked)
 {
     const qs_stereo *stereo = &asked->stereo;
@@ -28,20 +110,20 @@ static int check_geometry(const pair *asked)
     size_t end = asked->whole ? left->width : (size_t)stereo->x + stereo->width;
     if (left->width != right->width || left->height != right->height) {
         return fail(BAD_INPUT, input_name(asked->right),
-                    "is %zu x %zu pixels, but %s is %zu x %zu: a pair has one size", right->width,
-                    right->height, input_name(asked->left), left->width, left->height);
+                    "is %zu x %zu pixels, but %s is %zu x %zu: both pictures need the same size",
+                    right->width, right->height, input_name(asked->left), left->width,
+                    left->height);
     }
     if (end > left->width || (!asked->whole && (size_t)stereo->y + stereo->height > left->height)) {
         return fail(BAD_INPUT, input_name(asked->left),
-                    "is %zu x %zu pixels: --roi %lu,%lu,%lu,%lu does not lie inside", left->width,
+                    "is %zu x %zu pixels: --roi %lu,%lu,%lu,%lu does not fit inside", left->width,
                     left->height, (unsigned long)stereo->x, (unsigned long)stereo->y,
                     (unsigned long)stereo->width, (unsigned long)stereo->height);
     }
     if (end <= stereo->disparity_max) {
         return fail(BAD_INPUT, input_name(asked->left),
-                    "%s ends at column %zu, too narrow for disparity %lu: no pixel would have all "
-                    "of its matches inside the "
-                    "right picture; lower --disparity%s",
+                    "%s ends at column %zu, which is too narrow for disparity %lu: no pixel would "
+                    "have all its matches inside the right picture; lower --disparity%s",
                     asked->whole ? "the picture" : "--roi", end - 1,
                     (unsigned long)stereo->disparity_max,
                     asked->whole ? "" : " or move --roi to the right");
@@ -53,9 +135,10 @@ static int fail_encode(const pair *asked, qs_status status)
 {
     const char *name = input_name(asked->left);
     if (status == QS_E_LIMIT) {
-        return fail(BAD_INPUT, name,
-                    "sites x labels is over %u variables: choose a smaller --roi or --disparity",
-                    QS_VARIABLES_MAX);
+        return fail(
+            BAD_INPUT, name,
+            "sites x labels is more than %u variables: choose a smaller --roi or --disparity",
+            QS_VARIABLES_MAX);
     }
     if (status == QS_E_OVERFLOW) {
         return fail(BAD_INPUT, name,
@@ -82,14 +165,10 @@ static int make_problem(pair *opened, qs_problem *problem)
 
 int pair_open(pair *opened, qs_problem *problem)
 {
-    int status = read_grey(opened->left, &opened->stereo.left, &opened->left_pixels);
-    if (status == DONE) {
-        status = read_grey(opened->right, &opened->stereo.right, &opened->right_pixels);
-    }
-    if (status == DONE) {
-        status = check_geometry(opened);
-    }
-    return status == DONE ? make_problem(opened, problem) : status;
+    TRY(read_grey(opened->left, &opened->stereo.left, &opened->left_pixels));
+    TRY(read_grey(opened->right, &opened->stereo.right, &opened->right_pixels));
+    TRY(check_geometry(opened));
+    return make_problem(opened, problem);
 }
 
 void pair_close(pair *closed)
@@ -97,6 +176,7 @@ void pair_close(pair *closed)
     free(closed->workspace);
     free(closed->left_pixels);
     free(closed->right_pixels);
+    closed->workspace = closed->left_pixels = closed->right_pixels = NULL;
 }
 
 int pair_encode(const pair *encoded, const qs_problem *problem, const qs_encode_options *options,
@@ -112,17 +192,7 @@ int pair_encode(const pair *encoded, const qs_problem *problem, const qs_encode_
     return written == QS_OK || written == QS_E_IO ? DONE : fail_encode(encoded, written);
 }
 
-int pair_hold(const pair *held, const qs_problem *problem, const qs_encode_options *options,
-              budget *limit, problem_file *made)
+int pair_lay_out(const pair *of, const qs_problem *problem, budget *limit, laid_out *made)
 {
-    growing_file grown = growing_begin(limit->left);
-    const qs_sink sink = {growing_append, &grown};
-    memset(made, 0, sizeof *made);
-    int status = pair_encode(held, problem, options, &sink, NULL);
-    if (status != DONE) {
-        file_free(&grown.file);
-        return status;
-    }
-    status = growing_end(&grown, input_name(held->left), limit);
-    return status == DONE ? problem_take(held->left, grown.file, limit, made) : status;
+    return lay_out_problem(input_name(of->left), problem, of->weights, limit, made);
 }

@@ -1,13 +1,36 @@
-/* A stereo pair: from the names of two pictures to a labelling problem and the bytes of its .qcf.
- * Each function returns DONE, BAD_INPUT or NO_RESOURCE, having said why. */
+/* A stereo pair: from its options and the names of two pictures to a labelling problem and its
+ * .qcf. Each function that can fail returns an exit status and has printed why. */
 #ifndef PAIR_H
 #define PAIR_H
 
-#include "inputs.h"
+#include "solving.h"
+
+/* Rows for a table of options, one behind the other. */
+enum {
+    PAIR_DISPARITY,
+    PAIR_LAMBDA,
+    PAIR_ROI,
+    PAIR_COST,
+    PAIR_SMOOTHNESS,
+    PAIR_TRUNCATION,
+    PAIR_OPTIONS
+};
+#define PAIR_OPTION_ROWS                                                                           \
+    {"disparity", 0,      false,                                                                   \
+     "MIN:MAX",   "0:15", "disparities to choose from, in pixels, both included"},                 \
+        {"lambda", 0, false, "L", "20", "weight of the smoothness, an exact decimal number"},      \
+        {"roi",     0,    false,                                                                   \
+         "X,Y,W,H", NULL, "window of the left picture to match (default all of it)"},              \
+        {"cost", 0,    false,                                                                      \
+         "NAME", "ad", "cost of a disparity: ad, the absolute difference of the greys"},           \
+        {"smoothness", 0,       false,                                                             \
+         "NAME",       "potts", "cost of neighbours that differ: potts, linear or quadratic"},     \
+        {"truncation", 0,    false,                                                                \
+         "T",          NULL, "upper bound of linear or quadratic smoothness (default no bound)"}
 
 typedef struct pair {
     const char *left, *right; /* names of the pictures */
-    const char *weights; /* the options that coefficients grow with */
+    const char *weights; /* the options that coefficients grow with, for messages */
     bool whole; /* no window was given */
     qs_stereo stereo;
     qs_pairwise pairwise;
@@ -15,19 +38,22 @@ typedef struct pair {
     void *workspace;
 } pair;
 
-/* Reads the pictures and makes the problem, which borrows the pair. pair_close frees what was
- * allocated in any case. */
+/* Reads the arguments of the rows; strings are borrowed. Returns DONE or BAD_USAGE. */
+int pair_read(const char *left, const char *right, const char *const *values, const char *weights,
+              pair *asked);
+
+/* Reads the pictures and makes the problem, which borrows from the pair. Returns DONE, BAD_INPUT or
+ * NO_RESOURCE. pair_close frees what was allocated, also after a failure. */
 int pair_open(pair *opened, qs_problem *problem);
 void pair_close(pair *closed);
 
-/* Writes the problem as a .qcf; size may be NULL. Bytes that the sink refuses are no failure here:
- * its owner knows of them. */
+/* Writes the problem as a .qcf; size may be NULL. Returns DONE, BAD_INPUT or NO_RESOURCE. It is no
+ * failure here if the sink refuses bytes: the owner of the sink knows it. */
 int pair_encode(const pair *encoded, const qs_problem *problem, const qs_encode_options *options,
                 const qs_sink *sink, uint64_t *size);
 
-/* The same in memory, opened, under the name of the left picture. problem_close frees what was
- * allocated in any case. */
-int pair_hold(const pair *held, const qs_problem *problem, const qs_encode_options *options,
-              budget *limit, problem_file *made);
+/* Lays the problem out for the solvers, without a file between, in memory of the budget. Returns
+ * DONE, BAD_INPUT or NO_RESOURCE. */
+int pair_lay_out(const pair *of, const qs_problem *problem, budget *limit, laid_out *made);
 
 #endif

@@ -2,41 +2,50 @@
 
 #include <inttypes.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "decimal.h"
-#include "gap.h"
-#include "json.h"
-#include "messages.h"
-#include "names.h"
-#include "numbers.h"
-#include "progress.h"
+#include "progress_line.h"
+#include "text/fail.h"
+#include "text/json.h"
+#include "text/names.h"
+#include "text/numbers.h"
+
+/* A target counts variables as the reduction leaves them, which encodings with a model have. */
+static int read_target(const char *text, qs_encoding into, uint64_t *target)
+{
+    const qs_encoding_facts *facts = qs_encoding_facts_of(into);
+    if (!facts->has_model) {
+        return fail_usage("--target goes with --encoding one-hot, one-hot-sparse or domain-wall, "
+                          "not with %s",
+                          facts->name);
+    }
+    return number64_read("--target", text, 1, QS_VARIABLES_MAX, target);
+}
 
 int reducing_read(const char *const *values, qs_encoding into, reducing *asked)
 {
     memset(asked, 0, sizeof *asked);
     asked->into = into;
-    int status = DONE;
     if (values[REDUCING_TARGET] != NULL) {
-        if (into != QS_ONE_HOT && into != QS_ONE_HOT_SPARSE && into != QS_DOMAIN_WALL) {
-            return fail_usage(
-                "--target goes with --encoding one-hot, one-hot-sparse or domain-wall, not with %s",
-                name_of(&encoding_names, (int)into));
-        }
-        status =
-            number64_read("--target", values[REDUCING_TARGET], 1, QS_VARIABLES_MAX, &asked->target);
+        TRY(read_target(values[REDUCING_TARGET], into, &asked->target));
     }
-    if (status == DONE && values[REDUCING_TIME_LIMIT] != NULL) {
-        status = seconds_read("--time-limit", values[REDUCING_TIME_LIMIT], &asked->time_limit);
+    if (values[REDUCING_TIME_LIMIT] != NULL) {
+        TRY(seconds_read("--time-limit", values[REDUCING_TIME_LIMIT], &asked->time_limit));
     }
-    return status;
+    return DONE;
 }
 
-static int run_reduction(const laid_out *problem, const reducing *asked, void *workspace,
-                         size_t size, uint16_t *labelling, reduced *made)
+static int run_reduction(const laid_out *problem, const reducing *asked, budget *work,
+                         reduced *made)
 {
-    progress watched = progress_begin("reduce", problem->problem->scale, asked->time_limit);
+    const char *name = problem->name;
+    size_t size = qs_reduce_workspace(&problem->model);
+    uint16_t *labelling = budget_take(work, name, sizeof *labelling * problem->model.sites);
+    void *workspace = labelling != NULL ? budget_take(work, name, size) : NULL;
+    if (workspace == NULL) {
+        return NO_RESOURCE;
+    }
+    progress watched = progress_begin("reduce", problem->scale, asked->time_limit);
     const qs_reduce_options options = {asked->iterations, asked->target,
                                        asked->into == QS_DOMAIN_WALL, progress_watch_reduction,
                                        &watched};
@@ -46,9 +55,9 @@ static int run_reduction(const laid_out *problem, const reducing *asked, void *w
     made->out_of_time = watched.out_of_time;
     made->target = asked->target;
     if (ran != QS_OK) {
-        return fail_status(problem->problem->name, ran);
+        return fail_status(name, ran);
     }
-    /* An optimum is always left. */
+    /* A reduction never removes all optima: if one labelling is left, it is optimal. */
     if (made->found.undecided == 0) {
         made->found.lower_bound = made->found.upper_bound;
     }
@@ -58,31 +67,15 @@ static int run_reduction(const laid_out *problem, const reducing *asked, void *w
 int reduce_problem(const laid_out *problem, const reducing *asked, budget *limit, reduced *made)
 {
     const qs_model *model = &problem->model;
-    const char *name = problem->problem->name;
-    void *kept = NULL, *workspace = NULL, *labelling = NULL;
-    size_t size = qs_reduce_workspace(model);
     memset(made, 0, sizeof *made);
-    int status = budget_allocate(limit, name, (size_t)model->sites * model->labels, &kept);
-    made->kept = kept;
-    budget work = *limit;
-    if (status == DONE) {
-        status = budget_allocate(&work, name, sizeof(uint16_t) * model->sites, &labelling);
+    made->kept = budget_take(limit, problem->name, (size_t)model->sites * model->labels);
+    if (made->kept == NULL) {
+        return NO_RESOURCE;
     }
-    if (status == DONE) {
-        status = budget_allocate(&work, name, size, &workspace);
-    }
-    if (status == DONE) {
-        status = run_reduction(problem, asked, workspace, size, labelling, made);
-    }
-    free(labelling);
-    free(workspace);
+    budget work = budget_inside(limit);
+    int status = run_reduction(problem, asked, &work, made);
+    budget_free(&work);
     return status;
-}
-
-void reduced_free(reduced *freed)
-{
-    free(freed->kept);
-    freed->kept = NULL;
 }
 
 static bool has_bound(const reduced *made)
@@ -100,20 +93,16 @@ static bool at_target(const reduced *made, const problem_file *after)
     return after->qubo.variables <= made->target;
 }
 
-void reduced_json(const reduced *made, const problem_file *before, const problem_file *after)
+void reduced_json(const reduced *made, const laid_out *before, const problem_file *after)
 {
-    const qs_labels *all = &before->qubo.labels, *left = &after->qubo.labels;
-    json_count("variables_before", before->qubo.variables);
+    const qs_labels *all = &before->labels, *left = &after->qubo.labels;
+    json_count("variables_before", before->variables);
     json_count("variables_after", after->qubo.variables);
     json_count("sites_before", all->undecided);
     json_count("sites_after", left->undecided);
     json_count("labels_before", labels_left(all));
     json_count("labels_after", labels_left(left));
-    if (has_bound(made)) {
-        json_units("lower_bound", made->found.lower_bound, before->scale);
-    } else {
-        json_null("lower_bound");
-    }
+    json_units_or_null("lower_bound", has_bound(made), made->found.lower_bound, before->scale);
     json_units("upper_bound", made->found.upper_bound, before->scale);
     json_truth("proven_optimal", is_proven(made));
     if (made->target > 0) {
@@ -127,39 +116,39 @@ void reduced_json(const reduced *made, const problem_file *before, const problem
     json_units("seconds", made->microseconds, 1000000);
 }
 
-/* Labels that are left are those that no proof excluded, which does not put each of them into an
- * optimum. */
+/* A label that is left is one that no proof excluded; it need not be in any optimum. */
 static void print_left(const reduced *made, const char *lower, const char *upper, uint32_t open)
 {
     if (open == 0) {
-        puts("left        nothing: the optimum is proven and unique");
+        puts("left        nothing: the optimum is proven, and there is no other");
     } else if (is_proven(made)) {
-        printf("left        ties only, as far as the bound tells: the best labelling known is "
-               "proven optimal, and what is left\n"
-               "            costs %s or more\n",
+        printf("left        labels that may tie: the best labelling is proven optimal, and no "
+               "labelling\n"
+               "            that is left costs less than %s\n",
                upper);
     } else if (has_bound(made)) {
-        printf("left        open: the optimum lies between %s and %s\n", lower, upper);
+        printf("left        an open problem: the optimum lies between %s and %s\n", lower, upper);
     } else {
-        printf("left        open: the optimum costs %s or less (the costs are too large for a "
-               "lower bound)\n",
+        printf("left        an open problem: the optimum costs at most %s (the costs are too "
+               "large\n"
+               "            for a lower bound)\n",
                upper);
     }
 }
 
-/* Why a target was missed. */
+/* Prints why the target was missed. */
 static void print_target(const reduced *made)
 {
     printf("target      %" PRIu64 " not reached: ", made->target);
     if (made->out_of_time) { /* perhaps after the proof, which goes on to tell ties apart */
-        puts("out of time");
+        puts("the time limit stopped the reduction");
     } else if (is_proven(made)) {
-        puts("the proof is complete, and what is left is ties");
+        puts("the proof is complete, and only labels that may tie are left");
     } else if (has_bound(made)) {
         printf("stopped after %" PRIu64 " iteration%s\n", made->found.iterations,
                plural(made->found.iterations));
     } else {
-        puts("without a lower bound no more is proven");
+        puts("no more can be proven without a lower bound");
     }
 }
 
@@ -170,24 +159,24 @@ static double share(uint64_t part, uint64_t whole)
 
 static void print_sites(const qs_labels *before, const qs_labels *after)
 {
-    printf("sites       %" PRIu32 " open, %" PRIu32 " before: ", after->undecided,
+    printf("sites       %" PRIu32 " undecided, %" PRIu32 " before: ", after->undecided,
            before->undecided);
     if (after->labels == 1) {
-        printf("all %" PRIu32 " have one label only, nothing is to be decided\n", after->sites);
+        printf("each of all %" PRIu32 " has only one label\n", after->sites);
     } else {
         printf("%.4g %% of all %" PRIu32 " are decided by proof\n",
                share(after->sites - after->undecided, after->sites), after->sites);
     }
 }
 
-void reduced_print(const reduced *made, const problem_file *before, const char *form,
+void reduced_print(const reduced *made, const laid_out *before, const char *form,
                    const problem_file *after)
 {
-    const qs_labels *all = &before->qubo.labels, *left = &after->qubo.labels;
+    const qs_labels *all = &before->labels, *left = &after->qubo.labels;
     char lower[DECIMAL_SIZE] = "none", upper[DECIMAL_SIZE], gap[GAP_SIZE];
     decimal_write(made->found.upper_bound, before->scale, upper);
-    printf("variables   %" PRIu32 " (%s), %" PRIu32 " before (%s)\n", after->qubo.variables,
-           name_of(&encoding_names, (int)left->encoding), before->qubo.variables, form);
+    printf("variables   %" PRIu32 " (%s), %" PRIu64 " before (%s)\n", after->qubo.variables,
+           encoding_name(left->encoding), before->variables, form);
     print_sites(all, left);
     printf("labels      %" PRIu64 " left, %" PRIu64 " before\n", labels_left(left),
            labels_left(all));
@@ -197,7 +186,7 @@ void reduced_print(const reduced *made, const problem_file *before, const char *
         gap_write(made->found.upper_bound, made->found.lower_bound, before->scale, gap);
         printf("lower %s, upper %s, gap %s\n", lower, upper, gap);
     } else {
-        printf("upper %s, no lower one\n", upper);
+        printf("upper %s, no lower bound\n", upper);
     }
     print_left(made, lower, upper, left->undecided);
     if (made->target > 0 && !at_target(made, after)) {

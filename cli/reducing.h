@@ -18,7 +18,7 @@ typedef struct reducing {
     uint64_t target; /* variables; 0 = none */
     int64_t time_limit; /* microseconds; 0 = none */
     uint64_t iterations; /* 0 = the library's own limit */
-    qs_encoding into; /* what the problem will be written in */
+    qs_encoding into; /* the encoding that the problem will be written in */
 } reducing;
 
 /* Reads the arguments of the rows for a problem that will be written in the encoding `into`.
@@ -26,23 +26,22 @@ typedef struct reducing {
 int reducing_read(const char *const *values, qs_encoding into, reducing *asked);
 
 typedef struct reduced {
-    qs_reduction found; /* where one labelling alone is left, its energy is the lower bound too */
+    qs_reduction found; /* if only one labelling is left, its energy is the lower bound too */
     uint64_t target; /* as asked; 0 = none */
     bool out_of_time; /* the time limit stopped it */
     int64_t microseconds;
-    uint8_t *kept; /* as of qs_reduce; to be freed */
+    uint8_t *kept; /* as of qs_reduce; the budget owns it */
 } reduced;
 
-/* Returns DONE or NO_RESOURCE, having said why; reduced_free frees what was allocated in any case.
- * The limit is for the work alone, but for `kept`. */
+/* Reduces the problem. `kept` stays in memory of the budget, the work does not. Returns DONE or
+ * NO_RESOURCE, and has printed why. */
 int reduce_problem(const laid_out *problem, const reducing *asked, budget *limit, reduced *made);
-void reduced_free(reduced *freed);
 
-/* What became of the problem `before`, in the file `after`: keys of JSON, and lines for people,
- * which say `form` of what the variables before are: their encoding, or how they are counted where
- * that is of no interest. */
-void reduced_json(const reduced *made, const problem_file *before, const problem_file *after);
-void reduced_print(const reduced *made, const problem_file *before, const char *form,
+/* Print what became of the problem `before`, which is now the file `after`: keys of JSON, and lines
+ * for people. `form` says in these lines what the variables before are: their encoding, or how
+ * they are counted. */
+void reduced_json(const reduced *made, const laid_out *before, const problem_file *after);
+void reduced_print(const reduced *made, const laid_out *before, const char *form,
                    const problem_file *after);
 
 #endif

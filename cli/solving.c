@@ -2,164 +2,246 @@
 
 #include <inttypes.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "decimal.h"
-#include "gap.h"
-#include "json.h"
-#include "messages.h"
-#include "numbers.h"
-#include "progress.h"
+#include "progress_line.h"
+#include "text/fail.h"
+#include "text/json.h"
+#include "text/names.h"
+#include "text/numbers.h"
+
+int search_read(const char *const *values, search *asked)
+{
+    const char *time_limit = values[SEARCH_TIME_LIMIT], *iterations = values[SEARCH_ITERATIONS];
+    memset(asked, 0, sizeof *asked);
+    TRY(number64_read("--seed", values[SEARCH_SEED], 0, UINT64_MAX, &asked->seed));
+    if (time_limit != NULL) {
+        TRY(seconds_read("--time-limit", time_limit, &asked->time_limit));
+    }
+    if (iterations != NULL) {
+        TRY(number64_read("--iterations", iterations, 1, UINT64_MAX, &asked->iterations));
+    }
+    return DONE;
+}
+
+static const solver solvers[] = {
+    {"icm", qs_icm, qs_icm_workspace},
+    {"anneal", qs_anneal, qs_anneal_workspace},
+    {"swap", qs_swap, qs_swap_workspace},
+    {"expansion", qs_expansion, qs_expansion_workspace},
+    {"bp", qs_bp, qs_bp_workspace},
+    {"trws", qs_trws, qs_trws_workspace},
+    {"cut", qs_min_cut, qs_min_cut_workspace},
+    {"best", qs_best, qs_best_workspace},
+};
+enum { SOLVERS = sizeof solvers / sizeof solvers[0] };
+
+const char *solver_at(size_t index)
+{
+    return index < SOLVERS ? solvers[index].name : NULL;
+}
+
+static int read_name(const char *what, const char *text, const solver **chosen)
+{
+    named names[SOLVERS];
+    int index = 0;
+    for (int i = 0; i < SOLVERS; i++) {
+        names[i] = (named){solvers[i].name, i};
+    }
+    const name_table table = {what, names, SOLVERS, SOLVERS};
+    TRY(name_read(&table, text, "", &index));
+    *chosen = &solvers[index];
+    return DONE;
+}
+
+int solver_read(const char *text, const solver **chosen)
+{
+    return read_name("solver", text, chosen);
+}
+
+int solvers_read(const char *text, size_t length, const solver **chosen)
+{
+    char name[64];
+    (void)snprintf(name, sizeof name, "%.*s", length < sizeof name ? (int)length : (int)sizeof name,
+                   text);
+    return read_name("solvers", name, chosen);
+}
 
 static int fail_model(const char *name, qs_status status)
 {
     switch (status) {
     case QS_E_UNSUPPORTED:
         return fail(BAD_INPUT, name,
-                    "does not say which labels its variables stand for (in a chunk labl), "
-                    "which this command needs: qstereo-bridge solves any QUBO");
+                    "does not say which labels its variables stand for (chunk labl), which this "
+                    "command needs: solve it with qstereo-bridge, which takes any QUBO");
     case QS_E_CORRUPT:
         return fail(BAD_INPUT, name,
                     "its couplings are not those of the labelling problem that it says it is: "
-                    "qstereo-bridge solves any QUBO");
+                    "solve it with qstereo-bridge, which takes any QUBO");
     case QS_E_ENCODING:
         return fail(BAD_INPUT, name,
-                    "is a cut of a graph, from which the costs are not read back: this command "
-                    "reads one-hot, "
-                    "one-hot-sparse and domain-wall, so encode the pair in one of them");
+                    "is a cut of a graph, from which the costs cannot be read back: encode the "
+                    "pair as one-hot, one-hot-sparse or domain-wall for this command");
     case QS_E_OVERFLOW:
-        return fail(BAD_INPUT, name, "has costs above 2^31 - 1 units, too large for these solvers");
+        return fail(BAD_INPUT, name,
+                    "has costs above 2^31 - 1 units, too large for these solvers: encode the pair "
+                    "with a smaller --lambda");
     default: return fail_status(name, status);
     }
 }
 
-int laid_out_open(problem_file *problem, budget *limit, laid_out *opened)
+int lay_out(problem_file *problem, budget *limit, laid_out *made)
 {
-    memset(opened, 0, sizeof *opened);
-    opened->problem = problem;
+    memset(made, 0, sizeof *made);
     if (!problem->qubo.has_labels) {
         return fail_model(problem->name, QS_E_UNSUPPORTED);
     }
+    made->name = problem->name;
+    made->scale = problem->scale;
+    made->variables = problem->qubo.variables;
+    made->labels = problem->qubo.labels;
+    made->file = problem;
+    TRY(problem_index(problem, limit));
     size_t size = qs_model_workspace(&problem->qubo);
-    int status = problem_index(problem, limit);
-    if (status == DONE) {
-        status = budget_allocate(limit, problem->name, size, &opened->workspace);
+    void *workspace = budget_take(limit, problem->name, size);
+    if (workspace == NULL) {
+        return NO_RESOURCE;
     }
-    if (status != DONE) {
-        return status;
-    }
-    qs_status built = qs_model_build(&problem->index, opened->workspace, size, &opened->model);
+    qs_status built = qs_model_build(&problem->index, workspace, size, &made->model);
     return built == QS_OK ? DONE : fail_model(problem->name, built);
 }
 
-void laid_out_close(laid_out *closed)
+int lay_out_problem(const char *name, const qs_problem *problem, const char *mend, budget *limit,
+                    laid_out *made)
 {
-    free(closed->workspace);
-    closed->workspace = NULL;
+    memset(made, 0, sizeof *made);
+    size_t size = qs_model_of_problem_workspace(problem);
+    void *workspace = budget_take(limit, name, size);
+    if (workspace == NULL) {
+        return NO_RESOURCE;
+    }
+    qs_status built = qs_model_of_problem(problem, workspace, size, &made->model, &made->labels);
+    if (built == QS_E_OVERFLOW) {
+        return fail(BAD_INPUT, name,
+                    "its costs overflow what the solvers can hold: choose a smaller %s", mend);
+    }
+    made->name = name;
+    made->scale = made->labels.scale;
+    made->variables = (uint64_t)made->labels.sites * made->labels.labels;
+    made->problem = problem;
+    return built == QS_OK ? DONE : fail_status(name, built);
 }
 
 /* Room for the labelling of the model, which has more sites than a masked problem, and for the
  * sample. */
-static int allocate_found(const laid_out *problem, budget *limit, solved *found)
+static int take_room(const laid_out *problem, budget *limit, solved *found)
 {
-    const problem_file *file = problem->problem;
-    void *labelling = NULL, *bits = NULL;
-    int status = budget_allocate(limit, file->name, sizeof *found->labelling * problem->model.sites,
-                                 &labelling);
-    if (status == DONE) {
-        status = budget_allocate(limit, file->name, ((size_t)file->qubo.variables + 7) / 8, &bits);
+    size_t size = sizeof *found->labelling * problem->model.sites;
+    found->labelling = budget_take(limit, problem->name, size);
+    if (found->labelling == NULL || problem->file == NULL) {
+        return found->labelling != NULL ? DONE : NO_RESOURCE;
     }
-    found->labelling = labelling;
-    found->bits = bits;
-    return status;
+    found->bits = budget_take(limit, problem->name, ((size_t)problem->variables + 7) / 8);
+    return found->bits != NULL ? DONE : NO_RESOURCE;
 }
 
-/* Whatever a solver says, what counts is what the QUBO gives. */
-static int check_energy(const laid_out *problem, solved *found)
+/* Whatever a solver says, the energy that counts is that of the QUBO or the problem. */
+static int check_energy(const laid_out *problem, const solved *found, int64_t energy)
 {
-    const problem_file *file = problem->problem;
     char said[DECIMAL_SIZE], given[DECIMAL_SIZE];
-    found->qubo_energy = qs_qubo_energy(&file->index, found->bits);
-    int64_t energy = found->qubo_energy + qs_sample_trimmed(&file->qubo, found->labelling);
     if (energy == found->solution.energy) {
         return DONE;
     }
-    decimal_write(found->solution.energy, file->scale, said);
-    decimal_write(energy, file->scale, given);
-    return fail(NO_RESOURCE, file->name,
-                "internal error: %s found the energy %s, but the problem gives it %s",
+    decimal_write(found->solution.energy, problem->scale, said);
+    decimal_write(energy, problem->scale, given);
+    return fail(NO_RESOURCE, problem->name,
+                "internal error: %s found the energy %s, but the problem gives it %s; please "
+                "report this",
                 found->solver, said, given);
 }
 
 static int make_sample(const laid_out *problem, solved *found)
 {
-    const problem_file *file = problem->problem;
-    qs_model_sites(&problem->model, found->labelling, found->labelling);
+    const problem_file *file = problem->file;
     qs_status encoded = qs_sample_encode(&file->index, found->labelling, found->bits);
-    return encoded == QS_OK ? check_energy(problem, found) : fail_status(file->name, encoded);
+    if (encoded != QS_OK) {
+        return fail_status(problem->name, encoded);
+    }
+    found->qubo_energy = qs_qubo_energy(&file->index, found->bits);
+    return check_energy(problem, found,
+                        found->qubo_energy + qs_sample_trimmed(&file->qubo, found->labelling));
 }
 
-/* From the winner-take-all start, where the solver is one that starts from a labelling. */
-static int run_solver(const laid_out *problem, const solver *by, const search *how, budget *limit,
+static int check_labelling(const laid_out *problem, budget *work, const solved *found)
+{
+    int64_t energy = 0;
+    size_t size = qs_problem_workspace(problem->problem);
+    void *workspace = budget_take(work, problem->name, size);
+    if (workspace == NULL) {
+        return NO_RESOURCE;
+    }
+    qs_status known =
+        qs_problem_energy(problem->problem, found->labelling, workspace, size, &energy);
+    return known == QS_OK ? check_energy(problem, found, energy)
+                          : fail_status(problem->name, known);
+}
+
+static int check_found(const laid_out *problem, budget *work, solved *found)
+{
+    qs_model_sites(&problem->model, found->labelling, found->labelling);
+    return problem->file != NULL ? make_sample(problem, found)
+                                 : check_labelling(problem, work, found);
+}
+
+/* Starts from the cheapest label of each site, if the solver starts from a labelling. `work` is for
+ * the solver's workspace. */
+static int run_solver(const laid_out *problem, const solver *by, const search *how, budget *work,
                       solved *found)
 {
-    const char *name = problem->problem->name;
-    void *workspace = NULL;
+    const char *name = problem->name;
     size_t size = by->workspace(&problem->model);
-    int status = budget_allocate(limit, name, size, &workspace);
-    if (status != DONE) {
-        return status;
+    void *workspace = budget_take(work, name, size);
+    if (workspace == NULL) {
+        return NO_RESOURCE;
     }
     qs_model_winner(&problem->model, found->labelling);
-    progress watched = progress_begin(by->name, problem->problem->scale, how->time_limit);
+    progress watched = progress_begin(by->name, problem->scale, how->time_limit);
     const qs_solve_options options = {how->iterations, how->seed, progress_watch, &watched};
     qs_status ran =
         by->run(&problem->model, &options, workspace, size, found->labelling, &found->solution);
     found->microseconds = progress_end(&watched);
     found->out_of_time = watched.out_of_time;
     found->own_limit = how->iterations == 0;
-    free(workspace);
     if (ran == QS_E_ENCODING || ran == QS_E_OVERFLOW) {
         found->refusal = ran;
         return DONE;
     }
-    return ran == QS_OK ? make_sample(problem, found) : fail_status(name, ran);
+    return ran == QS_OK ? check_found(problem, work, found) : fail_status(name, ran);
 }
 
-int solve_problem(const laid_out *problem, const solver *by, const search *how, budget limit,
+int solve_problem(const laid_out *problem, const solver *by, const search *how, budget *limit,
                   solved *found)
 {
     memset(found, 0, sizeof *found);
     found->solver = by->name;
-    int status = allocate_found(problem, &limit, found);
-    if (status == DONE) {
-        status = run_solver(problem, by, how, &limit, found);
-    }
-    if (status != DONE) {
-        solved_free(found);
-    }
+    TRY(take_room(problem, limit, found));
+    budget work = budget_inside(limit);
+    int status = run_solver(problem, by, how, &work, found);
+    budget_free(&work);
     return status;
-}
-
-void solved_free(solved *freed)
-{
-    free(freed->labelling);
-    free(freed->bits);
-    freed->labelling = NULL;
-    freed->bits = NULL;
 }
 
 int solved_check(const laid_out *problem, const solved *found)
 {
-    const char *name = problem->problem->name;
+    const char *name = problem->name;
     if (found->refusal == QS_E_ENCODING) {
         return fail(
-            BAD_INPUT, name, "%s cannot be used with this pairwise cost (%s); use trws, bp or best",
+            BAD_INPUT, name, "%s cannot be used with this pairwise cost (%s): use trws, bp or best",
             found->solver, name_of(&smoothness_names, (int)problem->model.pairwise.smoothness));
     }
     if (found->refusal == QS_E_OVERFLOW) {
-        return fail(BAD_INPUT, name, "its costs are too large for %s", found->solver);
+        return fail(BAD_INPUT, name, "its costs are too large for %s: use another solver",
+                    found->solver);
     }
     return DONE;
 }
@@ -174,18 +256,19 @@ bool solved_is_proven(const solved *found)
     return solved_has_bound(found) && found->solution.lower_bound == found->solution.energy;
 }
 
+/* 0 if there is no bound. */
+static int64_t solved_gap(const solved *found)
+{
+    return solved_has_bound(found) ? found->solution.energy - found->solution.lower_bound : 0;
+}
+
 void solved_json(const solved *found, uint32_t scale)
 {
     const qs_solution *solution = &found->solution;
     json_name("solver", found->solver);
     json_units("energy", solution->energy, scale);
-    if (solved_has_bound(found)) {
-        json_units("lower_bound", solution->lower_bound, scale);
-        json_units("gap", solution->energy - solution->lower_bound, scale);
-    } else {
-        json_null("lower_bound");
-        json_null("gap");
-    }
+    json_units_or_null("lower_bound", solved_has_bound(found), solution->lower_bound, scale);
+    json_units_or_null("gap", solved_has_bound(found), solved_gap(found), scale);
     json_truth("proven_optimal", solved_is_proven(found));
     json_count("iterations", solution->iterations);
     json_units("seconds", found->microseconds, 1000000);
@@ -206,7 +289,7 @@ static void print_bound(const solved *found, uint32_t scale)
     }
 }
 
-/* Which limit it was that stopped a solver. */
+/* Which limit stopped the solver. */
 static void print_stop(const solved *found)
 {
     if (found->solution.converged) {

@@ -1,22 +1,66 @@
-/* Solving the problem of a .qcf with the library's solvers. */
+/* The solvers by their names, how long they may search, and what they find. Each function that
+ * can fail returns an exit status and has printed why. */
 #ifndef SOLVING_H
 #define SOLVING_H
 
 #include "inputs.h"
-#include "search.h"
-#include "solvers.h"
 
-/* A problem laid out for the solvers. */
+/* The options that say how long a solver may search: rows for a table, one behind the other. */
+enum { SEARCH_TIME_LIMIT, SEARCH_ITERATIONS, SEARCH_SEED, SEARCH_OPTIONS };
+#define SEARCH_OPTION_ROWS                                                                         \
+    {"time-limit", 0,                                                                              \
+     false,        "S",                                                                            \
+     NULL,         "stop a solver after S seconds and take its best so far (default no limit)"},   \
+        {"iterations", 0,    false,                                                                \
+         "N",          NULL, "stop a solver after N iterations (default its own limit)"},          \
+        {"seed", 0,   false,                                                                       \
+         "N",    "0", "seed of the random numbers of anneal; the same seed gives the same answer"}
+
+typedef struct search {
+    int64_t time_limit; /* microseconds; 0 = none */
+    uint64_t iterations; /* 0 = the solver's own limit */
+    uint64_t seed;
+} search;
+
+/* Reads the arguments of the rows. Returns DONE or BAD_USAGE. */
+int search_read(const char *const *values, search *asked);
+
+typedef struct solver {
+    const char *name;
+    qs_solver *run;
+    size_t (*workspace)(const qs_model *model);
+} solver;
+
+/* The names of the solvers, one by one; NULL after the last. */
+const char *solver_at(size_t index);
+
+/* A row for a table of options. */
+#define SOLVER_OPTION                                                                              \
+    {"solver", 0, false, "NAME", "best", "icm, anneal, swap, expansion, bp, trws, cut or best"}
+
+/* Reads the argument of --solver, and one name, `length` letters of `text`, of the argument of
+ * --solvers. Return DONE or BAD_USAGE. */
+int solver_read(const char *text, const solver **chosen);
+int solvers_read(const char *text, size_t length, const solver **chosen);
+
+/* A problem laid out for the solvers: that of a file, or one that was never a file. */
 typedef struct laid_out {
-    const problem_file *problem;
+    const char *name; /* for messages */
+    uint32_t scale; /* integer units in one real unit */
+    uint64_t variables; /* of the file, or of the problem as one-hot */
+    qs_labels labels;
     qs_model model;
-    void *workspace;
+    const problem_file *file; /* indexed; one of these two is NULL */
+    const qs_problem *problem;
 } laid_out;
 
-/* Indexes an open problem and lays it out. Returns DONE, BAD_INPUT or NO_RESOURCE, having said why;
- * laid_out_close frees what was allocated in any case. */
-int laid_out_open(problem_file *problem, budget *limit, laid_out *opened);
-void laid_out_close(laid_out *closed);
+/* Lays a problem out in memory of the budget; the file is indexed first. Both are borrowed. Return
+ * DONE, BAD_INPUT or NO_RESOURCE.
+ *
+ * mend  what the user can make smaller if the costs are too large, for the message */
+int lay_out(problem_file *problem, budget *limit, laid_out *made);
+int lay_out_problem(const char *name, const qs_problem *problem, const char *mend, budget *limit,
+                    laid_out *made);
 
 /* What a solver found. */
 typedef struct solved {
@@ -26,25 +70,25 @@ typedef struct solved {
     int64_t microseconds; /* of the solver alone */
     bool out_of_time; /* the time limit stopped it */
     bool own_limit; /* no limit of iterations was asked for */
-    uint16_t *labelling; /* of the problem's sites; to be freed */
-    uint8_t *bits; /* the sample of it; to be freed */
-    int64_t qubo_energy; /* H of the sample: less than the solution's energy where the costs were
+    uint16_t *labelling; /* of the problem's sites; the budget owns it */
+    uint8_t *bits; /* the sample of it, if the problem is a file; the budget owns it */
+    int64_t qubo_energy; /* H of the sample: less than the solution's energy if the costs were
                             truncated */
 } solved;
 
-/* Solves; the energy has been recomputed from the sample. The limit is for the solver's work and
- * what it found. Returns DONE, also where the solver refuses, or NO_RESOURCE, having said why. */
-int solve_problem(const laid_out *problem, const solver *by, const search *how, budget limit,
+/* Solves the problem. The energy is computed again, from the sample or the problem. What was found
+ * stays in memory of the budget, the work does not. Returns DONE, also if the solver refuses, or
+ * NO_RESOURCE. */
+int solve_problem(const laid_out *problem, const solver *by, const search *how, budget *limit,
                   solved *found);
-void solved_free(solved *freed);
 
-/* Says why the solver cannot be used. Returns DONE where it can, else BAD_INPUT. */
+/* Prints why the solver cannot be used. Returns DONE if it can, else BAD_INPUT. */
 int solved_check(const laid_out *problem, const solved *found);
 
 bool solved_has_bound(const solved *found);
 bool solved_is_proven(const solved *found);
 
-/* The keys of JSON, and lines for people: how good the energy is, and what it took. */
+/* Print how good the energy is and what it took: keys of JSON, and lines for people. */
 void solved_json(const solved *found, uint32_t scale);
 void solved_print(const solved *found, uint32_t scale);
 

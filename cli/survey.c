@@ -1,11 +1,10 @@
 #include "survey.h"
 
 #include <inttypes.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "decimal.h"
-#include "messages.h"
+#include "text/numbers.h"
+#include "text/fail.h"
 
 qs_status sample_labels(const qs_index *index, const uint8_t *bits, uint16_t *labelling,
                         int64_t *energy)
@@ -17,7 +16,7 @@ qs_status sample_labels(const qs_index *index, const uint8_t *bits, uint16_t *la
     return status;
 }
 
-/* `labelling` is room for one, where costs were truncated. */
+/* `labelling` is room for one, if the costs were truncated, else NULL. */
 static void look_at(const answer *looked_at, uint32_t sample, uint16_t *labelling, survey *seen)
 {
     const qs_index *index = &looked_at->problem.index;
@@ -41,37 +40,28 @@ static void look_at(const answer *looked_at, uint32_t sample, uint16_t *labellin
     }
 }
 
-int survey_samples(const answer *looked_at, budget limit, survey *seen)
+int survey_samples(const answer *looked_at, budget *limit, survey *seen)
 {
     const qs_qubo *qubo = &looked_at->problem.qubo;
-    void *labelling = NULL;
+    uint16_t *labelling = NULL;
     memset(seen, 0, sizeof *seen);
     if (qubo->has_labels && qubo->labels.trimmed_bytes > 0) {
-        int status = budget_allocate(&limit, looked_at->problem.name,
-                                     sizeof(uint16_t) * qubo->labels.sites, &labelling);
-        if (status != DONE) {
-            return status;
+        size_t size = sizeof *labelling * qubo->labels.sites;
+        labelling = budget_take(limit, looked_at->problem.name, size);
+        if (labelling == NULL) {
+            return NO_RESOURCE;
         }
     }
     for (uint32_t sample = 0; sample < looked_at->samples.view.count; sample++) {
         look_at(looked_at, sample, labelling, seen);
     }
-    free(labelling);
     return DONE;
 }
 
 const char *feasible_means(const qs_qubo *qubo)
 {
-    switch (qubo->has_labels ? qubo->labels.encoding : QS_ENCODING_DEFAULT) {
-    case QS_DOMAIN_WALL: return "in no site a 0 stands before a 1";
-    case QS_MULTIWAY_CUT: return "each site has exactly one label, each terminal its own";
-    case QS_ST_CUT:
-    case QS_ST_CUT_ARCS: return "each site's chain falls from 1 to 0 once, source 1, sink 0";
-    case QS_ENCODING_DEFAULT:
-    case QS_ONE_HOT:
-    case QS_ONE_HOT_SPARSE: break;
-    }
-    return "each site has exactly one label";
+    qs_encoding encoding = qubo->has_labels ? qubo->labels.encoding : QS_ONE_HOT;
+    return qs_encoding_facts_of(encoding)->feasible;
 }
 
 int survey_fail_wrong(const answer *looked_at, const survey *seen)
@@ -83,9 +73,8 @@ int survey_fail_wrong(const answer *looked_at, const survey *seen)
     decimal_write(seen->stated, looked_at->problem.scale, stated);
     decimal_write(seen->found, looked_at->problem.scale, found);
     return fail(BAD_INPUT, looked_at->samples.name,
-                "sample %" PRIu32 " states the energy %s, but %s gives it %s (%" PRIu32
-                " of %" PRIu32 " samples are wrong): "
-                "whatever solved it did not solve this problem",
+                "sample %" PRIu32 " states the energy %s, but its energy in %s is %s (%" PRIu32
+                " of %" PRIu32 " samples are wrong): solve this problem again",
                 seen->first_wrong, stated, looked_at->problem.name, found, seen->wrong,
                 looked_at->samples.view.count);
 }

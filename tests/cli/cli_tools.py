@@ -1,7 +1,8 @@
-"""What the tests of the command share: small pairs, their energies by numpy, and a writer of .qsf files.
+"""What the tests of the command share: small pairs, their energies by numpy, files and processes.
 
 Nothing here uses the project's code, so that it can be held against it.
 """
+
 import os
 import pty
 import signal
@@ -15,6 +16,10 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 QSTEREO = os.environ.get("QSTEREO", str(ROOT / "build" / "qstereo"))
+# A build without OpenCV is the same command, and it starts in a hundredth of the CPU time: tests
+# that need no OpenCV run it. The fixture `opencv` switches to the other one.
+QSTEREO_PNM = os.environ.get("QSTEREO_PNM")
+PROGRAM = QSTEREO_PNM or QSTEREO
 
 
 class Result:
@@ -26,17 +31,17 @@ class Result:
         self.err = process.stderr.decode()
 
 
-def run(*arguments, program=QSTEREO, **options):
+def run(*arguments, program=None, **options):
     """Runs qstereo and returns its Result."""
     options = {"capture_output": True, "timeout": 60, "stdin": subprocess.DEVNULL, **options}
     if "input" in options:
         del options["stdin"]
-    return Result(subprocess.run([program, *map(str, arguments)], **options))
+    return Result(subprocess.run([program or PROGRAM, *map(str, arguments)], **options))
 
 
 def has_opencv():
     """Whether the command under test reads PNG, JPEG and TIFF."""
-    return b"OpenCV" in run("--version").out
+    return b"OpenCV" in run("--version", program=QSTEREO).out
 
 
 def write_pgm(path, grey, maxval=255):
@@ -75,7 +80,7 @@ def energy(left, right, disparities, lam, smooth=lambda step: (step != 0) * 1):
     """F of a map of disparities of the right-most columns, in real units."""
     height, width = disparities.shape
     first = left.shape[1] - width
-    y, x = np.mgrid[:height, first:first + width]
+    y, x = np.mgrid[:height, first : first + width]
     data = np.abs(left[y, x] - right[y, x - disparities]).sum()
     steps = smooth(np.diff(disparities, axis=1)).sum() + smooth(np.diff(disparities, axis=0)).sum()
     return data + lam * steps
@@ -118,20 +123,30 @@ def _chunk(kind, payload):
     return head + struct.pack("<I", _crc32c(head))
 
 
-def write_qsf(path, problem, samples, energies, info=b'{"reads": 3}', occurrences=None, broken=None):
-    """Writes samples (rows of 0 and 1) of the .qcf named `problem`, with their energies in integer units, and 1e-9 of broken chains."""
+def write_qsf(
+    path, problem, samples, energies, info=b'{"reads": 3}', occurrences=None, broken=None
+):
+    """Writes samples (rows of 0 and 1) of the .qcf named `problem`, with their energies in integer
+    units, and 1e-9 of broken chains.
+    """
     samples = np.atleast_2d(samples)
     count, variables = samples.shape
     occurrences = occurrences or [1] * count
     broken = broken or [0xFFFFFFFF] * count
-    records = b"".join(struct.pack("<qII", int(e), o, b) for e, o, b in zip(energies, occurrences, broken))
-    body = b"".join([
-        _chunk(b"PROB", sha256(Path(problem).read_bytes()).digest()),
-        _chunk(b"SOLV", b"test \"solver\""),
-        _chunk(b"INFO", info),
-        _chunk(b"RECS", records),
-        _chunk(b"BITS", np.packbits(samples.astype(np.uint8), axis=1, bitorder="little").tobytes()),
-    ])
+    records = b"".join(
+        struct.pack("<qII", int(e), o, b) for e, o, b in zip(energies, occurrences, broken)
+    )
+    body = b"".join(
+        [
+            _chunk(b"PROB", sha256(Path(problem).read_bytes()).digest()),
+            _chunk(b"SOLV", b'test "solver"'),
+            _chunk(b"INFO", info),
+            _chunk(b"RECS", records),
+            _chunk(
+                b"BITS", np.packbits(samples.astype(np.uint8), axis=1, bitorder="little").tobytes()
+            ),
+        ]
+    )
     head = struct.pack("<8sIIQII28x", b"\x89QSF\r\n\x1a\n", 1, 5, 64 + len(body), variables, count)
     path.write_bytes(head + struct.pack("<I", _crc32c(head)) + body)
     return path
@@ -142,13 +157,15 @@ def chunks_of(path):
     data, found, at = Path(path).read_bytes(), {}, 64
     while at < len(data):
         kind, _, size = struct.unpack_from("<4sIQ", data, at)
-        found[kind.decode()] = data[at + 16:at + 16 + size]
+        found[kind.decode()] = data[at + 16 : at + 16 + size]
         at += 20 + size
     return found
 
 
 def with_chunk(source, kind, payload, path):
-    """Writes a .qcf or .qsf again with another payload in one of its chunks; None leaves the chunk out."""
+    """Writes a .qcf or .qsf again with another payload in one of its chunks; None leaves the chunk
+    out.
+    """
     data = Path(source).read_bytes()
     found = {**chunks_of(source), kind: payload}
     found = {name: held for name, held in found.items() if held is not None}
@@ -167,37 +184,53 @@ SOLVERS = ["icm", "anneal", "swap", "expansion", "bp", "trws", "best"]
 
 
 def best_of_all(left, right, labels, lam, smooth):
-    """The least F of all maps of the right-most columns with disparities 0 .. labels - 1, by trying each."""
+    """The least F of all maps of the right-most columns with disparities 0 .. labels - 1, by
+    trying each.
+    """
     height, width = left.shape[0], left.shape[1] - labels + 1
     maps = np.indices([labels] * (height * width)).reshape(height, width, -1)
-    y, x = np.mgrid[:height, labels - 1:left.shape[1]]
+    y, x = np.mgrid[:height, labels - 1 : left.shape[1]]
     data = np.abs(left[y, x][..., None] - right[y[..., None], x[..., None] - maps]).sum(axis=(0, 1))
-    steps = smooth(np.abs(np.diff(maps, axis=0))).sum(axis=(0, 1)) + smooth(np.abs(np.diff(maps, axis=1))).sum(axis=(0, 1))
+    steps = smooth(np.abs(np.diff(maps, axis=0))).sum(axis=(0, 1)) + smooth(
+        np.abs(np.diff(maps, axis=1))
+    ).sum(axis=(0, 1))
     return (data + lam * steps).min()
 
 
 def started(*arguments, **options):
     """Starts qstereo and returns its process."""
-    return subprocess.Popen([QSTEREO, *map(str, arguments)], **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options})
+    return subprocess.Popen(
+        [PROGRAM, *map(str, arguments)],
+        **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options},
+    )
 
 
-def on_terminal(*arguments, interrupt_after=None):
-    """Runs qstereo with standard error on a terminal; returns its status and what stood there."""
+def signal_at_output(process, folder, files, number):
+    """Sends a signal as soon as `folder` and its folders hold so many files and temporaries."""
+    while len(list(folder.rglob("*"))) < files and process.poll() is None:
+        time.sleep(0.001)  # between two looks; how long it takes does not matter
+    process.send_signal(number)
+
+
+def on_terminal(*arguments, interrupt_at=None):
+    """Runs qstereo with standard error on a terminal; returns its status and what was shown.
+
+    interrupt_at  what has to be shown before SIGINT is sent; None = nothing is sent
+    """
     master, terminal = pty.openpty()
-    process = started(*arguments, stderr=terminal)
+    process = started(*arguments, stdout=subprocess.DEVNULL, stderr=terminal)
     os.close(terminal)
-    if interrupt_after is not None:
-        time.sleep(interrupt_after)
-        process.send_signal(signal.SIGINT)
-    process.communicate(timeout=60)
     shown = b""
     try:
         while data := os.read(master, 65536):
             shown += data
+            if interrupt_at is not None and interrupt_at in shown:
+                process.send_signal(signal.SIGINT)
+                interrupt_at = None
     except OSError:  # Linux ends a terminal that nobody has open with EIO
         pass
     os.close(master)
-    return process.returncode, shown.decode()
+    return process.wait(60), shown.decode()
 
 
 def reseal(data):

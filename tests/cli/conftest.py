@@ -1,5 +1,4 @@
 import json
-import os
 from types import SimpleNamespace
 
 import cli_tools
@@ -17,9 +16,13 @@ def pair(tmp_path):
 
 @pytest.fixture
 def solved(tmp_path, pair):
-    """A problem (8 x 5 sites, disparities 1 to 4) and three samples: infeasible, feasible, feasible and better."""
+    """A problem (8 x 5 sites, disparities 1 to 4) and three samples: infeasible, feasible,
+    feasible and better.
+    """
     problem = tmp_path / "p.qcf"
-    done = run("encode", *pair.paths, "-o", problem, "--disparity", "1:4", "--lambda", "2.5", "--json")
+    done = run(
+        "encode", *pair.paths, "-o", problem, "--disparity", "1:4", "--lambda", "2.5", "--json"
+    )
     assert done.status == 0, done.err
     facts = json.loads(done.out)
     flat = np.full((5, 8), 3)
@@ -35,25 +38,54 @@ def solved(tmp_path, pair):
     edges = 2.5 * ((maps[1][0, 0] == maps[1][0, 1]) * 1 + (maps[1][0, 0] == maps[1][1, 0]) * 1)
     least = min(abs(pair.left[0, 4] - pair.right[0, 4 - d]) for d in range(1, 5))
     broken_energy = energies[1] - site + edges + least + 0.5
-    samples = write_qsf(tmp_path / "s.qsf", problem, [broken, *bits],
-                        [broken_energy * 2, energies[0] * 2, energies[1] * 2], occurrences=[1, 5, 2])
-    return SimpleNamespace(problem=problem, samples=samples, facts=facts, maps=maps, energies=energies, bits=bits,
-                           broken=broken, broken_energy=broken_energy, pair=pair)
+    samples = write_qsf(
+        tmp_path / "s.qsf",
+        problem,
+        [broken, *bits],
+        [broken_energy * 2, energies[0] * 2, energies[1] * 2],
+        occurrences=[1, 5, 2],
+    )
+    return SimpleNamespace(
+        problem=problem,
+        samples=samples,
+        facts=facts,
+        maps=maps,
+        energies=energies,
+        bits=bits,
+        broken=broken,
+        broken_energy=broken_energy,
+        pair=pair,
+    )
+
+
+@pytest.fixture(scope="session")
+def built_with_opencv():
+    return has_opencv()
 
 
 @pytest.fixture
-def opencv():
-    """Skips where the command was built without OpenCV."""
-    if not has_opencv():
+def opencv(built_with_opencv, monkeypatch):
+    """Runs the command that was built with OpenCV; skips if there is none."""
+    if not built_with_opencv:
         pytest.skip("built without OpenCV")
+    monkeypatch.setattr(cli_tools, "PROGRAM", cli_tools.QSTEREO)
+
+
+@pytest.fixture(scope="session")
+def large(tmp_path_factory):
+    """A problem of 385 x 300 sites and 16 labels that no solver finishes in a second."""
+    folder = tmp_path_factory.mktemp("large")
+    *_, left, right = random_pair(folder, 400, 300)
+    assert run("encode", left, right, "-o", folder / "large.qcf").status == 0
+    return folder / "large.qcf"
 
 
 @pytest.fixture
 def pnm_only():
     """The command built without OpenCV."""
-    if "QSTEREO_PNM" not in os.environ:
+    if cli_tools.QSTEREO_PNM is None:
         pytest.skip("QSTEREO_PNM names no command")
-    return os.environ["QSTEREO_PNM"]
+    return cli_tools.QSTEREO_PNM
 
 
 @pytest.fixture

@@ -1,4 +1,5 @@
 """decode: which sample becomes the map, and how maps are written."""
+
 import json
 
 import numpy as np
@@ -7,7 +8,9 @@ from cli_tools import energy, one_hot, random_pair, read_pfm, read_pnm, run, wri
 
 
 def decode(solved, output, *options, samples=None):
-    done = run("decode", solved.problem, samples or solved.samples, "-o", output, "--json", *options)
+    done = run(
+        "decode", solved.problem, samples or solved.samples, "-o", output, "--json", *options
+    )
     assert done.status == 0, done.err
     return json.loads(done.out)
 
@@ -21,8 +24,14 @@ def in_picture(disparities, scale=8):
 
 def test_the_best_feasible_sample(folder, solved):
     facts = decode(solved, folder / "m.pgm")
-    assert facts == {"schema": 1, "sample": 2, "energy": solved.energies[1], "repaired": 0, "map": str(folder / "m.pgm"),
-                     "color_map": None}
+    assert facts == {
+        "schema": 1,
+        "sample": 2,
+        "energy": solved.energies[1],
+        "repaired": 0,
+        "map": str(folder / "m.pgm"),
+        "color_map": None,
+    }
     values, maxval = read_pnm((folder / "m.pgm").read_bytes())
     assert maxval == 255
     assert (values == in_picture(solved.maps[1])).all()
@@ -37,7 +46,10 @@ def test_the_sample_asked_for(folder, solved):
 
 def test_the_human_line(folder, solved):
     done = run("decode", solved.problem, solved.samples, "-o", folder / "m.pgm")
-    assert done.out.decode() == f"{folder / 'm.pgm'}: sample 2 of 3, energy {solved.energies[1]:g}, 0 sites repaired\n"
+    assert (
+        done.out.decode()
+        == f"{folder / 'm.pgm'}: sample 2 of 3, energy {solved.energies[1]:g}, 0 sites repaired\n"
+    )
 
 
 def test_16_bits_where_8_do_not_hold_it(folder, solved):
@@ -64,6 +76,7 @@ def test_pfm(folder, solved):
 
 def test_png(folder, solved, opencv):
     from PIL import Image
+
     for scale, mode in ((8, "L"), (100, "I;16")):
         decode(solved, folder / "m.PNG", "--scale", str(scale))
         picture = Image.open(folder / "m.PNG")
@@ -80,7 +93,10 @@ def test_png_without_opencv(folder, solved, pnm_only):
 
 def test_disparity_0_is_held_as_1(tmp_path):
     _, _, left, right = random_pair(tmp_path, 2, 1)
-    assert run("encode", left, right, "-o", tmp_path / "p.qcf", "--disparity", "0:1", "--json").status == 0
+    assert (
+        run("encode", left, right, "-o", tmp_path / "p.qcf", "--disparity", "0:1", "--json").status
+        == 0
+    )
     samples = write_qsf(tmp_path / "s.qsf", tmp_path / "p.qcf", [1, 0], [0])
     facts = json.loads(run("validate", tmp_path / "p.qcf", samples, "--json").out)
     samples = write_qsf(tmp_path / "s.qsf", tmp_path / "p.qcf", [1, 0], [facts["best_energy"]])
@@ -94,18 +110,24 @@ def test_colours(folder, solved):
     colours, _ = read_pnm((folder / "m.color.ppm").read_bytes())
     assert (colours[:, :4] == 0).all()
     # One colour for each disparity, and not black.
-    shown = {tuple(colour): set(solved.maps[1][(colours[:, 4:] == colour).all(axis=2)])
-             for colour in np.unique(colours[:, 4:].reshape(-1, 3), axis=0)}
+    shown = {
+        tuple(colour): set(solved.maps[1][(colours[:, 4:] == colour).all(axis=2)])
+        for colour in np.unique(colours[:, 4:].reshape(-1, 3), axis=0)
+    }
     assert len(shown) == len(np.unique(solved.maps[1])) and (0, 0, 0) not in shown
     assert all(len(disparities) == 1 for disparities in shown.values())
 
 
 def test_colours_as_png(folder, solved, opencv):
     from PIL import Image
+
     decode(solved, folder / "m.pgm", "--color")
     facts = decode(solved, folder / "m.png", "--color")
     assert facts["color_map"] == str(folder / "m.color.png")
-    assert (np.asarray(Image.open(folder / "m.color.png")) == read_pnm((folder / "m.color.ppm").read_bytes())[0]).all()
+    assert (
+        np.asarray(Image.open(folder / "m.color.png"))
+        == read_pnm((folder / "m.color.ppm").read_bytes())[0]
+    ).all()
 
 
 def test_both_maps_or_none(folder, solved):
@@ -118,7 +140,9 @@ def test_both_maps_or_none(folder, solved):
 
 
 def test_no_feasible_sample(tmp_path, folder, solved):
-    samples = write_qsf(tmp_path / "n.qsf", solved.problem, solved.broken, [2 * solved.broken_energy])
+    samples = write_qsf(
+        tmp_path / "n.qsf", solved.problem, solved.broken, [2 * solved.broken_energy]
+    )
     for options in ([], ["--sample", "0"]):
         done = run("decode", solved.problem, samples, "-o", folder / "m.pgm", *options)
         assert (done.status, done.out) == (1, b"")
@@ -134,8 +158,12 @@ def test_no_sample_at_all(tmp_path, folder, solved):
 
 def test_repair(tmp_path, folder, solved):
     """The one empty site gets the label that is cheapest beside its neighbours."""
-    samples = write_qsf(tmp_path / "n.qsf", solved.problem, [solved.bits[0], solved.broken],
-                        [2 * solved.energies[0], 2 * solved.broken_energy])
+    samples = write_qsf(
+        tmp_path / "n.qsf",
+        solved.problem,
+        [solved.bits[0], solved.broken],
+        [2 * solved.energies[0], 2 * solved.broken_energy],
+    )
     candidates = []
     for label in range(1, 5):
         repaired = solved.maps[1].copy()
@@ -151,26 +179,49 @@ def test_repair(tmp_path, folder, solved):
 
 def test_repair_takes_the_best_wherever_it_stands(tmp_path, folder, solved):
     for order in ([0, 1], [1, 0]):
-        samples = write_qsf(tmp_path / "n.qsf", solved.problem, [solved.bits[i] for i in order],
-                            [2 * solved.energies[i] for i in order])
+        samples = write_qsf(
+            tmp_path / "n.qsf",
+            solved.problem,
+            [solved.bits[i] for i in order],
+            [2 * solved.energies[i] for i in order],
+        )
         facts = decode(solved, folder / "m.pgm", "--repair", samples=samples)
-        assert (facts["sample"], facts["repaired"], facts["energy"]) == (order.index(1), 0, solved.energies[1])
+        assert (facts["sample"], facts["repaired"], facts["energy"]) == (
+            order.index(1),
+            0,
+            solved.energies[1],
+        )
         assert (read_pnm((folder / "m.pgm").read_bytes())[0] == in_picture(solved.maps[1])).all()
 
 
 def test_memory_limit(tmp_path, folder):
     """The map is of the whole picture, however small the window is."""
     grey = write_pgm(tmp_path / "g.pgm", np.zeros((700, 700), int))
-    assert run("encode", grey, grey, "-o", tmp_path / "p.qcf", "--disparity", "0:0", "--roi", "0,0,2,1").status == 0
+    assert (
+        run(
+            "encode", grey, grey, "-o", tmp_path / "p.qcf", "--disparity", "0:0", "--roi", "0,0,2,1"
+        ).status
+        == 0
+    )
     samples = write_qsf(tmp_path / "s.qsf", tmp_path / "p.qcf", [1, 1], [0])
     done = run("decode", tmp_path / "p.qcf", samples, "-o", folder / "m.pgm", "--memory-limit", "1")
     assert (done.status, "raise --memory-limit" in done.err) == (4, True)
     assert not list(folder.iterdir())
-    assert run("decode", tmp_path / "p.qcf", samples, "-o", folder / "m.pgm", "--memory-limit", "2").status == 0
+    assert (
+        run(
+            "decode", tmp_path / "p.qcf", samples, "-o", folder / "m.pgm", "--memory-limit", "2"
+        ).status
+        == 0
+    )
 
 
 def test_a_wrong_energy(tmp_path, folder, solved):
-    samples = write_qsf(tmp_path / "w.qsf", solved.problem, solved.bits, [2 * solved.energies[0] + 1, 2 * solved.energies[1]])
+    samples = write_qsf(
+        tmp_path / "w.qsf",
+        solved.problem,
+        solved.bits,
+        [2 * solved.energies[0] + 1, 2 * solved.energies[1]],
+    )
     done = run("decode", solved.problem, samples, "-o", folder / "m.pgm")
     assert done.status == 3
     assert "sample 0 states the energy" in done.err
@@ -184,11 +235,19 @@ def test_samples_of_another_problem(tmp_path, folder, pair, solved):
     assert not list(folder.iterdir())
 
 
-@pytest.mark.parametrize("options, words", [
-    (["--sample", "3"], "holds samples 0 to 2"), (["--sample", "-1"], "--sample -1: not a whole number"),
-    (["--scale", "1"], "--scale 1: not a whole number from 2"), (["--scale", "8.5"], "whole number"),
-    (["-o", "m.jpg"], ".png, .pgm or .pfm"), (["-o", "map"], ".png, .pgm or .pfm"), (["-o", "-", "--color"], "--color needs"),
-    (["-o", "-", "--json"], "cannot both go")])
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        (["--sample", "3"], "holds samples 0 to 2"),
+        (["--sample", "-1"], "--sample -1 is not a whole number"),
+        (["--scale", "1"], "--scale 1 is not a whole number from 2"),
+        (["--scale", "8.5"], "whole number"),
+        (["-o", "m.jpg"], ".png, .pgm or .pfm"),
+        (["-o", "map"], ".png, .pgm or .pfm"),
+        (["-o", "-", "--color"], "--color needs"),
+        (["-o", "-", "--json"], "cannot both go"),
+    ],
+)
 def test_usage_errors(tmp_path, folder, solved, options, words):
     output = [] if "-o" in options else ["-o", folder / "m.pgm"]
     done = run("decode", solved.problem, solved.samples, *output, *options, cwd=folder)
@@ -199,7 +258,10 @@ def test_usage_errors(tmp_path, folder, solved, options, words):
 
 def test_standard_output_is_a_pgm(folder, solved):
     decode(solved, folder / "m.pgm")
-    assert run("decode", solved.problem, solved.samples, "-o", "-").out == (folder / "m.pgm").read_bytes()
+    assert (
+        run("decode", solved.problem, solved.samples, "-o", "-").out
+        == (folder / "m.pgm").read_bytes()
+    )
 
 
 def test_a_window_inside_the_picture(tmp_path):

@@ -1,15 +1,15 @@
 """Outputs appear whole or not at all, whatever goes wrong; standard streams."""
+
 import os
 import pty
 import resource
 import signal
 import stat
 import subprocess
-import time
 
 import numpy as np
 import pytest
-from cli_tools import QSTEREO, random_pair, run, started, write_pgm
+from cli_tools import random_pair, run, signal_at_output, started, write_pgm
 
 ENCODE = ["--disparity", "0:3"]
 
@@ -17,8 +17,12 @@ ENCODE = ["--disparity", "0:3"]
 @pytest.fixture
 def commands(solved):
     """Each command that writes a file, with the ending of what it writes."""
-    return {"encode": ([*solved.pair.paths, *ENCODE], ".qcf"), "decode": ([solved.problem, solved.samples], ".pgm"),
-            "solve": ([solved.problem], ".qsf"), "match": ([*solved.pair.paths, *ENCODE], ".pgm")}
+    return {
+        "encode": ([*solved.pair.paths, *ENCODE], ".qcf"),
+        "decode": ([solved.problem, solved.samples], ".pgm"),
+        "solve": ([solved.problem], ".qsf"),
+        "match": ([*solved.pair.paths, *ENCODE], ".pgm"),
+    }
 
 
 @pytest.mark.parametrize("name", ["encode", "decode", "solve", "match"])
@@ -35,7 +39,12 @@ class TestOutputs:
 
     def test_new_files_obey_the_umask(self, commands, folder, name):
         arguments, ending = commands[name]
-        assert run(name, *arguments, "-o", folder / f"out{ending}", preexec_fn=lambda: os.umask(0o027)).status == 0
+        assert (
+            run(
+                name, *arguments, "-o", folder / f"out{ending}", preexec_fn=lambda: os.umask(0o027)
+            ).status
+            == 0
+        )
         assert stat.S_IMODE((folder / f"out{ending}").stat().st_mode) == 0o640
 
     def test_follows_links(self, commands, folder, name):
@@ -63,14 +72,26 @@ class TestOutputs:
         link(operands[operand], output)
         done = run(name, *arguments, "-o", output)
         assert (done.status, done.out) == (2, b"")
-        assert done.err == f"qstereo {name}: {output}: is an input of this very command: name another file to write\n"
+        assert (
+            done.err
+            == f"qstereo {name}: {output}: is an input of this command: name another file to "
+            "write\n"
+        )
         assert operands[operand].read_bytes() == before and list(folder.iterdir()) == [output]
 
     def test_a_reader_that_is_gone(self, commands, folder, name):
         arguments, ending = commands[name]
         reader, writer = os.pipe()
         os.close(reader)
-        done = run(name, *arguments, "-o", folder / f"out{ending}", stdout=writer, stderr=subprocess.PIPE, capture_output=False)
+        done = run(
+            name,
+            *arguments,
+            "-o",
+            folder / f"out{ending}",
+            stdout=writer,
+            stderr=subprocess.PIPE,
+            capture_output=False,
+        )
         os.close(writer)
         assert done.status == 141
         assert not list(folder.iterdir())
@@ -80,7 +101,9 @@ class TestOutputs:
         output = folder / "none" / f"out{ending}"
         done = run(name, *arguments, "-o", output)
         assert (done.status, done.out) == (4, b"")
-        assert done.err == f"qstereo {name}: {output}: cannot be written: No such file or directory\n"
+        assert (
+            done.err == f"qstereo {name}: {output}: cannot be written: No such file or directory\n"
+        )
 
     def test_a_folder_in_its_place(self, commands, folder, name):
         arguments, ending = commands[name]
@@ -102,13 +125,21 @@ class TestOutputs:
         arguments, _ = commands[name]
         done = run(name, *arguments, "-o", "/dev/full")
         assert done.status == 4
-        assert done.err == f"qstereo {name}: /dev/full: cannot be written: No space left on device\n"
+        assert (
+            done.err == f"qstereo {name}: /dev/full: cannot be written: No space left on device\n"
+        )
 
     def test_no_room(self, commands, folder, name):
         arguments, ending = commands[name]
         output = folder / f"out{ending}"
         output.write_text("as it was")
-        done = run(name, *arguments, "-o", output, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20, 20)))
+        done = run(
+            name,
+            *arguments,
+            "-o",
+            output,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20, 20)),
+        )
         assert done.status == 4
         assert done.err == f"qstereo {name}: {output}: cannot be written: File too large\n"
         assert list(folder.iterdir()) == [output] and output.read_text() == "as it was"
@@ -116,7 +147,15 @@ class TestOutputs:
     def test_a_result_that_cannot_be_printed(self, commands, folder, name):
         arguments, ending = commands[name]
         with open("/dev/full", "w") as full:
-            done = run(name, *arguments, "-o", folder / f"out{ending}", stdout=full, stderr=subprocess.PIPE, capture_output=False)
+            done = run(
+                name,
+                *arguments,
+                "-o",
+                folder / f"out{ending}",
+                stdout=full,
+                stderr=subprocess.PIPE,
+                capture_output=False,
+            )
         assert done.status == 4
         assert "standard output: cannot be written: No space left on device" in done.err
         assert not list(folder.iterdir())
@@ -124,7 +163,15 @@ class TestOutputs:
     def test_no_binary_to_a_terminal(self, commands, name):
         arguments, _ = commands[name]
         master, terminal = pty.openpty()
-        done = run(name, *arguments, "-o", "-", stdout=terminal, stderr=subprocess.PIPE, capture_output=False)
+        done = run(
+            name,
+            *arguments,
+            "-o",
+            "-",
+            stdout=terminal,
+            stderr=subprocess.PIPE,
+            capture_output=False,
+        )
         os.close(terminal)
         os.close(master)
         assert (done.status, "terminal" in done.err) == (2, True)
@@ -132,8 +179,16 @@ class TestOutputs:
     def test_closed_standard_output(self, commands, folder, name):
         arguments, ending = commands[name]
         output = folder / f"out{ending}"
-        done = run(name, *arguments, "-o", output, preexec_fn=lambda: os.close(1), stdout=None, stderr=subprocess.PIPE,
-                   capture_output=False)
+        done = run(
+            name,
+            *arguments,
+            "-o",
+            output,
+            preexec_fn=lambda: os.close(1),
+            stdout=None,
+            stderr=subprocess.PIPE,
+            capture_output=False,
+        )
         assert done.status == 4
         assert not output.exists()
 
@@ -145,8 +200,16 @@ def test_full_standard_output(arguments):
     assert (done.status, "standard output: cannot be written" in done.err) == (4, True)
 
 
-@pytest.mark.parametrize("number, status", [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129),
-                                            (signal.SIGQUIT, 131), (signal.SIGPIPE, 141)])
+@pytest.mark.parametrize(
+    "number, status",
+    [
+        (signal.SIGINT, 130),
+        (signal.SIGTERM, 143),
+        (signal.SIGHUP, 129),
+        (signal.SIGQUIT, 131),
+        (signal.SIGPIPE, 141),
+    ],
+)
 def test_a_signal_while_reading(folder, pair, number, status):
     fifo = folder.parent / "slow.pgm"
     os.mkfifo(fifo)
@@ -159,18 +222,26 @@ def test_a_signal_while_reading(folder, pair, number, status):
     assert not list(folder.iterdir())
 
 
-@pytest.mark.parametrize("number, status", [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129),
-                                            (signal.SIGQUIT, 131), (signal.SIGPIPE, 141)])
+@pytest.mark.parametrize(
+    "number, status",
+    [
+        (signal.SIGINT, 130),
+        (signal.SIGTERM, 143),
+        (signal.SIGHUP, 129),
+        (signal.SIGQUIT, 131),
+        (signal.SIGPIPE, 141),
+    ],
+)
 def test_a_signal_while_writing(folder, number, status):
     """The temporary is there, and gone after the signal; what was there before stays."""
     random = np.random.default_rng(1)
-    paths = [write_pgm(folder.parent / f"{side}.pgm", random.integers(0, 256, (1000, 1500))) for side in ("left", "right")]
+    paths = [
+        write_pgm(folder.parent / f"{side}.pgm", random.integers(0, 256, (1000, 1500)))
+        for side in ("left", "right")
+    ]
     (folder / "p.qcf").write_text("as it was")
     process = started("encode", *paths, "-o", folder / "p.qcf", "--disparity", "0:255")
-    deadline = time.monotonic() + 20
-    while len(list(folder.iterdir())) < 2 and process.poll() is None and time.monotonic() < deadline:
-        time.sleep(0.0005)
-    process.send_signal(number)
+    signal_at_output(process, folder, 2, number)
     assert process.wait(20) == status
     assert [path.name for path in folder.iterdir()] == ["p.qcf"]
     assert (folder / "p.qcf").read_text() == "as it was"
@@ -179,8 +250,16 @@ def test_a_signal_while_writing(folder, number, status):
 def test_an_ignored_signal_stays_ignored(folder, pair):
     fifo = folder.parent / "slow.pgm"
     os.mkfifo(fifo)
-    process = subprocess.Popen([QSTEREO, "encode", fifo, pair.paths[1], "-o", folder / "p.qcf", *ENCODE],
-                               stdout=subprocess.PIPE, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+    process = started(
+        "encode",
+        fifo,
+        pair.paths[1],
+        "-o",
+        folder / "p.qcf",
+        *ENCODE,
+        stderr=None,
+        preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN),
+    )
     with open(fifo, "wb") as writer:
         process.send_signal(signal.SIGHUP)
         writer.write(pair.paths[0].read_bytes())
@@ -197,7 +276,10 @@ def test_refuses_inputs_that_are_no_operands(tmp_path, solved):
     assert solved.problem.read_bytes() == problem
     truth = write_pgm(tmp_path / "truth.pgm", np.full((5, 12), 8))
     picture = solved.pair.paths[0].rename(tmp_path / "map.color.ppm")
-    for arguments, kept in ((["-o", truth, "--truth", truth], truth), (["-o", tmp_path / "map.pgm", "--color"], picture)):
+    for arguments, kept in (
+        (["-o", truth, "--truth", truth], truth),
+        (["-o", tmp_path / "map.pgm", "--color"], picture),
+    ):
         before = kept.read_bytes()
         done = run("match", picture, solved.pair.paths[1], *ENCODE, *arguments)
         assert (done.status, f"{kept}: is an input" in done.err) == (2, True), done.err

@@ -1,4 +1,5 @@
 """Pictures: every format and depth of the same grey gives the same problem, in both builds."""
+
 import io
 
 import numpy as np
@@ -9,7 +10,9 @@ from PIL import Image
 
 def problem(picture, **options):
     """The .qcf of a picture beside itself."""
-    done = run("encode", picture, picture, "-o", "-", "--disparity", "0:3", "--roi", "3,0,5,3", **options)
+    done = run(
+        "encode", picture, picture, "-o", "-", "--disparity", "0:3", "--roi", "3,0,5,3", **options
+    )
     assert done.status == 0, done.err
     return done.out
 
@@ -53,19 +56,28 @@ def alpha(samples):
 
 
 PNM_GREY = {
-    "P2": ascii_pnm("P2", GREY), "P2 of 16 bits": ascii_pnm("P2", GREY.astype(int) * 257, 65535),
-    "P5 of 16 bits": binary_pnm("P5", GREY.astype(int) * 257, 65535, ">u2"), "P3 of grey": ascii_pnm("P3", np.dstack([GREY] * 3)),
+    "P2": ascii_pnm("P2", GREY),
+    "P2 of 16 bits": ascii_pnm("P2", GREY.astype(int) * 257, 65535),
+    "P5 of 16 bits": binary_pnm("P5", GREY.astype(int) * 257, 65535, ">u2"),
+    "P3 of grey": ascii_pnm("P3", np.dstack([GREY] * 3)),
 }
 PNM_RGB = {
-    "P3": ascii_pnm("P3", RGB), "P6": binary_pnm("P6", RGB, 255, "u1"),
+    "P3": ascii_pnm("P3", RGB),
+    "P6": binary_pnm("P6", RGB, 255, "u1"),
     "P6 of 16 bits": binary_pnm("P6", RGB.astype(int) * 257, 65535, ">u2"),
 }
 OTHER_GREY = {
-    "PNG": saved(GREY, "PNG"), "PNG of 16 bits": saved(GREY.astype("u2") * 257, "PNG"), "TIFF": saved(GREY, "TIFF"),
-    "TIFF of 16 bits": saved(GREY.astype("u2") * 257, "TIFF"), "PNG with alpha": saved(alpha(GREY), "PNG"), "BMP": saved(GREY, "BMP"),
+    "PNG": saved(GREY, "PNG"),
+    "PNG of 16 bits": saved(GREY.astype("u2") * 257, "PNG"),
+    "TIFF": saved(GREY, "TIFF"),
+    "TIFF of 16 bits": saved(GREY.astype("u2") * 257, "TIFF"),
+    "PNG with alpha": saved(alpha(GREY), "PNG"),
+    "BMP": saved(GREY, "BMP"),
 }
 OTHER_RGB = {
-    "PNG": saved(RGB, "PNG"), "PNG with alpha": saved(alpha(RGB), "PNG"), "TIFF": saved(RGB, "TIFF"),
+    "PNG": saved(RGB, "PNG"),
+    "PNG with alpha": saved(alpha(RGB), "PNG"),
+    "TIFF": saved(RGB, "TIFF"),
     "PNG of a palette": saved(RGB, "PNG"),
 }
 
@@ -97,7 +109,11 @@ def test_colour_of_the_library(tmp_path, colour, opencv, name):
 @pytest.mark.parametrize("kind, maxval", [("P5", 1023), ("P5", 100), ("P2", 1023), ("P2", 1)])
 def test_any_maxval(tmp_path, kind, maxval):
     samples = RANDOM.integers(0, maxval + 1, (4, 8))
-    data = ascii_pnm(kind, samples, maxval) if kind == "P2" else binary_pnm(kind, samples, maxval, ">u2" if maxval > 255 else "u1")
+    data = (
+        ascii_pnm(kind, samples, maxval)
+        if kind == "P2"
+        else binary_pnm(kind, samples, maxval, ">u2" if maxval > 255 else "u1")
+    )
     (tmp_path / "picture").write_bytes(data)
     expected = write_pgm(tmp_path / "expected.pgm", (samples * 255 + maxval // 2) // maxval)
     assert problem(tmp_path / "picture") == problem(expected)
@@ -125,7 +141,7 @@ def test_orientation_is_not_applied(tmp_path, opencv):
 def test_cut_and_damaged(tmp_path, folder, opencv, kind):
     whole = saved(np.random.default_rng(2).integers(0, 256, (40, 60, 3)).astype("u1"), kind)
     for share in (0.1, 0.5, 0.98):
-        (tmp_path / "cut").write_bytes(whole[:int(len(whole) * share)])
+        (tmp_path / "cut").write_bytes(whole[: int(len(whole) * share)])
         done = run("encode", tmp_path / "cut", tmp_path / "cut", "-o", folder / "p.qcf")
         assert (done.status, done.err.count("\n")) == (3, 1)
         assert done.err.startswith(f"qstereo encode: {tmp_path / 'cut'}: is ")
@@ -147,11 +163,21 @@ def test_both_builds_make_the_same_bytes(tmp_path, pnm_only, name, data):
 @pytest.mark.parametrize("kind", ["PNG", "JPEG", "TIFF"])
 def test_a_build_without_opencv_says_what_it_reads(tmp_path, folder, pnm_only, kind):
     (tmp_path / "picture").write_bytes(saved(GREY, kind))
-    done = run("encode", tmp_path / "picture", tmp_path / "picture", "-o", folder / "p.qcf", program=pnm_only)
+    done = run(
+        "encode",
+        tmp_path / "picture",
+        tmp_path / "picture",
+        "-o",
+        folder / "p.qcf",
+        program=pnm_only,
+    )
     assert done.status == 3
     assert f"is a {kind}: this build reads PGM and PPM" in done.err and "OPENCV=1" in done.err
     assert not list(folder.iterdir())
 
 
 def test_versions_name_the_library(pnm_only):
-    assert run("--version", program=pnm_only).out == b"qstereo 0.1.0 (file format 1, pictures: PNM only)\n"
+    assert (
+        run("--version", program=pnm_only).out
+        == b"qstereo 0.1.0 (file format 1, pictures: PNM only)\n"
+    )

@@ -1,17 +1,43 @@
 """solve: the library's solvers on a .qcf, held against numpy and brute force."""
+
 import json
-import os
 import re
 import signal
-import time
 
 import numpy as np
 import pytest
-from cli_tools import ROOT, SOLVERS, best_of_all, chunks_of, energy, on_terminal, random_pair, read_pnm, run, started, without_chunk, write_pgm
+from cli_tools import (
+    ROOT,
+    SOLVERS,
+    best_of_all,
+    chunks_of,
+    energy,
+    on_terminal,
+    random_pair,
+    read_pnm,
+    run,
+    signal_at_output,
+    started,
+    without_chunk,
+)
 
 GOLDEN = ROOT / "tests" / "golden"
-KEYS = {"schema", "solver", "energy", "lower_bound", "gap", "proven_optimal", "iterations", "seconds", "converged"}
-SMOOTH = {"potts": lambda t: (t != 0) * 1, "linear": lambda t: np.minimum(np.abs(t), 2), "quadratic": lambda t: np.minimum(t * t, 3)}
+KEYS = {
+    "schema",
+    "solver",
+    "energy",
+    "lower_bound",
+    "gap",
+    "proven_optimal",
+    "iterations",
+    "seconds",
+    "converged",
+}
+SMOOTH = {
+    "potts": lambda t: (t != 0) * 1,
+    "linear": lambda t: np.minimum(np.abs(t), 2),
+    "quadratic": lambda t: np.minimum(t * t, 3),
+}
 
 
 def solve(problem, output, *options):
@@ -20,31 +46,31 @@ def solve(problem, output, *options):
     return json.loads(done.out)
 
 
-@pytest.fixture
-def large(tmp_path):
-    """A problem that no solver is done with in a few seconds."""
-    random = np.random.default_rng(1)
-    paths = [write_pgm(tmp_path / f"{side}.pgm", random.integers(0, 256, (300, 400))) for side in ("l", "r")]
-    assert run("encode", *paths, "-o", tmp_path / "large.qcf", "--disparity", "0:15").status == 0
-    return tmp_path / "large.qcf"
-
-
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_the_answer_and_what_is_said_of_it(folder, solved, solver):
     """F by numpy, H by validate, and the same facts on standard output and in the file."""
     facts = solve(solved.problem, folder / "s.qsf", "--solver", solver)
     assert set(facts) == KEYS
     assert (facts["schema"], facts["solver"]) == (1, solver)
-    assert run("decode", solved.problem, folder / "s.qsf", "-o", folder / "m.pgm", "--scale", "2").status == 0
+    assert (
+        run(
+            "decode", solved.problem, folder / "s.qsf", "-o", folder / "m.pgm", "--scale", "2"
+        ).status
+        == 0
+    )
     disparities = read_pnm((folder / "m.pgm").read_bytes())[0][:, 4:] // 2
     assert facts["energy"] == energy(solved.pair.left, solved.pair.right, disparities, 2.5)
     checked = json.loads(run("validate", solved.problem, folder / "s.qsf", "--json").out)
     assert (checked["samples"], checked["feasible"], checked["energies_agree"]) == (1, 1, True)
     said = json.loads(run("info", folder / "s.qsf", "--json").out)
     assert (said["solver"], said["best_energy"]) == (solver, 2 * facts["energy"])
-    assert said["info"] == {"parameters": {"iterations": None, "time_limit": None, "seed": 0},
-                            "lower_bound": None if facts["lower_bound"] is None else 2 * facts["lower_bound"],
-                            "proven_optimal": facts["proven_optimal"], "iterations": facts["iterations"], "seconds": facts["seconds"]}
+    assert said["info"] == {
+        "parameters": {"iterations": None, "time_limit": None, "seed": 0},
+        "lower_bound": None if facts["lower_bound"] is None else 2 * facts["lower_bound"],
+        "proven_optimal": facts["proven_optimal"],
+        "iterations": facts["iterations"],
+        "seconds": facts["seconds"],
+    }
     assert sorted(path.name for path in folder.iterdir()) == ["m.pgm", "s.qsf"]
 
 
@@ -53,11 +79,35 @@ def test_the_answer_and_what_is_said_of_it(folder, solved, solver):
 def test_bounds_and_energies_hold_the_optimum_between_them(tmp_path, seed, smoothness):
     left, right, left_path, right_path = random_pair(tmp_path, 5, 3, seed)
     lam = [0, 7.5, 20, 60][seed]
-    options = ["--smoothness", smoothness, *(["--truncation", {"linear": 2, "quadratic": 3}[smoothness]] if smoothness != "potts" else [])]
-    assert run("encode", left_path, right_path, "-o", tmp_path / "p.qcf", "--disparity", "0:2", "--lambda", lam, *options).status == 0
+    options = [
+        "--smoothness",
+        smoothness,
+        *(
+            ["--truncation", {"linear": 2, "quadratic": 3}[smoothness]]
+            if smoothness != "potts"
+            else []
+        ),
+    ]
+    assert (
+        run(
+            "encode",
+            left_path,
+            right_path,
+            "-o",
+            tmp_path / "p.qcf",
+            "--disparity",
+            "0:2",
+            "--lambda",
+            lam,
+            *options,
+        ).status
+        == 0
+    )
     optimum = best_of_all(left, right, 3, lam, SMOOTH[smoothness])
     for solver in SOLVERS:
-        done = run("solve", tmp_path / "p.qcf", "-o", tmp_path / "s.qsf", "--json", "--solver", solver)
+        done = run(
+            "solve", tmp_path / "p.qcf", "-o", tmp_path / "s.qsf", "--json", "--solver", solver
+        )
         facts = json.loads(done.out)
         assert facts["energy"] >= optimum
         if facts["lower_bound"] is None:
@@ -69,8 +119,17 @@ def test_bounds_and_energies_hold_the_optimum_between_them(tmp_path, seed, smoot
         assert (facts["lower_bound"] is not None) == (solver in ("trws", "best"))
 
 
-@pytest.mark.parametrize("name", ["good-smallest", "good-grid-sparse", "good-grid-paper", "good-masked-weighted", "good-linear",
-                                  "good-edges-table"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "good-smallest",
+        "good-grid-sparse",
+        "good-grid-paper",
+        "good-masked-weighted",
+        "good-linear",
+        "good-edges-table",
+    ],
+)
 @pytest.mark.parametrize("solver", ["icm", "anneal", "bp", "trws", "best"])
 def test_masks_weights_edge_lists_and_tables(folder, name, solver):
     problem = GOLDEN / f"{name}.qcf"
@@ -88,7 +147,10 @@ def test_the_default_is_best(folder, solved):
 
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_the_same_seed_gives_the_same_answer(folder, solved, solver):
-    facts = [solve(solved.problem, folder / f"{i}.qsf", "--solver", solver, "--seed", "7") for i in range(2)]
+    facts = [
+        solve(solved.problem, folder / f"{i}.qsf", "--solver", solver, "--seed", "7")
+        for i in range(2)
+    ]
     for of in facts:
         del of["seconds"]
     assert facts[0] == facts[1]
@@ -98,7 +160,9 @@ def test_the_same_seed_gives_the_same_answer(folder, solved, solver):
 
 def test_seeds_matter(folder, large):
     for seed in ("1", str(2**64 - 1)):
-        solve(large, folder / f"{seed}.qsf", "--solver", "anneal", "--iterations", "3", "--seed", seed)
+        solve(
+            large, folder / f"{seed}.qsf", "--solver", "anneal", "--iterations", "3", "--seed", seed
+        )
     first, second = (chunks_of(path)["BITS"] for path in folder.iterdir())
     assert first != second
 
@@ -111,57 +175,113 @@ def test_iterations(folder, solved):
 
 @pytest.mark.parametrize("solver", ["anneal", "trws", "best"])
 def test_the_time_limit(folder, large, solver):
-    begin = time.monotonic()
-    facts = solve(large, folder / "s.qsf", "--solver", solver, "--time-limit", "0.5", "--iterations", str(10**12))
-    assert time.monotonic() - begin < 10
-    assert facts["seconds"] >= 0.5 and not facts["converged"]
-    assert json.loads(chunks_of(folder / "s.qsf")["INFO"])["parameters"] == {"iterations": 10**12, "time_limit": 0.5, "seed": 0}
+    facts = solve(
+        large,
+        folder / "s.qsf",
+        "--solver",
+        solver,
+        "--time-limit",
+        "0.05",
+        "--iterations",
+        str(10**12),
+    )
+    assert facts["seconds"] >= 0.05 and not facts["converged"]
+    assert json.loads(chunks_of(folder / "s.qsf")["INFO"])["parameters"] == {
+        "iterations": 10**12,
+        "time_limit": 0.05,
+        "seed": 0,
+    }
     assert json.loads(run("validate", large, folder / "s.qsf", "--json").out)["energies_agree"]
 
 
 @pytest.mark.parametrize("number, status", [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_while_solving(folder, large, number, status):
     (folder / "s.qsf").write_text("as it was")
-    process = started("solve", large, "-o", folder / "s.qsf", "--solver", "anneal", "--iterations", 10**9)
-    deadline = time.monotonic() + 20
-    while len(list(folder.iterdir())) < 2 and time.monotonic() < deadline:
-        time.sleep(0.01)
-    time.sleep(0.3)
-    process.send_signal(number)
+    process = started(
+        "solve", large, "-o", folder / "s.qsf", "--solver", "anneal", "--iterations", 10**9
+    )
+    signal_at_output(process, folder, 2, number)
     out, err = process.communicate(timeout=20)
     assert (process.returncode, out, err) == (status, b"", b"")
-    assert [path.name for path in folder.iterdir()] == ["s.qsf"] and (folder / "s.qsf").read_text() == "as it was"
+    assert [path.name for path in folder.iterdir()] == ["s.qsf"] and (
+        folder / "s.qsf"
+    ).read_text() == "as it was"
 
 
 def test_progress_on_a_terminal(folder, large):
-    status, shown = on_terminal("solve", large, "-o", folder / "s.qsf", "--solver", "trws", "--iterations", 10**9, "--time-limit", "2")
+    status, shown = on_terminal(
+        "solve",
+        large,
+        "-o",
+        folder / "s.qsf",
+        "--solver",
+        "trws",
+        "--iterations",
+        10**9,
+        "--time-limit",
+        "0.5",
+    )
     assert status == 0
     lines = shown.split("\r\033[K")
     assert lines[0] == lines[-1] == ""
-    assert 1 <= len(lines) - 2 <= 11
+    assert 1 <= len(lines) - 2 <= 4
     for line in lines[1:-1]:
-        assert line.startswith("trws: ") and " s, iteration " in line and ", energy " in line and ", bound " in line and len(line) < 80
+        assert (
+            line.startswith("trws: ")
+            and " s, iteration " in line
+            and ", energy " in line
+            and ", bound " in line
+            and len(line) < 80
+        )
+
+
+@pytest.fixture(scope="module")
+def fine(tmp_path_factory):
+    """The problem `large` in small units."""
+    folder = tmp_path_factory.mktemp("fine")
+    *_, left, right = random_pair(folder, 400, 300)
+    assert (
+        run("encode", left, right, "-o", folder / "fine.qcf", "--lambda", "20.000001").status == 0
+    )
+    return folder / "fine.qcf"
 
 
 @pytest.mark.parametrize("command", ["solve", "reduce"])
-def test_no_number_is_cut(folder, tmp_path, command):
+def test_no_number_is_cut(folder, fine, command):
     """Energies of thirteen digits: what does not fit beside the rest is left out whole."""
-    _, _, left, right = random_pair(tmp_path, 400, 300)
-    assert run("encode", left, right, "-o", tmp_path / "fine.qcf", "--lambda", "20.000001").status == 0
-    _, shown = on_terminal(command, tmp_path / "fine.qcf", "-o", folder / "s", "--time-limit", "2")
+    _, shown = on_terminal(command, fine, "-o", folder / "s", "--time-limit", "0.5")
     lines = shown.split("\r\033[K")[1:-1]
-    end = {"solve": r", energy \d{7}\.\d{1,6}(, bound \d{7}\.\d{1,6})?", "reduce": r", \d+ variables left(, gap \d+\.\d{4} %)?"}
+    end = {
+        "solve": r", energy \d{7}\.\d{1,6}(, bound \d{7}\.\d{1,6})?",
+        "reduce": r", \d+ variables left(, gap \d+\.\d{4} %)?",
+    }
     assert lines
     for line in lines:
-        assert re.fullmatch(r"(best|reduce): \d+\.\d s, iteration \d+" + end[command], line) and len(line) < 80, line
+        assert (
+            re.fullmatch(r"(best|reduce): \d+\.\d s, iteration \d+" + end[command], line)
+            and len(line) < 80
+        ), line
 
 
 def test_no_progress_of_what_is_done_at_once(folder, solved):
-    assert on_terminal("solve", solved.problem, "-o", folder / "s.qsf", "--solver", "icm") == (0, "")
+    assert on_terminal("solve", solved.problem, "-o", folder / "s.qsf", "--solver", "icm") == (
+        0,
+        "",
+    )
 
 
 def test_a_signal_clears_the_line(folder, large):
-    status, shown = on_terminal("solve", large, "-o", folder / "s.qsf", "--solver", "anneal", "--iterations", 10**9, interrupt_after=2)
+    status, shown = on_terminal(
+        "solve",
+        large,
+        "-o",
+        folder / "s.qsf",
+        "--solver",
+        "anneal",
+        "--iterations",
+        10**9,
+        interrupt_at=b"anneal: ",
+    )
     assert status == 130
     assert "anneal: " in shown and shown.endswith("\r\033[K")
     assert not list(folder.iterdir())
@@ -176,7 +296,9 @@ def test_human_lines(folder, solved):
     done = run("solve", solved.problem, "-o", folder / "s.qsf", "--solver", "trws")
     facts = solve(solved.problem, folder / "s.qsf", "--solver", "trws")
     assert ("proven optimal" in done.out.decode()) == facts["proven_optimal"]
-    assert (f"lower bound {facts['lower_bound']:g}, gap {facts['gap']:g} (" in done.out.decode()) == (not facts["proven_optimal"])
+    assert (
+        f"lower bound {facts['lower_bound']:g}, gap {facts['gap']:g} (" in done.out.decode()
+    ) == (not facts["proven_optimal"])
 
 
 def test_standard_streams(folder, solved):
@@ -188,44 +310,67 @@ def test_standard_streams(folder, solved):
 
 def test_memory_limit(folder, large):
     for limit, status in (("10", 4), ("200", 0)):
-        done = run("solve", large, "-o", folder / "s.qsf", "--solver", "icm", "--memory-limit", limit)
+        done = run(
+            "solve", large, "-o", folder / "s.qsf", "--solver", "icm", "--memory-limit", limit
+        )
         assert (done.status, "raise --memory-limit" in done.err) == (status, status == 4)
         assert len(list(folder.iterdir())) == (status == 0)
 
 
-@pytest.mark.parametrize("options, words", [
-    (["--solver", "expantion"], "--solver expantion is not known: did you mean expansion? The known ones: "
-                                "icm anneal swap expansion bp trws cut best"),
-    (["--solver", "qpu"], "--solver qpu is not known. The known ones: icm anneal"),
-    (["--time-limit", "0"], "--time-limit 0: not a number of seconds above 0"), (["--time-limit", "-1"], "above 0"),
-    (["--time-limit", "inf"], "above 0"), (["--time-limit", "1s"], "above 0"),
-    (["--iterations", "0"], "--iterations 0: not a whole number from 1 to 18446744073709551615"),
-    (["--iterations", "1.5"], "whole number"), (["--seed", "18446744073709551616"], "--seed 18446744073709551616: not a whole number"),
-    (["--seed", "-1"], "whole number"), (["-o", "-", "--json"], "cannot both go"), (["--memory-limit", "0"], "whole number from 1")])
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        (
+            ["--solver", "expantion"],
+            "--solver expantion is unknown: did you mean expansion? It can be: "
+            "icm anneal swap expansion bp trws cut best",
+        ),
+        (["--solver", "qpu"], "--solver qpu is unknown: it can be: icm anneal"),
+        (["--time-limit", "0"], "--time-limit 0 is not a number of seconds above 0"),
+        (["--time-limit", "-1"], "above 0"),
+        (["--time-limit", "inf"], "above 0"),
+        (["--time-limit", "1s"], "above 0"),
+        (
+            ["--iterations", "0"],
+            "--iterations 0 is not a whole number from 1 to 18446744073709551615",
+        ),
+        (["--iterations", "1.5"], "whole number"),
+        (["--seed", "18446744073709551616"], "--seed 18446744073709551616 is not a whole number"),
+        (["--seed", "-1"], "whole number"),
+        (["-o", "-", "--json"], "cannot both go"),
+        (["--memory-limit", "0"], "whole number from 1"),
+    ],
+)
 def test_usage_errors(folder, solved, options, words):
-    done = run("solve", solved.problem, *([] if "-o" in options else ["-o", folder / "s.qsf"]), *options)
+    done = run(
+        "solve", solved.problem, *([] if "-o" in options else ["-o", folder / "s.qsf"]), *options
+    )
     assert (done.status, done.out) == (2, b"")
     assert words in done.err
     assert not list(folder.iterdir())
 
 
-def test_cut_proves_what_cuts_solve(tmp_path):
+@pytest.mark.parametrize(
+    "smoothness, labels", [("linear", 3), ("linear", 5), ("quadratic", 3), ("potts", 2)]
+)
+def test_cut_proves_what_cuts_solve(tmp_path, smoothness, labels):
     """Linear and quadratic costs without truncation, any unary costs; potts with two labels."""
-    for seed, (smoothness, labels) in enumerate([("linear", 3), ("linear", 5), ("quadratic", 3), ("potts", 2)]):
-        left, right, left_path, right_path = random_pair(tmp_path, labels + 1, 2, seed)
-        problem = tmp_path / f"{seed}.qcf"
-        done = run("encode", left_path, right_path, "-o", problem, "--disparity", f"0:{labels - 1}", "--lambda", "12", "--smoothness", smoothness)
-        assert done.status == 0, done.err
-        apart = {"linear": np.abs, "quadratic": np.square, "potts": lambda t: (t != 0) * 1}[smoothness]
-        facts = solve(problem, tmp_path / "s.qsf", "--solver", "cut")
-        assert facts["energy"] == facts["lower_bound"] == best_of_all(left, right, labels, 12, apart)
-        assert facts["proven_optimal"] and facts["converged"]
+    left, right, *paths = random_pair(tmp_path, labels + 1, 2, labels)
+    problem = tmp_path / "p.qcf"
+    options = ["--disparity", f"0:{labels - 1}", "--lambda", "12", "--smoothness", smoothness]
+    done = run("encode", *paths, "-o", problem, *options)
+    assert done.status == 0, done.err
+    apart = {"linear": np.abs, "quadratic": np.square, "potts": lambda t: (t != 0) * 1}[smoothness]
+    facts = solve(problem, tmp_path / "s.qsf", "--solver", "cut")
+    assert facts["energy"] == best_of_all(left, right, labels, 12, apart)
+    assert facts["lower_bound"] == facts["energy"]
+    assert facts["proven_optimal"] and facts["converged"]
 
 
 def test_cut_refuses_other_costs(folder, solved):
     done = run("solve", solved.problem, "-o", folder / "s.qsf", "--solver", "cut")
     assert (done.status, done.out) == (3, b"")
-    assert "cut cannot be used with this pairwise cost (potts); use trws, bp or best" in done.err
+    assert "cut cannot be used with this pairwise cost (potts): use trws, bp or best" in done.err
     assert not list(folder.iterdir())
 
 
@@ -240,20 +385,40 @@ def test_a_problem_without_meaning(tmp_path, folder, solved):
 
 def test_bad_files(tmp_path, folder, solved):
     (tmp_path / "cut.qcf").write_bytes(solved.problem.read_bytes()[:-1])
-    for problem, status, words in ((tmp_path / "none.qcf", 4, "cannot be opened"), (solved.samples, 3, "is not a .qcf file"),
-                                   (tmp_path / "cut.qcf", 3, "at byte")):
+    for problem, status, words in (
+        (tmp_path / "none.qcf", 4, "cannot be opened"),
+        (solved.samples, 3, "is not a .qcf file"),
+        (tmp_path / "cut.qcf", 3, "at byte"),
+    ):
         done = run("solve", problem, "-o", folder / "s.qsf")
         assert (done.status, words in done.err) == (status, True)
     assert not list(folder.iterdir())
 
 
-@pytest.mark.parametrize("solver, options, words", [
-    ("bp", [], "50 iterations, S s, stopped at its own limit of 50 iterations"),
-    ("bp", ["--iterations", "2"], "2 iterations, S s, stopped at the limit of 2 iterations"),
-    ("bp", ["--iterations", "1"], "1 iteration, S s, stopped at the limit of 1 iteration"),
-    ("bp", ["--time-limit", "0.000001"], "1 iteration, S s, stopped at the time limit"),
-    ("bp", ["--time-limit", "500"], "50 iterations, S s, stopped at its own limit of 50 iterations")])
+@pytest.mark.parametrize(
+    "solver, options, words",
+    [
+        ("bp", [], "50 iterations, S s, stopped at its own limit of 50 iterations"),
+        ("bp", ["--iterations", "2"], "2 iterations, S s, stopped at the limit of 2 iterations"),
+        ("bp", ["--iterations", "1"], "1 iteration, S s, stopped at the limit of 1 iteration"),
+        ("bp", ["--time-limit", "0.000001"], "1 iteration, S s, stopped at the time limit"),
+        (
+            "bp",
+            ["--time-limit", "500"],
+            "50 iterations, S s, stopped at its own limit of 50 iterations",
+        ),
+    ],
+)
 def test_what_stopped_a_solver_in_words(folder, pair, solver, options, words):
-    assert run("encode", *pair.paths, "-o", folder / "p.qcf", "--disparity", "0:3", "--lambda", "60").status == 0
-    lines = run("solve", folder / "p.qcf", "-o", folder / "s.qsf", "--solver", solver, *options).out.decode().splitlines()
+    assert (
+        run(
+            "encode", *pair.paths, "-o", folder / "p.qcf", "--disparity", "0:3", "--lambda", "60"
+        ).status
+        == 0
+    )
+    lines = (
+        run("solve", folder / "p.qcf", "-o", folder / "s.qsf", "--solver", solver, *options)
+        .out.decode()
+        .splitlines()
+    )
     assert re.sub(r"\d+\.\d+ s", "S s", lines[1]) == words

@@ -2,8 +2,8 @@
 
 #include <string.h>
 
-#include "../../libqstereo/src/base/bytes.h"
-#include "../../libqstereo/src/files/crc32c.h"
+#include "base/bytes.h"
+#include "files/crc32c.h"
 
 enum { COUPLINGS = 4096, ARCS = 512 };
 

@@ -8,23 +8,29 @@
 extern "C" {
 #endif
 
-/* A grey picture, 8 bits a pixel. Pixel (x, y) is pixels[y * stride + x], with
- * stride >= width. */
+/* A grey picture of 8 bits a pixel. Pixel (x, y) is pixels[y * stride + x]. */
 typedef struct qs_image {
     const uint8_t *pixels;
     size_t width, height;
-    size_t stride; /* bytes from a row to the next */
+    size_t stride; /* bytes from one row to the next, at least width */
 } qs_image;
 
-/* Grey of interleaved 8-bit colour: (299 R + 587 G + 114 B + 500) / 1000 in
- * integers (ITU-R BT.601 luma, rounded), so that energies agree with published
- * ones on every machine.
+/* Turns a colour picture of 8 bits a channel into a grey one:
  *
- * colour    rows of `width` pixels of `channels` bytes, R first; `stride` bytes
- * from a row to the next channels  1 (copied), 3 (RGB) or 4 (RGBA, the fourth
- * is not used) grey      out: height rows of width bytes, without gaps; may be
- * `colour` itself Returns QS_OK, or QS_E_ARGUMENT (a null pointer, another
- * number of channels, a stride below width * channels). */
+ *     (299 R + 587 G + 114 B + 500) / 1000
+ *
+ * in integers (luma of ITU-R BT.601, rounded), so that energies agree with
+ * published ones on every machine.
+ *
+ * colour    rows of `width` pixels; a pixel is `channels` bytes, R first
+ * stride    bytes from one row to the next
+ * channels  1 (copied), 3 (RGB) or 4 (RGBA; the fourth is ignored)
+ * grey      out: height rows of width bytes, without gaps; may be `colour`
+ *
+ * Returns
+ *   QS_OK
+ *   QS_E_ARGUMENT  a null pointer, another number of channels, or a stride
+ *                  below width * channels */
 QS_MUST_CHECK qs_status qs_image_grey(const uint8_t *colour, size_t width,
                                       size_t height, size_t stride,
                                       unsigned channels, uint8_t *grey);

@@ -1,11 +1,11 @@
-/* A labelling problem laid out for the solvers: contiguous costs, and the graph
- * either as a grid or as lists of neighbours.
+/* A labelling problem laid out for the solvers: all costs in one array, and the
+ * edges either as those of a full grid or as lists of neighbours.
  *
  *     F(w) = constant + sum_p unary_p(w_p) + sum_{pq} weight_pq V(w_p, w_q)
  *
- * Sites of a model are the problem's, but for a masked grid: there all cells
- * are sites of the model, the masked ones without costs and edges, so that
- * every grid is a full one. */
+ * The sites of a model are those of the problem. Only of a masked grid all
+ * cells are sites of the model, so that every grid is a full one; the masked
+ * ones have no costs and no edges. */
 #ifndef QSTEREO_MODEL_H
 #define QSTEREO_MODEL_H
 
@@ -18,35 +18,34 @@ extern "C" {
 /* An edge as one of its two sites sees it. */
 typedef struct qs_link {
     uint32_t site; /* the other one */
-    uint32_t
-        edge; /* the edge's number, 0 .. edges - 1; in it `first` < `second` */
+    uint32_t edge; /* the number of the edge, 0 .. edges - 1 */
     int32_t weight; /* at least 0 */
 } qs_link;
 
-/* Its fields are for reading; the arrays are in the workspace that the model
- * was built in. */
+/* Its fields are for reading. The arrays are in the workspace that it was made
+ * in. */
 typedef struct qs_model {
     uint32_t sites, labels;
     int64_t constant;
-    const int32_t *unary; /* sites x labels, each site's least is 0 */
-    /* sites x labels, 0 = the file has no such label at this site: its cost
-     * here is above all that the site's edges can cost; NULL = all are there */
+    const int32_t *unary; /* sites x labels; the least of each site is 0 */
+    /* sites x labels: 0 = this label is not left to this site; its unary cost
+     * is then above all that the site's edges can cost. NULL = all are left. */
     const uint8_t *kept;
-    qs_pairwise pairwise; /* the table as in qs_problem; V(a, b) with a the
-                             label of the lower-numbered site */
+    qs_pairwise pairwise; /* V(a, b) with a the label of the lower-numbered
+                             site; the table as in qs_problem */
     int64_t pairwise_max; /* the largest V */
-    /* A grid: site (x, y) is y * width + x. */
-    uint32_t width, height; /* 0 = no grid, and: */
-    const int32_t *right; /* weight of the edge to the right neighbour, sites (0
-                             in the last column) */
-    const int32_t
-        *down; /* and to the lower neighbour, sites (0 in the last row) */
-    /* Any other graph. */
+    /* A grid: site (x, y) is y * width + x. Width 0 = no grid. */
+    uint32_t width, height;
+    const int32_t *right; /* sites: weight of the edge to the right neighbour, 0
+                             in the last column */
+    const int32_t *down; /* sites: to the lower neighbour, 0 in the last row */
+    const uint8_t *mask; /* of a masked grid: a bit for each cell as in
+                            qs_labels; else NULL */
+    /* Any other graph: */
     uint32_t edges;
-    const uint32_t *link_start; /* sites + 1 */
-    const qs_link *links; /* 2 x edges, of each site sorted by the other */
-    const uint8_t
-        *mask; /* of a masked grid: a bit a cell as in qs_labels; else NULL */
+    const uint32_t *link_start; /* sites + 1: where each site's links begin */
+    const qs_link *links; /* 2 x edges; those of a site are sorted by the other
+                             site */
 } qs_model;
 
 enum { QS_MODEL_BITS = 60 };
@@ -68,13 +67,13 @@ size_t qs_model_of_problem_workspace(const qs_problem *problem);
  *            qs_map_of_labelling
  *
  * Returns
- * QS_OK
- * QS_E_ARGUMENT   a null pointer, or a problem that qs_problem_check refuses
- * QS_E_LIMIT      as qs_problem_check
- * QS_E_WORKSPACE
- * QS_E_OVERFLOW   a unary cost, less the least of its site, or a pairwise cost
- *                 is above 2^31 - 1, or the sums leave QS_MODEL_BITS: see
- *                 qs_model_build */
+ *   QS_OK
+ *   QS_E_ARGUMENT  a null pointer, or a problem that qs_problem_check refuses
+ *   QS_E_LIMIT     as qs_problem_check
+ *   QS_E_WORKSPACE
+ *   QS_E_OVERFLOW  a unary cost, less the least of its site, or a pairwise cost
+ *                  is above 2^31 - 1, or the sums leave QS_MODEL_BITS: see
+ *                  qs_model_build */
 QS_MUST_CHECK qs_status qs_model_of_problem(const qs_problem *problem,
                                             void *workspace,
                                             size_t workspace_size,
@@ -101,30 +100,34 @@ size_t qs_model_workspace(const qs_qubo *qubo);
  * model      out
  *
  * Returns
- * QS_OK
- * QS_E_ARGUMENT     a null pointer
- * QS_E_WORKSPACE
- * QS_E_UNSUPPORTED  the file does not say what its variables mean
- * QS_E_ENCODING     a cut: the same problem in another encoding has a model
- * QS_E_CORRUPT      the couplings are not what the encoding says
- * QS_E_OVERFLOW     a cost is above 2^31 - 1; or the largest V times the sum of
- *                   all weights, and 2^31 - 1 for each site, come to more than
- *                   2^QS_MODEL_BITS. Below that no sum of costs leaves an
- *                   int64_t, whatever the labels */
+ *   QS_OK
+ *   QS_E_ARGUMENT     a null pointer
+ *   QS_E_WORKSPACE
+ *   QS_E_UNSUPPORTED  the file does not say what its variables mean
+ *   QS_E_ENCODING     a cut: the same problem in another encoding has a model
+ *   QS_E_CORRUPT      the couplings are not what the encoding says
+ *   QS_E_OVERFLOW     a cost is above 2^31 - 1; or the largest V times the sum
+ *                     of all weights, and 2^31 - 1 for each site, come to more
+ *                     than 2^QS_MODEL_BITS. Below that no sum of costs leaves
+ *                     an int64_t, whatever the labels */
 QS_MUST_CHECK qs_status qs_model_build(const qs_index *index, void *workspace,
                                        size_t workspace_size, qs_model *model);
 
 /* V(a, b), without a weight. */
 int64_t qs_model_pairwise(const qs_model *model, uint32_t a, uint32_t b);
 
-/* F of a labelling of the model's sites (labels in range). */
+/* F of a labelling of the model's sites. All labels are in range. */
 int64_t qs_model_energy(const qs_model *model, const uint16_t *labelling);
 
-/* Winner takes all: each site's cheapest label, the lowest one of equals. */
+/* Winner takes all: gives each site its cheapest label, of equals the lowest.
+ *
+ * labelling  out: the model's sites */
 void qs_model_winner(const qs_model *model, uint16_t *labelling);
 
-/* The labelling of the problem's sites: that of the model's, less the masked
- * cells. In place if `out` is `labelling`. */
+/* From a labelling of the model's sites to one of the problem's: without the
+ * masked cells.
+ *
+ * out  may be `labelling` */
 void qs_model_sites(const qs_model *model, const uint16_t *labelling,
                     uint16_t *out);
 

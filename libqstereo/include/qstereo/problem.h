@@ -1,11 +1,11 @@
-/* The labelling problem: sites, labels, unary and pairwise costs, and its
- * energy
+/* The labelling problem: sites, labels, and what a labelling costs,
  *
- *     F(w) = sum_p theta_p(w_p) + sum_{pq in N} weight_pq V(w_p, w_q)
+ *     F(w) = sum_p theta_p(w_p) + sum_{pq in N} weight_pq V(w_p, w_q).
  *
  * (Heidari, Dinneen and Delmas, eq. (3), where V is Potts and every weight is
- * lambda). All costs are integers, in units of 1/scale: with lambda = 12.5 take
- * scale 2, weight 25 and theta doubled. */
+ * lambda.) theta are the unary costs, V is the pairwise cost. All are integers,
+ * in units of 1 / scale: for lambda = 12.5 take scale 2, weight 25, and theta
+ * doubled. */
 #ifndef QSTEREO_PROBLEM_H
 #define QSTEREO_PROBLEM_H
 
@@ -16,33 +16,33 @@
 extern "C" {
 #endif
 
-/* V(a, b) of two labels (indices 0 .. labels - 1). Tables: V(a, b) = table[a *
- * labels + b], a being the label of the edge's first site: the left or upper
- * one in a grid. */
+/* The pairwise cost V(a, b) of two labels, which are 0 .. labels - 1. */
 typedef enum qs_smoothness {
-    QS_POTTS = 0, /* a != b */
+    QS_POTTS = 0, /* 0 if a = b, else 1 */
     QS_TRUNCATED_LINEAR = 1, /* min(|a - b|, truncation) */
     QS_TRUNCATED_QUADRATIC = 2, /* min((a - b)^2, truncation) */
-    QS_TABLE = 3
+    QS_TABLE = 3 /* table[a * labels + b]; a is the label of the edge's first
+                    site: the left or the upper one in a grid */
 } qs_smoothness;
 
 typedef struct qs_pairwise {
     qs_smoothness smoothness;
-    uint32_t truncation; /* of the linear and quadratic V; 0 = none */
-    const int32_t
-        *table; /* labels x labels, no entry negative; QS_TABLE only */
+    uint32_t truncation; /* of the linear and the quadratic V; 0 = none */
+    const int32_t *table; /* QS_TABLE only: labels x labels, none below 0 */
 } qs_pairwise;
 
-/* A 4-neighbour grid of width x height cells. Sites are its cells in raster
- * order, masked ones left out. */
+/* A grid of width x height cells. Its sites are its cells, row after row,
+ * without the masked ones. Each site has an edge to each of its up to 4
+ * neighbours. */
 typedef struct qs_grid {
     uint32_t width, height;
-    const uint8_t *mask; /* width * height bytes, 0 = the cell is no site; NULL
-                            = every cell is one */
-    const int32_t *right; /* weight of the edge from each cell to its right
-                             neighbour, width * height (last column unused) */
-    const int32_t *down; /* and to its lower neighbour (last row unused); both
-                            or neither: NULL = every weight is `weight` */
+    /* width x height bytes: 0 = the cell is no site. NULL = all are sites. */
+    const uint8_t *mask;
+    /* width x height weights of the edges from each cell to its right
+     * neighbour (the last column is not used), and to its lower neighbour (the
+     * last row is not used). Both or neither; NULL = every weight is
+     * qs_problem.weight. */
+    const int32_t *right, *down;
 } qs_grid;
 
 /* An edge of a problem that is no grid. */
@@ -51,73 +51,83 @@ typedef struct qs_edge {
     int32_t weight; /* at least 0 */
 } qs_edge;
 
-/* Computes the unary costs of one row of an unmasked or masked grid (all
- * cells), each site's less its least cost.
+/* Computes the unary costs of a row of a grid: of all its cells, masked ones
+ * too. From the costs of each cell their least is subtracted.
  *
- * context  the source's own
+ * context  as in qs_cost_source
  * row      0 .. height - 1
- * costs    out: width x labels, label by label within each cell; uint8_t or
- * uint32_t as the source's `bytes` says least    out: width; the least cost of
- * each cell, which has been subtracted from all of its labels */
+ * costs    out: width x labels, the labels of a cell together; uint8_t or
+ *          uint32_t, as qs_cost_source.bytes says
+ * least    out: width; what has been subtracted at each cell */
 typedef void qs_cost_row(void *context, uint32_t row, void *costs,
                          int32_t *least);
 
-/* Unary costs made on the way, so that no more than one row of them is ever in
- * memory (grids only). */
+/* Unary costs of a grid that are made when they are needed, so that no more
+ * than one row of them is in memory. */
 typedef struct qs_cost_source {
     qs_cost_row *row;
-    void *context;
-    unsigned bytes; /* of each cost that `row` writes: 1 or 4 */
+    void *context; /* of row */
+    unsigned bytes; /* of a cost that `row` writes: 1 or 4 */
 } qs_cost_source;
 
-/* Where the sites stand in a picture: a window whose cell (0, 0) is the
- * picture's pixel (x, y). */
+/* Where the sites stand in a picture: in a window whose cell (0, 0) is pixel
+ * (x, y) of the picture. */
 typedef struct qs_frame {
     uint32_t picture_width, picture_height;
     uint32_t x, y;
-    uint32_t first; /* at most 2^31 - 1; label j stands for the value (disparity
-                       in pixels) first + j */
+    uint32_t first; /* label j stands for the value (a disparity in pixels)
+                       first + j; at most 2^31 - 1 */
 } qs_frame;
 
-/* A problem borrows all that it points to. Either grid.width > 0, or edges
- * (with `sites` given). */
+/* A problem borrows all that it points to. It is a grid (grid.width > 0) or a
+ * list of edges (grid.width = 0). */
 typedef struct qs_problem {
-    uint32_t sites; /* of an edge list; of a grid it is computed: see
-                       qs_problem_sites */
+    uint32_t sites; /* of a list of edges. Of a grid: see qs_problem_sites */
     uint32_t labels; /* 1 .. QS_LABELS_MAX */
     uint32_t scale; /* integer units in one real unit, at least 1 */
-    int32_t weight; /* of every edge of a grid that has no weights of its own:
+    int32_t weight; /* of every edge of a grid without weights of its own:
                        lambda * scale, at least 0 */
     qs_pairwise pairwise;
-    qs_grid grid; /* width 0 = no grid */
+    qs_grid grid;
     const qs_edge *edges;
     size_t edge_count;
-    const int32_t *costs; /* sites x labels; or NULL, and */
-    qs_cost_source source; /* the maker of a grid's costs */
-    qs_frame frame; /* zero = the grid is the picture and labels stand for 0, 1,
-                       ... */
+    const int32_t *costs; /* sites x labels; NULL = `source` makes them */
+    qs_cost_source source; /* grids only */
+    qs_frame frame; /* zero = the grid is the picture, and labels stand for 0,
+                       1, ... */
 } qs_problem;
 
 /* Checks all that the comments above demand.
- * Returns QS_OK, QS_E_ARGUMENT, or QS_E_LIMIT (more than QS_VARIABLES_MAX sites
- * x labels, or 2^31 - 1 edges). */
+ *
+ * Returns
+ *   QS_OK
+ *   QS_E_ARGUMENT  something is not as they say
+ *   QS_E_LIMIT     sites x labels, or edges, are more than QS_VARIABLES_MAX */
 QS_MUST_CHECK qs_status qs_problem_check(const qs_problem *problem);
 
-/* The number of sites: of a grid its unmasked cells, else `sites`. */
+/* The number of sites: of a grid the cells that are not masked. */
 uint32_t qs_problem_sites(const qs_problem *problem);
 
-/* V(a, b) of two labels, without the edge's weight. */
+/* V(a, b), without the weight of an edge. */
 int64_t qs_pairwise_cost(const qs_problem *problem, uint32_t a, uint32_t b);
 
-/* Bytes of workspace that qs_problem_energy needs: one row of costs where the
- * problem makes them on the way, else 0. */
+/* Bytes of workspace for qs_problem_energy: a row of costs if the problem makes
+ * them when they are needed, else 0. */
 size_t qs_problem_workspace(const qs_problem *problem);
 
 /* F of a labelling, in integer units.
  *
- * labelling  a label index of every site
- * Returns QS_OK, QS_E_ARGUMENT (as qs_problem_check, or a label out of range),
- * QS_E_LIMIT, QS_E_WORKSPACE, or QS_E_OVERFLOW. */
+ * labelling  the label of each site
+ * workspace  aligned for any type
+ * energy     out
+ *
+ * Returns
+ *   QS_OK
+ *   QS_E_ARGUMENT  a null pointer, a problem that qs_problem_check refuses, or
+ *                  a label that there is not
+ *   QS_E_LIMIT     as qs_problem_check
+ *   QS_E_WORKSPACE
+ *   QS_E_OVERFLOW  the energy, or a part of it, is beyond QS_ENERGY_MAX */
 QS_MUST_CHECK qs_status qs_problem_energy(const qs_problem *problem,
                                           const uint16_t *labelling,
                                           void *workspace,

@@ -53,11 +53,11 @@ size_t qs_reduce_workspace(const qs_model *model);
  * reduction  out
  *
  * Returns
- * QS_OK           also when stopped. Where costs are too large for the
- *                 arithmetic of messages there is no bound (QS_NO_BOUND), and
- *                 Goldstein's criterion alone takes out labels
- * QS_E_ARGUMENT   a null pointer
- * QS_E_WORKSPACE */
+ *   QS_OK          also when stopped. Where costs are too large for the
+ *                  arithmetic of messages there is no bound (QS_NO_BOUND), and
+ *                  Goldstein's criterion alone takes out labels
+ *   QS_E_ARGUMENT  a null pointer
+ *   QS_E_WORKSPACE */
 QS_MUST_CHECK qs_status qs_reduce(const qs_model *model,
                                   const qs_reduce_options *options,
                                   void *workspace, size_t workspace_size,

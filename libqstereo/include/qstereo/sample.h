@@ -1,5 +1,5 @@
-/* What a sample means: is it feasible, which labelling is it, and what the
- * nearest labelling below it. */
+/* What a sample means: whether it is feasible, which labelling it is, and how
+ * it is made feasible. */
 #ifndef QSTEREO_SAMPLE_H
 #define QSTEREO_SAMPLE_H
 
@@ -9,59 +9,79 @@
 extern "C" {
 #endif
 
-/* How much of a sample is no labelling: the number of open sites whose
- * variables are none of those that docs/FORMAT.md gives a label, and of
- * terminals, sources and sinks that have not their own value. The variables of
- * arcs do not count. In a file without labels: the groups with a penalty that
- * do not have exactly one variable at 1. 0 = the sample is feasible. */
+/* How much of a sample is no labelling. 0 = the sample is feasible.
+ *
+ * In a file with labels this is the number of undecided sites whose variables
+ * stand for no label, and of terminals, sources and sinks that do not have
+ * their own value (coding.h, qs_site_code and qs_auxiliaries). The variables of
+ * arcs do not count. In a file without labels it is the number of groups with a
+ * penalty that do not have exactly one variable at 1. */
 uint32_t qs_sample_infeasible(const qs_index *index, const uint8_t *bits);
 
 /* The labelling of a feasible sample.
  *
- * labelling  out: the label index of each of qubo->labels.sites, fixed ones too
- * Returns QS_OK, QS_E_INFEASIBLE, or QS_E_UNSUPPORTED (the file does not say
- * what its variables mean). */
+ * labelling  out: the label of each of qubo->labels.sites, fixed ones too
+ *
+ * Returns
+ *   QS_OK
+ *   QS_E_INFEASIBLE   the sample is no labelling
+ *   QS_E_UNSUPPORTED  the file does not say what its variables mean */
 QS_MUST_CHECK qs_status qs_sample_decode(const qs_index *index,
                                          const uint8_t *bits,
                                          uint16_t *labelling);
 
-/* The sample of a labelling: writes ceil(variables / 8) bytes. The variables of
- * arcs get what is cheapest. Returns QS_OK, QS_E_ARGUMENT (a label out of
- * range, or one that is not left to its site) or QS_E_UNSUPPORTED. */
+/* The sample of a labelling. Variables of arcs get the values that cost least.
+ *
+ * bits  out: ceil(variables / 8) bytes
+ *
+ * Returns
+ *   QS_OK
+ *   QS_E_ARGUMENT     a label that does not exist, or is not left to its site
+ *   QS_E_UNSUPPORTED  the file does not say what its variables mean */
 QS_MUST_CHECK qs_status qs_sample_encode(const qs_index *index,
                                          const uint16_t *labelling,
                                          uint8_t *bits);
 
-/* What truncating the costs has taken from a labelling of all sites (labels
- * left): its energy F is H of its sample plus this. 0 where nothing was
- * truncated. */
+/* What truncation took from the costs of a labelling of all sites: its energy F
+ * is H of its sample plus this. 0 where nothing was truncated. Labels that are
+ * not left to their sites count as 0. */
 int64_t qs_sample_trimmed(const qs_qubo *qubo, const uint16_t *labelling);
 
 /* Bytes of workspace for qs_sample_repair. */
 size_t qs_repair_workspace(const qs_index *index);
 
-/* Makes a sample feasible, as the encoding's proof does (docs/MATHS.md). H
- * never rises with the penalties that are proven (all but QS_PENALTY_GIVEN),
- * and falls by at least the gap (1 with the paper's) if the sample is
- * infeasible. Sites that have a label keep it, but where a source or a sink is
- * wrong.
+/* Makes a sample feasible in the way that the proof for its encoding does
+ * (docs/MATHS.md). With a penalty that is proven (all but QS_PENALTY_GIVEN) H
+ * never rises, and if the sample is infeasible H falls by at least the gap (by
+ * 1 with the paper's alpha). Sites that have a label keep it, unless a source
+ * or a sink is wrong.
  *
- * one-hot, multiway-cut, one-hot-sparse but for QS_PENALTY_MINIMAL: first each
- * group with several variables at 1 keeps the one that costs least beside its
- * neighbours, then each empty group, in order, gets the one that costs least;
- * of equals the lowest label. Multiway-cut: then the terminals get their own.
- * Potts in one-hot-sparse, minimal, and in domain-wall: one order of all labels
- * is chosen, label by label, such that what is expected of the rest of the
- * order is least; each site takes the first of its candidates. Truncated linear
- * there: each site in turn takes the candidate that is cheapest beside what is
- * expected of its neighbours. Linear in domain-wall and the cuts: the wrong
- * steps are moved towards each other, or away, until they vanish; for that a
- * domain-wall of linear costs has a coupling for every edge between open sites,
- * also where its block is all 0.
+ * qs_encoding_repair says which way is taken:
+ *   QS_REPAIR_BY_FLIPS        First each group with several variables at 1
+ *                             keeps the one that costs least beside its
+ *                             neighbours. Then each group without one, in
+ *                             order, gets the one that costs least. Of equals
+ *                             the lowest label.
+ *   QS_REPAIR_BY_LABEL_ORDER  An order of all labels is chosen, label by label,
+ *                             such that the expected cost of the rest of the
+ *                             order is least. Each site takes the first of its
+ *                             candidates in it.
+ *   QS_REPAIR_SITE_BY_SITE    Each site in turn takes the candidate that is
+ *                             cheapest beside the expected labels of its
+ *                             neighbours.
+ *   QS_REPAIR_BY_THRESHOLDS   The wrong steps of walls or chains are shifted
+ *                             until they meet right ones and vanish. For that a
+ *                             domain wall of linear costs has a coupling for
+ *                             every edge between undecided sites, also where
+ *                             its block is all 0.
  *
- * workspace  qs_repair_workspace, aligned for any type
- * repaired   out, may be NULL: what qs_sample_infeasible was
- * Returns QS_OK, QS_E_ARGUMENT or QS_E_WORKSPACE. */
+ * workspace  qs_repair_workspace bytes, aligned for any type
+ * repaired   out, may be NULL: what qs_sample_infeasible was before
+ *
+ * Returns
+ *   QS_OK
+ *   QS_E_ARGUMENT   a null pointer
+ *   QS_E_WORKSPACE  the workspace is too small */
 QS_MUST_CHECK qs_status qs_sample_repair(const qs_index *index, uint8_t *bits,
                                          void *workspace, size_t workspace_size,
                                          uint32_t *repaired);

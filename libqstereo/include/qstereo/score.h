@@ -22,10 +22,10 @@ extern "C" {
  *              QS_NO_DISPARITY outside the window and at masked cells
  *
  * Returns
- * QS_OK
- * QS_E_ARGUMENT  a null pointer, or a label that there is not
- * QS_E_GEOMETRY  the problem is no grid, or its window leaves the picture
- * QS_E_OVERFLOW  the largest disparity is above 2^31 - 1 */
+ *   QS_OK
+ *   QS_E_ARGUMENT  a null pointer, or a label that there is not
+ *   QS_E_GEOMETRY  the problem is no grid, or its window leaves the picture
+ *   QS_E_OVERFLOW  the largest disparity is above 2^31 - 1 */
 QS_MUST_CHECK qs_status qs_map_of_labelling(const qs_labels *labels,
                                             const uint16_t *labelling,
                                             int32_t *disparities);
@@ -66,9 +66,9 @@ typedef struct qs_score {
 /* Compares a map with the truth.
  *
  * Returns
- * QS_OK
- * QS_E_ARGUMENT  a null pointer, or a scale out of range
- * QS_E_GEOMETRY  the two are not of the same size */
+ *   QS_OK
+ *   QS_E_ARGUMENT  a null pointer, or a scale out of range
+ *   QS_E_GEOMETRY  the two are not of the same size */
 QS_MUST_CHECK qs_status qs_score_map(const qs_map *map, const qs_map *truth,
                                      qs_score *score);
 

@@ -1,7 +1,6 @@
-/* The classical solvers. Each takes a model (model.h), the caller's workspace,
- * and a labelling of the model's sites; each energy is exact, each bound a
- * proof. They are deterministic: the same arguments give the same answer on
- * every machine. */
+/* The classical solvers. They take a model (model.h). Every energy is exact,
+ * every bound is a proof. The same arguments give the same answer on every
+ * machine. */
 #ifndef QSTEREO_SOLVE_H
 #define QSTEREO_SOLVE_H
 
@@ -15,107 +14,130 @@ extern "C" {
 
 /* How far a solver is. */
 typedef struct qs_progress {
-    int64_t
-        energy; /* of the best labelling so far; of anneal the present one */
-    int64_t lower_bound; /* of all labellings; QS_NO_BOUND where the solver has
+    int64_t energy; /* of the best labelling so far; with anneal of the present
+                       one */
+    int64_t lower_bound; /* of all labellings; QS_NO_BOUND if the solver has
                             none */
     uint64_t iteration;
 } qs_progress;
 
-/* Told of progress; returns false to stop the solver at the next opportunity.
- */
+/* Called with the progress of a solver. Returns false to stop it as soon as
+ * possible. */
 typedef bool qs_watch(void *context, const qs_progress *progress);
 
+/* All zero = the defaults. */
 typedef struct qs_solve_options {
     uint64_t iterations; /* at most; 0 = the solver's own default, which its
                             comment states */
-    uint64_t seed; /* of the solvers that draw numbers */
-    qs_watch *watch; /* NULL = nobody; called at least once an iteration (of
-                        which there may be none, as in swap with one label) */
+    uint64_t seed; /* of the solvers that draw random numbers */
+    qs_watch *watch; /* NULL = nobody. It is called at least once in each
+                        iteration. There may be none: in swap with one label */
     void *context; /* of watch */
 } qs_solve_options;
 
 typedef struct qs_solution {
     int64_t energy; /* of the labelling */
-    int64_t lower_bound; /* QS_NO_BOUND where the solver has none; proven
-                            optimal if it equals the energy */
-    uint64_t iterations; /* done */
-    bool converged; /* it came to its end, not to a watch's word or, where it
-                       would have gone on, to its limit of iterations */
+    int64_t lower_bound; /* of all labellings; QS_NO_BOUND if the solver has
+                            none. Equal to the energy = proven optimal */
+    uint64_t iterations; /* that were done */
+    bool converged; /* the solver came to its end by itself: no watch stopped
+                       it, nor a limit of iterations */
 } qs_solution;
 
 /* Every solver:
  *
  * options    NULL = all zero
- * workspace  at least the solver's ..._workspace(model), aligned for any type
- * labelling  out: a label of each of the model's sites, the best found
- * (whenever the watch is called it holds that of the energy that the watch is
- * told); for icm, anneal, expansion and swap it is also the start
- * (qs_model_winner makes a usual one). Every label that is returned is left to
- * its site (model->kept), also by a solver that was stopped Returns QS_OK (also
- * when stopped), QS_E_ARGUMENT, QS_E_WORKSPACE, or QS_E_ENCODING: not usable
- * for this pairwise cost (QS_E_OVERFLOW: costs too large for the solver's
- * arithmetic). */
+ * workspace  at least the solver's ..._workspace(model) bytes, aligned for any
+ *            type
+ * labelling  out: a label of each of the model's sites, the best found. For
+ *            icm, anneal, expansion and swap it is also the start;
+ *            qs_model_winner makes a usual one. When the watch is called it
+ *            holds the labelling that has the energy told. In the end every
+ *            label is one that is left to its site (model->kept), also if the
+ *            solver was stopped
+ * solution   out
+ *
+ * Returns
+ *   QS_OK          also when stopped
+ *   QS_E_ARGUMENT  a null pointer, or a start with a label that there is not
+ *   QS_E_WORKSPACE
+ *   QS_E_ENCODING  the solver cannot be used with this pairwise cost
+ *   QS_E_OVERFLOW  the costs are too large for the solver's arithmetic */
 typedef qs_status qs_solver(const qs_model *model,
                             const qs_solve_options *options, void *workspace,
                             size_t workspace_size, uint16_t *labelling,
                             qs_solution *solution);
 
-/* Iterated conditional modes (Besag 1986): each site in raster order takes its
- * cheapest label beside its neighbours, of equals the lowest, until none
- * changes. An iteration is a sweep; default: no limit. */
-QS_MUST_CHECK qs_status qs_icm(const qs_model *, const qs_solve_options *,
-                               void *, size_t, uint16_t *, qs_solution *);
+/* Iterated conditional modes (Besag 1986): each site in turn takes its cheapest
+ * label, given the labels of its neighbours, of equals the lowest; until none
+ * changes. An iteration is a sweep over all sites; default: no limit. */
+QS_MUST_CHECK qs_status qs_icm(const qs_model *model,
+                               const qs_solve_options *options, void *workspace,
+                               size_t workspace_size, uint16_t *labelling,
+                               qs_solution *solution);
 size_t qs_icm_workspace(const qs_model *model);
 
-/* Simulated annealing on labels (Cerny 1985; Metropolis): each site in raster
- * order is offered a label drawn from all, so that the search never leaves the
- * labellings. Geometric schedule from half the largest cost of an edge to an
- * eighth of that, then icm; never above the start. An iteration is a sweep;
- * default 1000. */
-QS_MUST_CHECK qs_status qs_anneal(const qs_model *, const qs_solve_options *,
-                                  void *, size_t, uint16_t *, qs_solution *);
+/* Simulated annealing on labels (Cerny 1985; Metropolis et al. 1953): each site
+ * in turn is offered a label drawn from all. The temperature falls in equal
+ * ratios from half the largest cost of an edge to an eighth of that; then icm.
+ * The result is never above the start. An iteration is a sweep; default
+ * 1000. */
+QS_MUST_CHECK qs_status qs_anneal(const qs_model *model,
+                                  const qs_solve_options *options,
+                                  void *workspace, size_t workspace_size,
+                                  uint16_t *labelling, qs_solution *solution);
 size_t qs_anneal_workspace(const qs_model *model);
 
-/* Alpha-expansion (Boykov, Veksler and Zabih 2001): the best move to each label
- * in turn by a minimum cut, until a cycle changes nothing. Where the pairwise
- * cost is no metric, terms of the moves are cut down as far as a cut needs
- * (Rother, Kumar, Kolmogorov and Blake 2005): a move is then not always the
- * best one, but never a rise. An iteration is a cycle over the labels; default:
- * no limit. */
-QS_MUST_CHECK qs_status qs_expansion(const qs_model *, const qs_solve_options *,
-                                     void *, size_t, uint16_t *, qs_solution *);
+/* Alpha-expansion (Boykov, Veksler and Zabih 2001): for each label in turn the
+ * best move, in which any sites may change to that label, found by a minimum
+ * cut; until no move lowers the energy. Where the pairwise cost is no metric,
+ * terms of a move are cut down as far as a cut needs (Rother, Kumar, Kolmogorov
+ * and Blake 2005): the move is then not always the best one, but never a rise.
+ * An iteration is a cycle over the labels; default: no limit. */
+QS_MUST_CHECK qs_status qs_expansion(const qs_model *model,
+                                     const qs_solve_options *options,
+                                     void *workspace, size_t workspace_size,
+                                     uint16_t *labelling,
+                                     qs_solution *solution);
 size_t qs_expansion_workspace(const qs_model *model);
 
-/* Alpha-beta-swap (the same). Terms are cut down where the pairwise cost is no
- * semi-metric (V(a, b) = V(b, a), V(a, a) = 0). An iteration is a cycle over
- * the pairs of labels; default: no limit. */
-QS_MUST_CHECK qs_status qs_swap(const qs_model *, const qs_solve_options *,
-                                void *, size_t, uint16_t *, qs_solution *);
+/* Alpha-beta-swap (the same paper): the same with moves in which sites of two
+ * labels may change to the other one. Terms are cut down where the pairwise
+ * cost is no semi-metric (V(a, b) = V(b, a), V(a, a) = 0). An iteration is a
+ * cycle over the pairs of labels; default: no limit. */
+QS_MUST_CHECK qs_status qs_swap(const qs_model *model,
+                                const qs_solve_options *options,
+                                void *workspace, size_t workspace_size,
+                                uint16_t *labelling, qs_solution *solution);
 size_t qs_swap_workspace(const qs_model *model);
 
-/* Max-product loopy belief propagation with sequential schedule, BP-M of the
- * Middlebury study (Szeliski et al. 2008; Tappen and Freeman 2003): an
- * iteration is the four sweeps right, left, down, up (a general graph: one
- * sweep in the order of the sites and one back). As the study's code keeps 1/5
- * of an old message, ours keeps 3/16. The labelling is decoded site by site,
- * not by the beliefs alone, so that ties cost nothing. Default 50. The best
- * labelling of all iterations is kept. */
-QS_MUST_CHECK qs_status qs_bp(const qs_model *, const qs_solve_options *,
-                              void *, size_t, uint16_t *, qs_solution *);
+/* Max-product loopy belief propagation with a sequential schedule: BP-M of the
+ * Middlebury study (Szeliski et al. 2008; Tappen and Freeman 2003). The study's
+ * code keeps 1/5 of an old message, this keeps 3/16. The labelling is made site
+ * by site, each with the labels of the sites before it, so that ties cost
+ * nothing; the best one of all iterations is kept. An iteration is four sweeps,
+ * right, left, down and up (of a general graph two: in the order of the sites,
+ * and back); default 50. */
+QS_MUST_CHECK qs_status qs_bp(const qs_model *model,
+                              const qs_solve_options *options, void *workspace,
+                              size_t workspace_size, uint16_t *labelling,
+                              qs_solution *solution);
 size_t qs_bp_workspace(const qs_model *model);
 
-/* Sequential tree-reweighted message passing (Kolmogorov 2006). An iteration is
- * a forward and a backward pass; default 500. Stops when the bound proves the
- * best labelling found. The bound is exact: messages are fixed-point numbers,
- * whatever they are their reparametrisation is minimised in integers on each
- * row and column of the grid (on each chain of a general graph). */
-QS_MUST_CHECK qs_status qs_trws(const qs_model *, const qs_solve_options *,
-                                void *, size_t, uint16_t *, qs_solution *);
+/* Sequential tree-reweighted message passing, TRW-S (Kolmogorov 2006). Stops
+ * when the bound proves the best labelling found. Messages are fixed-point
+ * numbers, but the bound is exact: whatever the messages are, the costs that
+ * they lead to are minimised in integers on each row and column of the grid (on
+ * each chain of a general graph). An iteration is a forward and a backward
+ * pass; default 500. */
+QS_MUST_CHECK qs_status qs_trws(const qs_model *model,
+                                const qs_solve_options *options,
+                                void *workspace, size_t workspace_size,
+                                uint16_t *labelling, qs_solution *solution);
 size_t qs_trws_workspace(const qs_model *model);
 
-/* The optimum by minimum cuts, always proven unless a watch or a limit stops it,
- * for costs that cuts solve. Else QS_E_ENCODING. V must be submodular:
+/* The optimum by minimum cuts, proven unless a watch or a limit stops it, for
+ * costs that cuts solve; else QS_E_ENCODING. V must be submodular:
  *
  *     V(a, b) + V(a + 1, b + 1) <= V(a + 1, b) + V(a, b + 1)
  *
@@ -138,19 +160,24 @@ size_t qs_trws_workspace(const qs_model *model);
  * where V is not submodular. QS_E_OVERFLOW: a cost, or what the edges of a site
  * can cost, times the number of labels, comes to 2^28 or more (of the descent,
  * without the number of labels). */
-QS_MUST_CHECK qs_status qs_min_cut(const qs_model *, const qs_solve_options *,
-                                   void *, size_t, uint16_t *, qs_solution *);
+QS_MUST_CHECK qs_status qs_min_cut(const qs_model *model,
+                                   const qs_solve_options *options,
+                                   void *workspace, size_t workspace_size,
+                                   uint16_t *labelling, qs_solution *solution);
 size_t qs_min_cut_workspace(const qs_model *model);
 
-/* The best of these together: TRW-S, whose labelling is improved by expansion
- * after 8 iterations, 16, 32 and so on (where the pairwise cost is no metric, by
- * jumps of the labels and moves to each), until the bound proves the best labelling or it is stopped. TRW-S
- * comes first because in any given time it gets lower than expansion from the
- * winner's labelling. What a cut decides quickly is left to qs_min_cut: two
- * labels, convex costs, and linear costs on a grid. An iteration is one of TRW-S; default 2000. Works for
- * every pairwise cost. */
-QS_MUST_CHECK qs_status qs_best(const qs_model *, const qs_solve_options *,
-                                void *, size_t, uint16_t *, qs_solution *);
+/* The best of these together: TRW-S, and after its iterations 8, 16, 32 and so
+ * on moves that improve its labelling: expansion, or, where the pairwise cost
+ * is no metric, jumps of the labels and moves to each; until the bound proves
+ * the best labelling. TRW-S comes first because in any given time it gets lower
+ * than expansion from the winner's labelling. What a cut decides quickly is
+ * left to qs_min_cut: two labels, convex costs, linear costs on a grid. Works
+ * with every pairwise cost. An iteration is one of TRW-S, or of qs_min_cut;
+ * default 2000. */
+QS_MUST_CHECK qs_status qs_best(const qs_model *model,
+                                const qs_solve_options *options,
+                                void *workspace, size_t workspace_size,
+                                uint16_t *labelling, qs_solution *solution);
 size_t qs_best_workspace(const qs_model *model);
 
 #ifdef __cplusplus

@@ -10,23 +10,24 @@
 extern "C" {
 #endif
 
-/* Writers call `write` in file order and never seek. It returns false to stop
- * the writer, which then returns QS_E_IO. */
+/* Takes the bytes of a file, piece after piece in their order. */
 typedef struct qs_sink {
+    /* Returns false to stop the writer, which then returns QS_E_IO and calls it
+     * no more. */
     bool (*write)(void *context, const void *bytes, size_t size);
-    void *context;
+    void *context; /* given to each call */
 } qs_sink;
 
-/* A sink into memory: make one with qs_buffer_sink, then `size` says how much
- * has been written. */
+/* Memory to write into: set `bytes` and `capacity`, and `size` to 0. Then
+ * `size` says how much has been written. */
 typedef struct qs_buffer {
     uint8_t *bytes;
     size_t capacity;
     size_t size;
 } qs_buffer;
 
-/* The sink that appends to `buffer` and refuses what does not fit. The buffer
- * is borrowed while the sink is in use. */
+/* A sink that appends to `buffer` and refuses what does not fit. It borrows the
+ * buffer for as long as it is used. */
 qs_sink qs_buffer_sink(qs_buffer *buffer);
 
 #ifdef __cplusplus

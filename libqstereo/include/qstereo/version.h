@@ -1,5 +1,5 @@
-/* The library's version, and apart from it the version of the file formats that
- * it writes and reads. */
+/* The version of the library and, apart from it, the version of the file
+ * formats that it writes and reads. */
 #ifndef QSTEREO_VERSION_H
 #define QSTEREO_VERSION_H
 
@@ -8,6 +8,7 @@
 #define QS_VERSION_PATCH 0
 #define QS_VERSION       "0.1.0"
 
-#define QS_FORMAT_VERSION 1 /* docs/FORMAT.md, of .qcf and .qsf */
+/* Of both .qcf and .qsf (docs/FORMAT.md). */
+#define QS_FORMAT_VERSION 1
 
 #endif

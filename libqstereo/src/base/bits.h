@@ -16,8 +16,8 @@ static inline void qs_bit_set(uint8_t *bits, uint32_t at, bool value)
     bits[at / 8] = (uint8_t)(value ? bits[at / 8] | bit : bits[at / 8] & ~bit);
 }
 
-/* The next bit at 1 from `from` on, or `end`. Zero bytes, most of a sample, are passed over whole.
- */
+/* The first bit at 1 from `from` on, before `end`; `end` = there is none. Most bytes of a sample
+ * are 0: these are skipped whole. */
 static inline uint32_t qs_bit_next(const uint8_t *bits, uint32_t from, uint32_t end)
 {
     while (from < end && !qs_bit(bits, from)) {

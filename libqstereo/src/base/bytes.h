@@ -1,5 +1,5 @@
-/* Little-endian loads and stores that neither alignment nor the machine's byte order can disturb.
- * Compilers make one instruction of each. */
+/* Little-endian loads and stores for any alignment and any byte order of the machine. Compilers
+ * make one instruction of each. */
 #ifndef QS_BYTES_H
 #define QS_BYTES_H
 
@@ -72,23 +72,22 @@ static inline void qs_store_u64(uint8_t *p, uint64_t value)
     qs_store_u32(p + 4, (uint32_t)(value >> 32));
 }
 
-/* A size computed in 64 bits; SIZE_MAX, which no workspace reaches, where it does not fit. */
+/* A size that was computed in 64 bits. SIZE_MAX = it does not fit; no workspace is as large. */
 static inline size_t qs_size(uint64_t size)
 {
     return size < SIZE_MAX ? (size_t)size : SIZE_MAX;
 }
 
-/* A part of a workspace, made a multiple of 16 bytes so that the next one is aligned for any type.
- */
-static inline uint64_t qs_rounded(uint64_t size)
-{
-    return (size + 15) / 16 * 16;
-}
-
-/* The least of 1, 2, 4, 8 bytes that hold an unsigned integer. */
+/* How many bytes an unsigned integer needs: 1, 2, 4 or 8. */
 static inline unsigned qs_bytes_of(uint64_t value)
 {
-    return value <= UINT8_MAX ? 1 : value <= UINT16_MAX ? 2 : value <= UINT32_MAX ? 4 : 8;
+    if (value <= UINT8_MAX) {
+        return 1;
+    }
+    if (value <= UINT16_MAX) {
+        return 2;
+    }
+    return value <= UINT32_MAX ? 4 : 8;
 }
 
 #endif

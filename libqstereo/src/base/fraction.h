@@ -1,4 +1,5 @@
-/* Sums of ratios, rounded down to 1 / 2^46: whole + part / 2^46 with 0 <= part < 2^46. */
+/* Sums of fractions, each rounded down to a multiple of 2^-46: the value is whole + part * 2^-46,
+ * with 0 <= part < 2^46. */
 #ifndef QS_FRACTION_H
 #define QS_FRACTION_H
 
@@ -30,7 +31,7 @@ static inline bool qs_less(qs_fraction a, qs_fraction b)
     return a.whole < b.whole || (a.whole == b.whole && a.part < b.part);
 }
 
-/* value * some / all, with 0 <= some <= all < 2^17. */
+/* value * some / all, rounded down, with 0 <= some <= all < 2^17. */
 static inline qs_fraction qs_share(int64_t value, int64_t some, int64_t all)
 {
     int64_t whole = value / all, rest = value % all;

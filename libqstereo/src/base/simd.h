@@ -134,12 +134,7 @@ QS_WIDE uint16_t qs_lanes_first(const qs_loose *costs, uint32_t labels, qs_lanes
 #define QS_HAVE_AVX2 0
 #endif
 
-/* Whether this processor and its system have AVX2. */
+/* Returns true if this processor and its system have AVX2. */
 bool qs_lanes_avx2(void);
-
-static inline int32_t qs_min32(int32_t a, int32_t b)
-{
-    return a < b ? a : b;
-}
 
 #endif

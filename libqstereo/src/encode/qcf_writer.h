@@ -1,93 +1,60 @@
-/* A QUBO under construction, in the caller's memory, and its writing as the chunks of a .qcf
- * (docs/FORMAT.md, section 2). */
+/* The writer of .qcf files (docs/FORMAT.md, section 2). Who makes a QUBO says how large each chunk
+ * is and puts what they hold; the writer knows their order, their heads and the header. */
 #ifndef QS_QCF_WRITER_H
 #define QS_QCF_WRITER_H
 
-#include <stdbool.h>
-
-#include "../../include/qstereo/qubo.h"
 #include "../files/container.h"
-#include "../base/saturate.h"
+#include "../files/qcf_layout.h"
 
-/* Room that a draft needs. */
-typedef struct qs_draft_sizes {
-    uint64_t variables;
-    uint64_t runs; /* of groups, and of penalties */
-    uint64_t pairs;
-} qs_draft_sizes;
+/* A QUBO that is about to be written. Each function puts the runs or numbers of one chunk, without
+ * the chunk's head; they are called in this order, each once, and not at all in a sizing pass. */
+typedef struct qs_qcf {
+    uint64_t variables, groups, couplings;
+    uint64_t group_runs; /* their number */
+    qs_payload *put_group_runs;
+    uint32_t blocks; /* their number */
+    uint64_t blocks_size; /* their bytes */
+    qs_payload *put_blocks;
+    uint32_t runs; /* of couplings: their number */
+    uint64_t runs_size; /* their bytes */
+    qs_payload *put_runs;
+    int64_t linear_base;
+    unsigned linear_bytes; /* of each linear term */
+    qs_payload *put_linear;
+    unsigned penalty_bytes; /* of each a and b */
+    uint64_t penalty_runs; /* their number */
+    qs_payload *put_penalty_runs;
+    const int64_t *offset; /* looked at after the linear terms have been put */
+    uint32_t side_chunks; /* their number */
+    qs_payload *put_side_chunks; /* whole chunks; called in a sizing pass too */
+    const void *context; /* of all these functions */
+} qs_qcf;
 
-typedef struct qs_draft_pair {
-    uint32_t first, second; /* groups, first <= second */
-    uint32_t block; /* with QS_NEW_RUN: no run goes on from the pair before into this one */
-    int32_t weight;
-} qs_draft_pair;
+/* Writes the file; size may be NULL. Returns QS_OK or QS_E_IO. */
+QS_MUST_CHECK qs_status qs_qcf_write(const qs_qcf *qcf, const qs_sink *sink, uint64_t *size);
 
-#define QS_NEW_RUN 0x80000000u
+/* ---- Pieces of the chunks. ---- */
 
-typedef struct qs_group_run {
-    uint32_t count, size;
-} qs_group_run;
+void qs_put_group_run(qs_writer *writer, qs_group_run run);
 
-typedef struct qs_penalty_run {
-    uint64_t a, b;
-    uint32_t count;
-} qs_penalty_run;
+/* The head of a block. A table goes on with its entries row by row, a Toeplitz block with the
+ * `count` diagonals from column - row = first on. */
+void qs_put_table_head(qs_writer *writer, uint32_t rows, uint32_t columns);
+void qs_put_toeplitz_head(qs_writer *writer, uint32_t rows, uint32_t columns, int64_t fill,
+                          int64_t first, uint32_t count);
 
-typedef struct qs_block_shape {
-    uint32_t rows, columns;
-    bool toeplitz;
-    int64_t fill; /* of a Toeplitz block: what most entries are */
-} qs_block_shape;
+/* An entry of a block. */
+void qs_put_entry(qs_writer *writer, int64_t entry);
 
-typedef qs_block_shape qs_shape_of(const void *context, uint32_t block);
-typedef int64_t qs_entry_of(const void *context, uint32_t block, uint32_t row, uint32_t column);
+/* The head of a run of couplings; its list of pairs follows, then its weights. */
+void qs_put_run_head(qs_writer *writer, const qs_run *run);
+void qs_put_pair(qs_writer *writer, uint32_t first, uint32_t second);
 
-typedef struct qs_draft {
-    uint64_t variables, groups;
-    int64_t offset;
-    int64_t *linear; /* all 0 at first */
-    qs_group_run *group_runs;
-    qs_penalty_run *penalty_runs;
-    qs_draft_pair *pairs; /* their blocks do not fall */
-    size_t group_run_count, penalty_run_count, pair_count;
-    bool overflow; /* a coefficient does not fit */
-    /* Set by who fills it: */
-    uint32_t
-        lattice; /* the least number of pairs that are written as a lattice; fewer are listed */
-    uint32_t block_count;
-    qs_shape_of *shape;
-    qs_entry_of *entry;
-    const void *blocks; /* context of both */
-} qs_draft;
-
-uint64_t qs_draft_workspace(qs_draft_sizes sizes);
-qs_draft qs_draft_in(void *memory, qs_draft_sizes sizes);
-
-/* Appends `count` groups of `size` variables each, with the penalty (a, b). */
-void qs_draft_groups(qs_draft *draft, uint32_t count, uint32_t size, uint64_t a, uint64_t b);
-
-/* Adds to a sum, the offset or a linear term. |value| is at most 2^62. */
-static inline void qs_draft_add(qs_draft *draft, int64_t *sum, int64_t value)
-{
-    qs_add(sum, value, &draft->overflow);
-}
-
-/* Appends a pair of groups. */
-void qs_draft_couple(qs_draft *draft, uint32_t first, uint32_t second, uint32_t block,
-                     int64_t weight);
-
-/* The sum of the absolute entries of a block, saturated above QS_ENERGY_MAX. */
-uint64_t qs_draft_block_sum(const qs_draft *draft, uint32_t block);
-
-/* Puts the side chunks. */
-typedef void qs_side_chunks(qs_writer *writer, const void *context);
-
-/* Writes the file.
+/* Bytes of each weight of a run. Weights are signed in the file.
  *
- * side_count  number of the chunks that `side` puts
- * Returns QS_OK, QS_E_OVERFLOW (before anything is written), QS_E_LIMIT, QS_E_IO. */
-QS_MUST_CHECK qs_status qs_draft_write(const qs_draft *draft, uint32_t side_count,
-                                       qs_side_chunks *side, const void *context,
-                                       const qs_sink *sink, uint64_t *size);
+ * largest  over all weights: the weight, or -(weight + 1) where it is negative */
+unsigned qs_weight_bytes(uint32_t largest);
+
+void qs_put_penalty_run(qs_writer *writer, const qs_penalty_run *run, unsigned bytes);
 
 #endif

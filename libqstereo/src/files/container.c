@@ -7,12 +7,7 @@
 
 enum { MAGIC = 8, VERSION_AT = 8, CHUNKS_AT = 12, SIZE_AT = 16, CRC_AT = 60 };
 
-qs_writer qs_writer_to(const qs_sink *sink)
-{
-    return (qs_writer){.sink = sink, .crc_of = sink ? qs_crc32c_fastest() : NULL};
-}
-
-void qs_flush(qs_writer *writer)
+static void flush(qs_writer *writer)
 {
     size_t pending = writer->pending;
     writer->pending = 0;
@@ -30,7 +25,7 @@ void qs_put(qs_writer *writer, const void *bytes, size_t size)
         return;
     }
     if (size > sizeof writer->buffer - writer->pending) {
-        qs_flush(writer);
+        flush(writer);
     }
     if (size <= sizeof writer->buffer) {
         memcpy(writer->buffer + writer->pending, bytes, size);
@@ -58,44 +53,62 @@ void qs_put_u64(qs_writer *writer, uint64_t value)
     qs_put_unsigned(writer, value, 8);
 }
 
-void qs_put_header(qs_writer *writer, const char *magic, uint32_t chunks, uint64_t file_size,
-                   const uint8_t fields[36])
+static void chunk_begin(qs_writer *writer, const char *type, uint64_t length)
 {
-    uint8_t header[QS_HEADER_SIZE];
-    memcpy(header, magic, MAGIC);
-    qs_store_u32(header + VERSION_AT, QS_FORMAT_VERSION);
-    qs_store_u32(header + CHUNKS_AT, chunks);
-    qs_store_u64(header + SIZE_AT, file_size);
-    memcpy(header + QS_HEADER_FIELDS, fields, CRC_AT - QS_HEADER_FIELDS);
-    qs_store_u32(header + CRC_AT, qs_crc32c_portable(0, header, CRC_AT));
-    qs_put(writer, header, sizeof header);
-}
-
-void qs_chunk_begin(qs_writer *writer, const char *type, uint64_t length)
-{
-    qs_flush(writer);
+    flush(writer);
     writer->crc = 0;
     qs_put(writer, type, 4);
     qs_put_u32(writer, 0);
     qs_put_u64(writer, length);
 }
 
-void qs_chunk_end(qs_writer *writer)
+static void chunk_end(qs_writer *writer)
 {
-    qs_flush(writer);
+    flush(writer);
     qs_put_u32(writer, writer->crc);
 }
 
 void qs_put_chunk(qs_writer *writer, const char *type, uint64_t length, qs_payload *payload,
                   const void *context)
 {
-    qs_chunk_begin(writer, type, length);
+    chunk_begin(writer, type, length);
     if (writer->sink) {
         payload(writer, context);
     } else {
         writer->size += length;
     }
-    qs_chunk_end(writer);
+    chunk_end(writer);
+}
+
+static void put_header(qs_writer *writer, const char *magic, uint32_t chunks, uint64_t file_size,
+                       const uint8_t fields[QS_HEADER_OWN])
+{
+    uint8_t header[QS_HEADER_SIZE];
+    memcpy(header, magic, MAGIC);
+    qs_store_u32(header + VERSION_AT, QS_FORMAT_VERSION);
+    qs_store_u32(header + CHUNKS_AT, chunks);
+    qs_store_u64(header + SIZE_AT, file_size);
+    memcpy(header + QS_HEADER_FIELDS, fields, QS_HEADER_OWN);
+    qs_store_u32(header + CRC_AT, qs_crc32c_portable(0, header, CRC_AT));
+    qs_put(writer, header, sizeof header);
+}
+
+qs_status qs_write_file(const qs_sink *sink, const char *magic, uint32_t chunks,
+                        const uint8_t fields[QS_HEADER_OWN], qs_payload *put_chunks,
+                        const void *context, uint64_t *size)
+{
+    qs_writer count = {0}, writer = {.sink = sink, .crc_of = sink ? qs_crc32c_fastest() : NULL};
+    put_chunks(&count, context);
+    put_header(&writer, magic, chunks, QS_HEADER_SIZE + count.size, fields);
+    put_chunks(&writer, context);
+    flush(&writer);
+    if (writer.failed) {
+        return QS_E_IO;
+    }
+    if (size) {
+        *size = writer.size;
+    }
+    return QS_OK;
 }
 
 bool qs_reject(qs_reader *reader, qs_status status, uint64_t offset, const char *what)
@@ -175,7 +188,8 @@ static bool is_letters(const uint8_t *type)
     return letters;
 }
 
-/* Refuses a chunk that must not stand where it does: a listed one, or one of a later version. */
+/* Refuses a chunk that must not stand here: one of the listed types, or of a later version. Always
+ * false. */
 static bool misplaced(qs_reader *reader, const qs_chunk *chunk)
 {
     uint64_t at = chunk->offset - 16;
@@ -201,10 +215,14 @@ bool qs_read_chunk(qs_reader *reader, const char *type, qs_chunk *chunk)
 bool qs_read_side_chunk(qs_reader *reader, qs_chunk *chunk)
 {
     if (reader->chunks == 0) {
-        return reader->at == reader->size
-                   ? false
-                   : qs_reject(reader, QS_E_CORRUPT, reader->at, "bytes after the last chunk");
+        if (reader->at != reader->size) {
+            qs_reject(reader, QS_E_CORRUPT, reader->at, "bytes after the last chunk");
+        }
+        return false;
     }
-    return next_chunk(reader, chunk) &&
-           ((is_letters(chunk->type) && chunk->type[0] >= 'a') || misplaced(reader, chunk));
+    if (!next_chunk(reader, chunk)) {
+        return false;
+    }
+    bool is_side_chunk = is_letters(chunk->type) && chunk->type[0] >= 'a';
+    return is_side_chunk || misplaced(reader, chunk);
 }

@@ -31,10 +31,11 @@ uint32_t qs_crc32c_portable(uint32_t crc, const uint8_t *bytes, size_t size)
 
 #include <cpuid.h>
 
-/* The CRC instruction has a latency of three cycles and a throughput of one, so three runs of STEP
- * bytes go side by side. The first two are then moved behind the zeros of the runs after them: a
- * carry-less product with x^(8 n - 33) mod P for n bytes, reduced by the instruction itself (Gopal
- * et al., Fast CRC Computation for iSCSI Polynomial, Intel 2011). */
+/* The CRC instruction takes three cycles, but a new one can start in each cycle. So three runs of
+ * STEP bytes are computed side by side. Then the states of the first two are moved on by the n
+ * bytes of the runs behind them: by a carry-less product with x^(8 n - 33) mod P, which the
+ * instruction itself reduces (Gopal et al., Fast CRC Computation for iSCSI Polynomial, Intel
+ * 2011). */
 enum { STEP = 256 };
 static const uint32_t over_one_step = 0xb9e02b86, over_two_steps = 0xdd7e3b0c;
 

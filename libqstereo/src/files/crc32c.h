@@ -1,4 +1,4 @@
-/* CRC-32C (Castagnoli), the check of every chunk. */
+/* CRC-32C (Castagnoli), the check sum of every chunk. */
 #ifndef QS_CRC32C_H
 #define QS_CRC32C_H
 
@@ -8,11 +8,11 @@
 /* The CRC of bytes that follow others whose CRC is `crc` (0 = none). */
 typedef uint32_t qs_crc(uint32_t crc, const uint8_t *bytes, size_t size);
 
-/* By tables, on any machine. */
+/* With tables, on any machine. */
 uint32_t qs_crc32c_portable(uint32_t crc, const uint8_t *bytes, size_t size);
 
-/* The fastest that this machine has. Asking takes up to some 15 microseconds on a virtual machine
- * (the processor's identification is intercepted there): ask once a file. */
+/* The fastest that this machine has. Ask once for each file: on a virtual machine, which intercepts
+ * the instruction that identifies the processor, an answer takes up to some 15 microseconds. */
 qs_crc *qs_crc32c_fastest(void);
 
 #endif

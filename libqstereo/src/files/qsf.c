@@ -13,16 +13,26 @@ static size_t sample_bytes(uint32_t variables)
     return ((size_t)variables + 7) / 8;
 }
 
-/* Bytes of the UTF-8 character at `text`, of which `left` are there; 0 = it is malformed (RFC
+/* Bytes of a UTF-8 character that begins with this one; 0 = none does. */
+static size_t character_size(uint8_t first)
+{
+    if (first < 0x80) {
+        return 1;
+    }
+    if (first < 0xc2 || first >= 0xf5) {
+        return 0;
+    }
+    if (first < 0xe0) {
+        return 2;
+    }
+    return first < 0xf0 ? 3 : 4;
+}
+
+/* Bytes of the UTF-8 character at `text`, of which `left` bytes are there; 0 = it is malformed (RFC
  * 3629). */
 static size_t character(const uint8_t *text, size_t left)
 {
-    size_t size = text[0] < 0x80   ? 1
-                  : text[0] < 0xc2 ? 0
-                  : text[0] < 0xe0 ? 2
-                  : text[0] < 0xf0 ? 3
-                  : text[0] < 0xf5 ? 4
-                                   : 0;
+    size_t size = character_size(text[0]);
     if (size > left) {
         return 0;
     }
@@ -31,10 +41,13 @@ static size_t character(const uint8_t *text, size_t left)
             return 0;
         }
     }
+    if (size < 3) {
+        return size;
+    }
     bool too_long = (text[0] == 0xe0 && text[1] < 0xa0) || (text[0] == 0xf0 && text[1] < 0x90);
     bool surrogate = text[0] == 0xed && text[1] >= 0xa0,
          too_large = text[0] == 0xf4 && text[1] >= 0x90;
-    return size > 1 && (too_long || surrogate || too_large) ? 0 : size;
+    return too_long || surrogate || too_large ? 0 : size;
 }
 
 static bool is_text(const uint8_t *text, size_t size)
@@ -64,7 +77,7 @@ static bool is_solver(const uint8_t *name, size_t size)
     return size >= 1 && size <= 255 && is_text(name, size) && !has_controls(name, size);
 }
 
-/* Whether it may be a JSON object; its inside is the solver's own matter. */
+/* Returns true if it looks like a JSON object from outside. What is inside is up to the solver. */
 static bool is_object(const uint8_t *text, size_t size)
 {
     return size >= 2 && text[0] == '{' && text[size - 1] == '}' && is_text(text, size);
@@ -133,8 +146,9 @@ static void put_bits(qs_writer *writer, const void *context)
 
 enum { CHUNKS = 5 };
 
-static void put_chunks(qs_writer *writer, const qs_samples *samples)
+static void put_chunks(qs_writer *writer, const void *context)
 {
+    const qs_samples *samples = context;
     uint64_t count = samples->count;
     qs_put_chunk(writer, "PROB", QS_DIGEST_SIZE, put_problem, samples);
     qs_put_chunk(writer, "SOLV", samples->solver_size, put_solver, samples);
@@ -148,22 +162,10 @@ qs_status qs_samples_write(const qs_samples *samples, const qs_sink *sink, uint6
     if (!may_write(samples)) {
         return QS_E_ARGUMENT;
     }
-    qs_writer count = {0};
-    put_chunks(&count, samples);
-    uint8_t fields[36] = {0};
+    uint8_t fields[QS_HEADER_OWN] = {0};
     qs_store_u32(fields, samples->variables);
     qs_store_u32(fields + 4, samples->count);
-    qs_writer writer = qs_writer_to(sink);
-    qs_put_header(&writer, QS_MAGIC_QSF, CHUNKS, QS_HEADER_SIZE + count.size, fields);
-    put_chunks(&writer, samples);
-    qs_flush(&writer);
-    if (writer.failed) {
-        return QS_E_IO;
-    }
-    if (size) {
-        *size = writer.size;
-    }
-    return QS_OK;
+    return qs_write_file(sink, QS_MAGIC_QSF, CHUNKS, fields, put_chunks, samples, size);
 }
 
 static bool read_fields(qs_reader *reader, qs_samples_view *view)
@@ -174,7 +176,7 @@ static bool read_fields(qs_reader *reader, qs_samples_view *view)
     if (view->variables > QS_VARIABLES_MAX) {
         return qs_reject(reader, QS_E_CORRUPT, QS_HEADER_FIELDS, "number of variables");
     }
-    for (int i = 8; i < 36; i++) {
+    for (int i = 8; i < QS_HEADER_OWN; i++) {
         if (fields[i] != 0) {
             return qs_reject(reader, QS_E_CORRUPT, QS_HEADER_FIELDS + (uint64_t)i,
                              "reserved bytes of the header");

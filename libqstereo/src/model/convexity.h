@@ -4,13 +4,14 @@
 
 #include "../../include/qstereo/model.h"
 
-/* Whether V is submodular: V(a, b) + V(a + 1, b + 1) <= V(a + 1, b) + V(a, b + 1) for all labels. */
+/* Whether V is submodular: for all labels V(a, b) + V(a + 1, b + 1) <= V(a + 1, b) +
+ * V(a, b + 1). */
 bool qs_pairwise_is_submodular(const qs_model *model);
 
 /* Whether V(a, b) = g(a - b) with a convex g. Then V is submodular. */
 bool qs_pairwise_is_convex(const qs_model *model);
 
-/* Whether the labels left to each site stand without gaps, and the unary costs are convex on them. */
+/* Whether the labels left to each site have no gaps, and the unary costs are convex on them. */
 bool qs_unary_is_convex(const qs_model *model);
 
 #endif

@@ -4,7 +4,7 @@
 
 #include "../base/arena.h"
 #include "../base/bytes.h"
-#include "../base/saturate.h"
+#include "../base/minmax.h"
 #include "../qubo/sites.h"
 #include "model_check.h"
 #include "model_parts.h"
@@ -63,19 +63,27 @@ static qs_building begin(const qs_index *index)
 
 /* ---- Sites and their labels. ---- */
 
-/* Notes of each group its site, and of each site its labels. */
+static void copy_set(const qs_building *b, uint32_t at, const qs_site *site)
+{
+    uint32_t labels = b->labels->labels;
+    for (uint32_t d = 0; d < labels; d++) {
+        b->kept[(size_t)at * labels + d] = qs_site_has(site, d);
+    }
+}
+
+/* Notes the site of each group, and the labels of each site. */
 static void place_sites(const qs_building *b)
 {
-    uint32_t at = 0, labels = b->labels->labels;
+    uint32_t at = 0;
     if (b->model.kept) {
-        memset(b->kept, 1, (size_t)b->model.sites * labels); /* masked cells, too */
+        memset(b->kept, 1, (size_t)b->model.sites * b->labels->labels); /* masked cells, too */
     }
     for (qs_site site = {.labels = b->labels}; qs_site_next(&site); at++) {
         while (is_grid(b->index->qubo) && qs_is_masked(b->labels->mask, at)) {
             at++;
         }
-        for (uint32_t d = 0; b->model.kept && d < labels; d++) {
-            b->kept[(size_t)at * labels + d] = qs_site_has(&site, d);
+        if (b->model.kept) {
+            copy_set(b, at, &site);
         }
         if (site.is_undecided) {
             b->site_of[site.number] = at;
@@ -85,7 +93,8 @@ static void place_sites(const qs_building *b)
 
 /* ---- The edges. ---- */
 
-/* Weights of a grid's edges: of a site with its right and its lower neighbour. */
+/* Adds the weights of the couplings to the edges of the grid. Returns false if a coupling is no
+ * edge of it, or a sum is too large. */
 static bool copy_grid(const qs_building *b)
 {
     const qs_index *index = b->index;
@@ -110,7 +119,7 @@ static bool copy_grid(const qs_building *b)
     return true;
 }
 
-/* Each site, in order, is entered in the lists of its neighbours: so the lists are sorted. */
+/* Enters each site, in order, in the lists of its neighbours. So the lists are sorted. */
 static void enter_sites(const qs_building *b)
 {
     const qs_index *index = b->index;
@@ -137,8 +146,11 @@ static void enter_sites(const qs_building *b)
 
 /* ---- The costs. ---- */
 
-/* What the edges and the chain have put into the linear terms of a wall's variable, which is 1 from
- * label d on; `before` is the label left before d. */
+/* What the edges and the chain have put into the linear term of a wall's variable.
+ *
+ * d       the first label at which the variable is 1
+ * before  the label left before it
+ * rank    how many labels are left before d */
 static int64_t wall_share(const qs_building *b, uint32_t group, uint32_t rank, uint32_t before,
                           uint32_t d)
 {
@@ -147,9 +159,10 @@ static int64_t wall_share(const qs_building *b, uint32_t group, uint32_t rank, u
     for (uint32_t n = index->near_start[group]; n < index->near_start[group + 1]; n++) {
         const qs_neighbour *near = &index->near[n];
         if (near->group == group) {
-            share -= rank > 1 ? (int64_t)qs_index_block(index, near->block, rank - 2, rank - 1) *
-                                    near->weight
-                              : 0;
+            if (rank > 1) {
+                int64_t entry = qs_index_block(index, near->block, rank - 2, rank - 1);
+                share -= entry * near->weight;
+            }
         } else {
             uint32_t lowest = qs_next_label(b, near->group, 0);
             share += near->weight * (qs_value(b, d, lowest) - qs_value(b, before, lowest));
@@ -158,118 +171,159 @@ static int64_t wall_share(const qs_building *b, uint32_t group, uint32_t rank, u
     return share;
 }
 
-/* What the encoding has put into the offset for the edges: in a sparse block the most that they
- * cost, in a wall what the lowest labels do. */
+/* What the encoding has put into the offset for an edge, in units of its weight: with sparse blocks
+ * the most that it costs, with walls what it costs with the lowest labels. */
+static int64_t edge_share(const qs_building *b, uint32_t group, uint32_t other)
+{
+    switch (b->labels->encoding) {
+    case QS_ONE_HOT_SPARSE: return b->tau;
+    case QS_DOMAIN_WALL: return qs_value(b, qs_next_label(b, group, 0), qs_next_label(b, other, 0));
+    default: return 0;
+    }
+}
+
+/* The same for all edges of a group to later ones. */
 static int64_t edges_share(const qs_building *b, uint32_t group)
 {
     const qs_index *index = b->index;
     int64_t share = 0;
     for (uint32_t n = index->near_start[group]; n < index->near_start[group + 1]; n++) {
         const qs_neighbour *near = &index->near[n];
-        if (near->group > group && b->labels->encoding != QS_ONE_HOT) {
-            int64_t most = qs_has_walls(b) ? qs_value(b, qs_next_label(b, group, 0),
-                                                      qs_next_label(b, near->group, 0))
-                                           : b->tau;
-            share += near->weight * most;
+        if (near->group > group) {
+            share += near->weight * edge_share(b, group, near->group);
         }
     }
     return share;
 }
 
-/* Two passes over an undecided site's labels, the first for their least cost, which moves into the
- * constant; false where one does not fit. */
+/* The labels left to an undecided site, one after another, with the cost of each. */
+typedef struct site_costs {
+    const qs_building *b;
+    uint32_t group;
+    const uint8_t *trimmed; /* what truncation took from each; NULL = nothing */
+    uint32_t next; /* how many there have been */
+    uint32_t label;
+    int64_t cost;
+    int64_t wall; /* with walls: the sum of their linear terms up to the label, less the shares */
+} site_costs;
+
+/* The next label. Returns false after the last. */
+static bool next_cost(site_costs *c)
+{
+    const qs_building *b = c->b;
+    const qs_qubo *qubo = b->index->qubo;
+    uint32_t rank = c->next++, before = c->label, first = b->index->start[c->group];
+    c->label = qs_next_label(b, c->group, rank > 0 ? before + 1 : 0);
+    if (c->label == b->labels->labels) {
+        return false;
+    }
+    if (!qs_has_walls(b)) {
+        c->cost = qs_qubo_linear(qubo, first + rank);
+    } else {
+        if (rank > 0) {
+            c->wall += qs_qubo_linear(qubo, first + rank - 1) -
+                       wall_share(b, c->group, rank, before, c->label);
+        }
+        c->cost = c->wall;
+    }
+    if (c->trimmed) {
+        unsigned bytes = b->labels->trimmed_bytes;
+        c->cost += (int64_t)qs_load_unsigned(c->trimmed + (size_t)rank * bytes, bytes);
+    }
+    return true;
+}
+
+/* The costs of an undecided site, less their least, which goes into the constant. Returns false if
+ * one is too large. */
 static bool copy_site(qs_building *b, uint32_t group, const uint8_t *trimmed)
 {
-    const qs_index *index = b->index;
-    uint32_t labels = b->labels->labels, from = index->start[group];
-    int32_t *costs = b->unary + (size_t)b->site_of[group] * labels;
-    int64_t least = 0;
-    for (int pass = 0; pass < 2; pass++) {
-        uint32_t rank = 0, before = 0;
-        int64_t wall = 0;
-        for (uint32_t d = qs_next_label(b, group, 0); d < labels;
-             before = d, d = qs_next_label(b, group, d + 1), rank++) {
-            if (qs_has_walls(b) && rank > 0) {
-                wall += qs_qubo_linear(index->qubo, from + rank - 1) -
-                        wall_share(b, group, rank, before, d);
-            }
-            int64_t cost = qs_has_walls(b) ? wall : qs_qubo_linear(index->qubo, from + rank);
-            cost +=
-                trimmed
-                    ? (int64_t)qs_load_unsigned(trimmed + (size_t)rank * b->labels->trimmed_bytes,
-                                                b->labels->trimmed_bytes)
-                    : 0;
-            if (pass == 0) {
-                least = rank == 0 || cost < least ? cost : least;
-            } else if (cost - least > INT32_MAX) {
-                return false;
-            } else {
-                costs[d] = (int32_t)(cost - least);
-            }
+    int32_t *costs = b->unary + (size_t)b->site_of[group] * b->labels->labels;
+    const site_costs begin = {.b = b, .group = group, .trimmed = trimmed};
+    int64_t least = INT64_MAX;
+    for (site_costs c = begin; next_cost(&c);) {
+        least = qs_min_i64(least, c.cost);
+    }
+    for (site_costs c = begin; next_cost(&c);) {
+        if (c.cost - least > INT32_MAX) {
+            return false;
         }
+        costs[c.label] = (int32_t)(c.cost - least);
     }
     b->model.constant += least - edges_share(b, group);
     return true;
 }
 
-/* What a label that is not left costs: one more than all edges of its site can. */
+/* What a label costs that is not left: one more than all edges of its site can. */
 static int32_t cost_out(const qs_model *model, uint32_t site)
 {
     int64_t edges = qs_most_of_edges(model, site);
     return edges < INT32_MAX ? (int32_t)edges + 1 : INT32_MAX;
 }
 
-/* Costs of all sites: of those that are fixed 0 for their one label. */
+static void put_labels_out(qs_building *b)
+{
+    size_t labels = b->labels->labels;
+    for (uint32_t p = 0; p < b->model.sites; p++) {
+        int32_t out = cost_out(&b->model, p);
+        for (size_t at = p * labels; at < (p + (size_t)1) * labels; at++) {
+            b->unary[at] = b->kept[at] ? b->unary[at] : out;
+        }
+    }
+}
+
+/* The costs of all sites. The one label of a fixed site costs 0. */
 static bool copy_costs(qs_building *b)
 {
     const qs_labels *l = b->labels;
     const uint8_t *trimmed = l->trimmed;
-    size_t labels = l->labels;
-    memset(b->unary, 0, sizeof *b->unary * b->model.sites * labels);
+    memset(b->unary, 0, sizeof *b->unary * b->model.sites * l->labels);
     for (uint32_t group = 0; group < b->index->qubo->groups; group++) {
         if (!copy_site(b, group, trimmed)) {
             return false;
         }
         trimmed += trimmed ? (size_t)qs_labels_left(b, group) * l->trimmed_bytes : 0;
     }
-    for (uint32_t p = 0; b->model.kept && p < b->model.sites; p++) {
-        int32_t out = cost_out(&b->model, p);
-        for (uint32_t d = 0; d < labels; d++) {
-            b->unary[p * labels + d] = b->kept[p * labels + d] ? b->unary[p * labels + d] : out;
-        }
+    if (b->model.kept) {
+        put_labels_out(b);
     }
+    return true;
+}
+
+/* Couplings beyond the grid, or weights too large. */
+static bool copy_graph(qs_building *b)
+{
+    qs_model *model = &b->model;
+    if (model->width > 0) {
+        model->right = b->right;
+        model->down = b->down;
+        return copy_grid(b);
+    }
+    enter_sites(b);
+    model->edges = qs_number_links(b->link_start, model->sites, b->links, b->cursor);
+    model->link_start = b->link_start;
+    model->links = b->links;
     return true;
 }
 
 static qs_status build(qs_building *b)
 {
     qs_model *model = &b->model;
-    if (!qs_encoding_fits(b)) {
+    const qs_labels *l = b->labels;
+    bool table = model->pairwise.smoothness == QS_TABLE;
+    if (!qs_encoding_holds(l->encoding, &l->pairwise, l->labels)) {
         return QS_E_CORRUPT;
     }
-    if (b->labels->fixed_bytes > 0) {
-        model->kept = b->kept;
-    }
-    if (model->pairwise.smoothness == QS_TABLE) {
-        memset(b->table, 0xff, 4 * (size_t)model->labels * model->labels); /* -1: not seen yet */
+    model->kept = l->fixed_bytes > 0 ? b->kept : NULL;
+    if (table) {
+        size_t count = (size_t)model->labels * model->labels;
+        memset(b->table, 0xff, sizeof *b->table * count); /* -1: not seen yet */
         model->pairwise.table = b->table;
     } else {
-        b->tau = model->pairwise.smoothness == QS_POTTS ? 1 : qs_value(b, 0, model->labels - 1);
+        /* Of Potts it is 1, even where there is one label. */
+        b->tau = model->pairwise.smoothness == QS_POTTS ? 1 : qs_largest_pairwise(model);
     }
     place_sites(b);
-    if (!qs_couplings_agree(b) || (model->width > 0 && !copy_grid(b))) {
-        return QS_E_CORRUPT;
-    }
-    if (model->width > 0) {
-        model->right = b->right;
-        model->down = b->down;
-    } else {
-        enter_sites(b);
-        model->edges = qs_number_links(b->link_start, model->sites, b->links, b->cursor);
-        model->link_start = b->link_start;
-        model->links = b->links;
-    }
-    if (model->pairwise.smoothness == QS_TABLE && !qs_finish_table(b)) {
+    if (!qs_couplings_agree(b) || !copy_graph(b) || (table && !qs_finish_table(b))) {
         return QS_E_CORRUPT;
     }
     model->pairwise_max = qs_largest_pairwise(model);
@@ -287,7 +341,8 @@ qs_status qs_model_build(const qs_index *index, void *workspace, size_t workspac
     if (!qubo->has_labels) {
         return QS_E_UNSUPPORTED;
     }
-    if (qubo->labels.encoding > QS_DOMAIN_WALL) {
+    const qs_encoding_facts *facts = qs_encoding_facts_of(qubo->labels.encoding);
+    if (!facts || !facts->has_model) {
         return QS_E_ENCODING;
     }
     qs_building b = begin(index);

@@ -4,7 +4,7 @@
 
 #include "../qubo/blocks.h"
 
-/* Whether the labels left to a group's site are neighbours, one after another. */
+/* Returns true if the labels left to a group's site follow one another without a gap. */
 static bool is_range(const qs_building *b, uint32_t group)
 {
     uint32_t first = qs_next_label(b, group, 0), size = qs_labels_left(b, group);
@@ -16,14 +16,8 @@ static bool is_range(const qs_building *b, uint32_t group)
     return true;
 }
 
-bool qs_encoding_fits(const qs_building *b)
-{
-    qs_smoothness smoothness = b->labels->pairwise.smoothness;
-    return b->labels->encoding == QS_ONE_HOT || smoothness == QS_POTTS ||
-           smoothness == QS_TRUNCATED_LINEAR;
-}
-
-/* The entry of the labels d and e; of a wall also of the labels left before them. */
+/* What the block's entry for the labels d and e must be. For walls it depends on the labels left
+ * before them, too. */
 static int64_t expected_entry(const qs_building *b, uint32_t before_d, uint32_t d,
                               uint32_t before_e, uint32_t e)
 {
@@ -36,7 +30,8 @@ static int64_t expected_entry(const qs_building *b, uint32_t before_d, uint32_t 
     }
 }
 
-/* Notes an entry of a table; false where it is below 0 or has been noted otherwise. */
+/* Notes an entry of a table. Returns false if it is below 0, or has been noted with another
+ * value. */
 static bool note_entry(const qs_building *b, uint32_t d, uint32_t e, int32_t entry)
 {
     int32_t *noted = &b->table[(size_t)d * b->labels->labels + e];
@@ -45,8 +40,8 @@ static bool note_entry(const qs_building *b, uint32_t d, uint32_t e, int32_t ent
     return fits;
 }
 
-/* Whether the entries of some rows are what they must be: of a wall row and column 0 are the second
- * labels left. */
+/* Returns true if the entries of the first rows and columns are what they must be. In walls row 0
+ * and column 0 belong to the second label left. */
 static bool rows_agree(const qs_building *b, uint32_t group, const qs_neighbour *near,
                        uint32_t rows, uint32_t columns)
 {
@@ -71,8 +66,8 @@ static bool rows_agree(const qs_building *b, uint32_t group, const qs_neighbour 
     return true;
 }
 
-/* A coupling with a later group. Where both sites' labels are ranges the cost depends on the
- * difference alone, and of a Toeplitz block the first row and column say all. */
+/* A coupling with a later group. If the labels of both sites have no gaps, the cost depends on the
+ * difference of the labels alone; then the first row and column of a Toeplitz block say all. */
 static bool block_agrees(const qs_building *b, uint32_t group, const qs_neighbour *near)
 {
     const qs_index *index = b->index;
@@ -86,13 +81,14 @@ static bool block_agrees(const qs_building *b, uint32_t group, const qs_neighbou
     return rows_agree(b, group, near, rows, columns);
 }
 
-/* The chain of a wall: a negative weight on each pair of neighbours. */
+/* The chain of a wall: below 0 for each pair of neighbours, else 0. Of a Toeplitz block the first
+ * row says all above the diagonal. */
 static bool chain_agrees(const qs_building *b, uint32_t group, const qs_neighbour *near)
 {
     uint32_t variables = b->index->start[group + 1] - b->index->start[group];
     bool table = qs_block_is_table(b->index->qubo->blocks + b->index->block_at[near->block]);
-    for (uint32_t i = 0; i < (table ? variables : 1);
-         i++) { /* of a Toeplitz block the first row says all above the diagonal */
+    uint32_t rows = table ? variables : 1;
+    for (uint32_t i = 0; i < rows; i++) {
         for (uint32_t j = i + 1; j < variables; j++) {
             int64_t entry = (int64_t)qs_index_block(b->index, near->block, i, j) * near->weight;
             if (j == i + 1 ? entry >= 0 : entry != 0) {
@@ -103,7 +99,7 @@ static bool chain_agrees(const qs_building *b, uint32_t group, const qs_neighbou
     return qs_has_walls(b);
 }
 
-/* The labels of two groups' sites are the same as those of two others. */
+/* Returns true if the same labels are left to the sites of two groups. */
 static bool same_labels(const qs_building *b, uint32_t g, uint32_t h)
 {
     size_t labels = b->labels->labels;
@@ -111,37 +107,48 @@ static bool same_labels(const qs_building *b, uint32_t g, uint32_t h)
            memcmp(b->kept + b->site_of[g] * labels, b->kept + b->site_of[h] * labels, labels) == 0;
 }
 
-/* All blocks beside the pairwise cost; most pairs are like the one before and need no other look.
- */
+/* The last two groups whose block has been compared. Most pairs are like the pair before. */
+typedef struct compared {
+    uint32_t group;
+    const qs_neighbour *near; /* NULL = none yet */
+} compared;
+
+static bool is_like(const qs_building *b, uint32_t group, const qs_neighbour *near,
+                    const compared *last)
+{
+    return last->near && last->near->block == near->block && same_labels(b, group, last->group) &&
+           same_labels(b, near->group, last->near->group);
+}
+
+static bool coupling_agrees(const qs_building *b, uint32_t group, const qs_neighbour *near,
+                            compared *last)
+{
+    if (near->group == group) {
+        return chain_agrees(b, group, near);
+    }
+    if (near->weight < 0) {
+        return false;
+    }
+    /* A transposed one is compared at its other group. */
+    if ((near->block & QS_TRANSPOSED) != 0 || is_like(b, group, near, last)) {
+        return true;
+    }
+    *last = (compared){group, near};
+    return block_agrees(b, group, near);
+}
+
 bool qs_couplings_agree(const qs_building *b)
 {
     const qs_index *index = b->index;
-    uint32_t last_group = 0;
-    const qs_neighbour *last = NULL;
+    compared last = {0};
     for (uint32_t g = 0; g < index->qubo->groups; g++) {
-        bool chained = !qs_has_walls(b) || qs_labels_left(b, g) < 3;
+        bool chained = !qs_has_walls(b) || qs_labels_left(b, g) < 3; /* a chain, if one is needed */
         for (uint32_t n = index->near_start[g]; n < index->near_start[g + 1]; n++) {
             const qs_neighbour *near = &index->near[n];
-            if (near->group == g) {
-                chained = true;
-                if (!chain_agrees(b, g, near)) {
-                    return false;
-                }
-                continue;
-            }
-            if (near->weight < 0) {
+            if (!coupling_agrees(b, g, near, &last)) {
                 return false;
             }
-            if ((near->block & QS_TRANSPOSED) != 0 ||
-                (last && last->block == near->block && same_labels(b, g, last_group) &&
-                 same_labels(b, near->group, last->group))) {
-                continue;
-            }
-            if (!block_agrees(b, g, near)) {
-                return false;
-            }
-            last = near;
-            last_group = g;
+            chained |= near->group == g;
         }
         if (!chained) {
             return false;
@@ -150,8 +157,8 @@ bool qs_couplings_agree(const qs_building *b)
     return true;
 }
 
-/* A whole problem without couplings has its table all the same: block 0, which nothing has looked
- * at; false where it is no table of costs. */
+/* A whole problem without couplings has its table all the same: it is block 0, which no coupling
+ * has led to. Returns false if that is no table of costs. */
 static bool note_lone_table(const qs_building *b)
 {
     const qs_index *index = b->index;
@@ -160,13 +167,17 @@ static bool note_lone_table(const qs_building *b)
         return true;
     }
     const uint8_t *block = index->qubo->blocks + index->block_at[0];
-    bool fits = qs_block_rows(block) == labels && qs_block_columns(block) == labels;
+    if (qs_block_rows(block) != labels || qs_block_columns(block) != labels) {
+        return false;
+    }
     for (uint32_t d = 0; d < labels; d++) {
-        for (uint32_t e = 0; fits && e < labels; e++) {
-            fits = note_entry(b, d, e, qs_block_entry(block, d, e));
+        for (uint32_t e = 0; e < labels; e++) {
+            if (!note_entry(b, d, e, qs_block_entry(block, d, e))) {
+                return false;
+            }
         }
     }
-    return fits;
+    return true;
 }
 
 bool qs_finish_table(const qs_building *b)

@@ -1,12 +1,12 @@
-/* Whether the couplings of a .qcf are what its encoding makes of the pairwise cost: what a model is
- * built on. */
+/* Proves that the couplings of a .qcf are what its encoding makes of the pairwise cost. Only then
+ * is there a model of it. */
 #ifndef QS_MODEL_CHECK_H
 #define QS_MODEL_CHECK_H
 
 #include "../../include/qstereo/model.h"
 #include "../problem/pairwise.h"
 
-/* A model under construction: its arrays, to be written. */
+/* A model under construction, with its arrays, to be written. */
 typedef struct qs_building {
     const qs_index *index;
     const qs_labels *labels;
@@ -16,10 +16,11 @@ typedef struct qs_building {
     qs_link *links;
     uint32_t *site_of; /* of each group: its site in the model */
     uint8_t *kept;
-    int64_t tau; /* of a sparse block: what two labels cost at most */
+    int64_t tau; /* the most that two labels cost: what a sparse block leaves out */
 } qs_building;
 
-/* The first label left to a group's site from `label` on; as many as there are labels = none. */
+/* The first label at or after `label` that is left to a group's site. The number of labels = none.
+ */
 static inline uint32_t qs_next_label(const qs_building *b, uint32_t group, uint32_t label)
 {
     const uint8_t *kept = b->kept + (size_t)b->site_of[group] * b->labels->labels;
@@ -34,7 +35,7 @@ static inline bool qs_has_walls(const qs_building *b)
     return b->labels->encoding == QS_DOMAIN_WALL;
 }
 
-/* Labels left to a group's site. */
+/* How many labels are left to a group's site. */
 static inline uint32_t qs_labels_left(const qs_building *b, uint32_t group)
 {
     return b->index->start[group + 1] - b->index->start[group] + qs_has_walls(b);
@@ -45,14 +46,12 @@ static inline int64_t qs_value(const qs_building *b, uint32_t d, uint32_t e)
     return qs_pairwise_value(&b->model.pairwise, b->labels->labels, d, e);
 }
 
-/* The smoothness that the encoding can hold; in a table the blocks hold the costs. */
-bool qs_encoding_fits(const qs_building *b);
-
-/* All blocks beside the pairwise cost, the chains of walls among them. The sites have been placed.
- * A table is gathered on the way: *b->table is all -1 before. */
+/* Compares all blocks with the pairwise cost, those of the chains of walls too. Returns true if
+ * they agree. The sites have been placed. A table of pairwise costs is gathered on the way: before,
+ * all of b->table is -1. */
 bool qs_couplings_agree(const qs_building *b);
 
-/* Ends the gathering of the table; false where it is none. */
+/* Ends the gathering of the table. Returns false if the file holds no table of costs. */
 bool qs_finish_table(const qs_building *b);
 
 #endif

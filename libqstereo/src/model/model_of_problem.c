@@ -128,8 +128,9 @@ static void count_links(const layout *l)
 
 /* Enters each edge at both its sites, so that the links of every site are sorted by the other one.
  * No sort is needed: first the edges go to their first sites in any order. Going through those in
- * order, each edge is appended at its second site: so links to lower sites are sorted. Going through
- * the second sites in order, each is appended at its first site: so are those to higher ones. */
+ * order, each edge is appended at its second site: so links to lower sites are sorted. Going
+ * through the second sites in order, each is appended at its first site: so are those to higher
+ * ones. */
 static void enter_links(const layout *l)
 {
     const qs_problem *problem = l->problem;

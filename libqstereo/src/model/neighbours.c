@@ -1,8 +1,9 @@
 #include "neighbours.h"
 
-enum { GRID_NEIGHBOURS = 4 };
+#include "../base/minmax.h"
 
-static bool grid_neighbour(const qs_model *model, uint32_t site, uint32_t at, qs_edge_seen *edge)
+/* Beyond the border the weight is 0, and the site itself stands for the other one. */
+static bool see_grid_edge(const qs_model *model, uint32_t site, uint32_t at, qs_edge_seen *edge)
 {
     uint32_t width = model->width;
     switch (at) {
@@ -12,18 +13,18 @@ static bool grid_neighbour(const qs_model *model, uint32_t site, uint32_t at, qs
     case 3:
         *edge = (qs_edge_seen){site - width, site >= width ? model->down[site - width] : 0, false};
         break;
-    default: break;
+    default: return false;
     }
-    if (at < GRID_NEIGHBOURS && edge->weight == 0) {
-        edge->site = site; /* none there: a site that exists, at weight 0 */
+    if (edge->weight == 0) {
+        edge->site = site;
     }
-    return at < GRID_NEIGHBOURS;
+    return true;
 }
 
 bool qs_see_edge(const qs_model *model, uint32_t site, uint32_t at, qs_edge_seen *edge)
 {
     if (model->width > 0) {
-        return grid_neighbour(model, site, at, edge);
+        return see_grid_edge(model, site, at, edge);
     }
     uint32_t n = model->link_start[site] + at;
     if (n >= model->link_start[site + 1]) {
@@ -73,12 +74,13 @@ int64_t qs_label_cost(const qs_model *model, const uint16_t *labelling, uint32_t
     return cost;
 }
 
+/* The best label so far. */
 typedef struct candidate {
     uint16_t label;
     int64_t cost;
 } candidate;
 
-/* The cheaper one; of equals the lower label. */
+/* Takes a label if it is cheaper than the best so far; of equals the lower one. */
 static void offer(candidate *best, uint16_t label, int64_t cost)
 {
     if (cost < best->cost || (cost == best->cost && label < best->label)) {
@@ -86,15 +88,12 @@ static void offer(candidate *best, uint16_t label, int64_t cost)
     }
 }
 
-/* Of Potts costs only a neighbour's label or the cheapest one by itself can be the cheapest beside
- * them. */
+/* With Potts costs only two kinds of label can be the best: that of a neighbour, and the cheapest
+ * one by itself. */
 static uint16_t best_of_potts(const qs_model *model, const uint16_t *labelling, uint32_t site)
 {
     const int32_t *unary = model->unary + (size_t)site * model->labels;
-    uint16_t winner = 0;
-    for (uint16_t d = 1; d < model->labels; d++) {
-        winner = unary[d] < unary[winner] ? d : winner;
-    }
+    uint16_t winner = (uint16_t)qs_first_least(unary, model->labels);
     candidate best = {winner, qs_label_cost(model, labelling, site, winner)};
     qs_edge_seen edge;
     for (uint32_t at = 0; qs_see_edge(model, site, at, &edge); at++) {
@@ -135,7 +134,10 @@ bool qs_take_kept_label(const qs_model *model, uint16_t *labelling, uint32_t sit
 int64_t qs_take_kept_everywhere(const qs_model *model, uint16_t *labelling)
 {
     int64_t gain = 0;
-    for (uint32_t p = 0; model->kept && p < model->sites; p++) {
+    if (!model->kept) {
+        return 0;
+    }
+    for (uint32_t p = 0; p < model->sites; p++) {
         uint16_t was = labelling[p];
         if (qs_take_kept_label(model, labelling, p)) {
             gain += qs_label_cost(model, labelling, p, was) -

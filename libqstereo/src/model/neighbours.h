@@ -1,45 +1,44 @@
-/* One site beside its neighbours: what each of its labels costs there. */
+/* A site and its neighbours: what each label costs there. */
 #ifndef QS_NEIGHBOURS_H
 #define QS_NEIGHBOURS_H
 
 #include "../../include/qstereo/model.h"
 
-/* A neighbour of a site; `first` = the site is the lower-numbered of the two. */
+/* An edge as one of its two sites sees it. */
 typedef struct qs_edge_seen {
-    uint32_t site;
+    uint32_t site; /* the other one */
     int32_t weight;
-    bool first;
+    bool first; /* the site that sees it has the lower number of the two */
 } qs_edge_seen;
 
-/* Neighbour `at` (0, 1, ...) of a site; false after the last. Neighbours of weight 0 may be among
- * them. */
+/* Edge `at` (0, 1, ...) of a site. Returns false after the last. Edges of weight 0 may be among
+ * them; then edge->site is some site that exists. */
 bool qs_see_edge(const qs_model *model, uint32_t site, uint32_t at, qs_edge_seen *edge);
 
 /* The most that a site's edges can cost: the largest V times the sum of their weights. */
 int64_t qs_most_of_edges(const qs_model *model, uint32_t site);
 
-/* Whether a site has more neighbours than there are labels, so that going through the labels is
- * less work. Never on a grid. */
+/* Returns true if a site has more neighbours than there are labels. Then it is less work to go
+ * through the labels than through the neighbours. Never on a grid. */
 bool qs_has_many_neighbours(const qs_model *model, uint32_t site);
 
-/* Cost of a label at a site: its unary cost and those of the edges to the neighbours as they are
+/* What a label costs at a site: its unary cost, and the edges to the neighbours as they are
  * labelled. */
 int64_t qs_label_cost(const qs_model *model, const uint16_t *labelling, uint32_t site,
                       uint16_t label);
 
-/* The cheapest label of a site beside its neighbours; of equals the lowest. */
+/* The cheapest label of a site, given the labels of its neighbours; of equals the lowest. */
 uint16_t qs_best_label(const qs_model *model, const uint16_t *labelling, uint32_t site);
 
-/* Where the site's label is not kept (model->kept, which must be there), it takes the cheapest
- * beside its neighbours that is. Whether it did. */
+/* Gives a site its cheapest kept label if the label that it has is not kept. Returns true if it
+ * did. model->kept is there. */
 bool qs_take_kept_label(const qs_model *model, uint16_t *labelling, uint32_t site);
 
-/* Gives each site whose label is not left to it (model->kept) its cheapest label that is, beside
- * its neighbours as they are; by how much the energy falls. What a solver returns has passed here:
- * stopped early it may be on its way through such labels. */
+/* The same at every site in turn. Returns by how much the energy falls. Every solver does this to
+ * what it returns: if it is stopped early it may be on its way through labels that are not kept. */
 int64_t qs_take_kept_everywhere(const qs_model *model, uint16_t *labelling);
 
-/* Whether every label of a labelling is one of the model's. */
+/* Returns true if every label of a labelling is one of the model's. */
 bool qs_labels_in_range(const qs_model *model, const uint16_t *labelling);
 
 #endif

@@ -3,9 +3,10 @@
 #include <string.h>
 
 #include "../base/bytes.h"
+#include "../base/minmax.h"
 
-/* Sites of a strip from an array: enough to make calls rare, few enough to stay in the first cache.
- */
+/* Costs in a strip from an array: so many that calls are rare, so few that they stay in the first
+ * cache. */
 enum { STRIP_COSTS = 2048 };
 
 static uint32_t strip_sites(const qs_problem *problem)
@@ -40,18 +41,18 @@ qs_strip qs_strip_first(const qs_problem *problem, void *workspace)
     return strip;
 }
 
+/* The next sites of an array. */
 static void shift_sites(qs_strip *strip)
 {
     const qs_problem *problem = strip->problem;
     uint32_t labels = problem->labels, *out = strip->costs;
     const int32_t *in = problem->costs + (size_t)strip->next * labels;
-    uint32_t left = strip->total - strip->next, most = strip_sites(problem);
-    strip->sites = left < most ? left : most;
+    strip->sites = qs_min_u32(strip->total - strip->next, strip_sites(problem));
     strip->least_sum = 0;
     for (uint32_t p = 0; p < strip->sites; p++, in += labels, out += labels) {
         int32_t least = in[0];
         for (uint32_t d = 1; d < labels; d++) {
-            least = in[d] < least ? in[d] : least;
+            least = qs_min_i32(least, in[d]);
         }
         for (uint32_t d = 0; d < labels; d++) {
             out[d] = (uint32_t)in[d] - (uint32_t)least;
@@ -62,7 +63,7 @@ static void shift_sites(qs_strip *strip)
     strip->next += strip->sites;
 }
 
-/* Moves the costs of the unmasked cells of a row together. */
+/* Moves the costs of the cells of a row that are not masked together. */
 static void drop_masked(qs_strip *strip, const uint8_t *mask)
 {
     size_t each = strip->bytes * (size_t)strip->problem->labels;

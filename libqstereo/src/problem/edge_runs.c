@@ -31,7 +31,10 @@ static void whole_grid(const qs_problem *problem, qs_edge_visit *visit, void *co
     }
 }
 
-/* A run for each longest sequence of pairs of sites (x, y) - (x + dx, y + dy) in a row. */
+/* The edges of a row of a masked grid, to the right or down: a run for each longest sequence of
+ * them.
+ *
+ * site, below  number of the first site in this row, and in the next one */
 static void masked_row(const qs_grid *grid, uint32_t y, bool down, uint32_t site, uint32_t below,
                        qs_edge_visit *visit, void *context)
 {
@@ -91,7 +94,7 @@ int32_t qs_edge_weight(const qs_problem *problem, const qs_edge_run *run, uint32
     return run->weights ? run->weights[r * run->pitch + c] : problem->weight;
 }
 
-/* Weight of the edge from a cell to its right or lower neighbour, 0 where there is none. */
+/* The weight of the edge from a cell to its right or its lower neighbour; 0 = there is none. */
 static int64_t cell_weight(const qs_problem *problem, uint32_t x, uint32_t y, bool down)
 {
     const qs_grid *grid = &problem->grid;

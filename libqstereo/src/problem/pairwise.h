@@ -1,4 +1,4 @@
-/* V(a, b), of problems and of models. */
+/* The pairwise cost V, of problems and of models. */
 #ifndef QS_PAIRWISE_H
 #define QS_PAIRWISE_H
 

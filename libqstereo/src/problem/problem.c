@@ -98,9 +98,12 @@ uint32_t qs_problem_sites(const qs_problem *problem)
     if (grid->width == 0) {
         return problem->sites;
     }
-    uint32_t cells = grid->width * grid->height, sites = cells;
-    for (uint32_t i = 0; grid->mask && i < cells; i++) {
-        sites -= grid->mask[i] == 0;
+    uint32_t cells = grid->width * grid->height, masked = 0;
+    if (!grid->mask) {
+        return cells;
     }
-    return sites;
+    for (uint32_t i = 0; i < cells; i++) {
+        masked += grid->mask[i] == 0;
+    }
+    return cells - masked;
 }

@@ -1,21 +1,15 @@
 #include "blocks.h"
 
 #include "../base/bytes.h"
+#include "../base/minmax.h"
+#include "../files/qcf_layout.h"
 
-enum {
-    KIND_AT = 8,
-    TABLE_AT = 12,
-    FILL_AT = 12,
-    FIRST_AT = 16,
-    COUNT_AT = 20,
-    VALUES_AT = 24,
-    TABLE = 0,
-    TOEPLITZ = 1
-};
+/* Where the fields of a block stand. */
+enum { KIND_AT = 8, FILL_AT = 12, FIRST_AT = 16, COUNT_AT = 20 };
 
 bool qs_block_is_table(const uint8_t *p)
 {
-    return qs_load_u32(p + KIND_AT) == TABLE;
+    return qs_load_u32(p + KIND_AT) == QS_BLOCK_IS_TABLE;
 }
 
 uint32_t qs_block_rows(const uint8_t *p)
@@ -39,15 +33,16 @@ static bool toeplitz_fits(const uint8_t *p)
 
 uint64_t qs_block_size(const uint8_t *p, uint64_t left)
 {
-    if (left < TABLE_AT || qs_block_rows(p) == 0 || qs_block_columns(p) == 0) {
+    if (left < QS_TABLE_HEAD || qs_block_rows(p) == 0 || qs_block_columns(p) == 0) {
         return 0;
     }
     uint64_t size = 0;
     if (qs_block_is_table(p)) {
         uint64_t cells = (uint64_t)qs_block_rows(p) * qs_block_columns(p);
-        size = cells <= left / 4 ? TABLE_AT + 4 * cells : 0;
-    } else if (qs_load_u32(p + KIND_AT) == TOEPLITZ && left >= VALUES_AT && toeplitz_fits(p)) {
-        size = VALUES_AT + 4 * (uint64_t)qs_load_u32(p + COUNT_AT);
+        size = cells <= left / 4 ? QS_TABLE_HEAD + 4 * cells : 0;
+    } else if (qs_load_u32(p + KIND_AT) == QS_BLOCK_IS_TOEPLITZ && left >= QS_TOEPLITZ_HEAD &&
+               toeplitz_fits(p)) {
+        size = QS_TOEPLITZ_HEAD + 4 * (uint64_t)qs_load_u32(p + COUNT_AT);
     }
     return size <= left ? size : 0;
 }
@@ -57,13 +52,13 @@ static int32_t toeplitz_value(const uint8_t *p, int64_t apart)
 {
     int64_t at = apart - qs_load_i32(p + FIRST_AT);
     bool listed = at >= 0 && at < (int64_t)qs_load_u32(p + COUNT_AT);
-    return qs_load_i32(listed ? p + VALUES_AT + 4 * at : p + FILL_AT);
+    return qs_load_i32(listed ? p + QS_TOEPLITZ_HEAD + 4 * at : p + FILL_AT);
 }
 
 int32_t qs_block_entry(const uint8_t *p, uint32_t row, uint32_t column)
 {
     if (qs_block_is_table(p)) {
-        return qs_load_i32(p + TABLE_AT + 4 * ((uint64_t)row * qs_block_columns(p) + column));
+        return qs_load_i32(p + QS_TABLE_HEAD + 4 * ((uint64_t)row * qs_block_columns(p) + column));
     }
     return toeplitz_value(p, (int64_t)column - row);
 }
@@ -75,8 +70,9 @@ static void count_entries(qs_block_facts *facts, uint64_t cells, int64_t value)
     if (cells == 0 || value == 0) {
         return;
     }
-    facts->min = facts->terms == 0 || value < facts->min ? value : facts->min;
-    facts->max = facts->terms == 0 || value > facts->max ? value : facts->max;
+    bool first = facts->terms == 0;
+    facts->min = first ? value : qs_min_i64(facts->min, value);
+    facts->max = first ? value : qs_max_i64(facts->max, value);
     facts->terms += cells;
     facts->absolute =
         cells > (most - facts->absolute) / size ? most : facts->absolute + cells * size;
@@ -86,15 +82,15 @@ static void count_entries(qs_block_facts *facts, uint64_t cells, int64_t value)
 static uint64_t diagonal(const uint8_t *p, int64_t apart)
 {
     int64_t rows = qs_block_rows(p), columns = qs_block_columns(p);
-    int64_t from = apart < 0 ? -apart : 0, to = columns - apart < rows ? columns - apart : rows;
-    return to > from ? (uint64_t)(to - from) : 0;
+    int64_t from = qs_max_i64(-apart, 0), to = qs_min_i64(columns - apart, rows);
+    return (uint64_t)qs_max_i64(to - from, 0);
 }
 
 /* Cells above the diagonal. */
 static uint64_t triangle(const uint8_t *p)
 {
-    uint64_t rows = qs_block_rows(p), columns = qs_block_columns(p),
-             both = rows < columns ? rows : columns;
+    uint64_t rows = qs_block_rows(p), columns = qs_block_columns(p);
+    uint64_t both = qs_min_u64(rows, columns);
     return both * columns - both * (both + 1) / 2;
 }
 
@@ -114,7 +110,7 @@ static qs_block_facts summary(const uint8_t *p, bool upper)
     int64_t first = qs_load_i32(p + FIRST_AT);
     for (uint32_t i = 0; i < qs_load_u32(p + COUNT_AT); i++) {
         uint64_t cells = upper && first + i <= 0 ? 0 : diagonal(p, first + i);
-        count_entries(&facts, cells, qs_load_i32(p + VALUES_AT + 4 * (uint64_t)i));
+        count_entries(&facts, cells, qs_load_i32(p + QS_TOEPLITZ_HEAD + 4 * (uint64_t)i));
         filled -= cells;
     }
     count_entries(&facts, filled, qs_load_i32(p + FILL_AT));
@@ -131,8 +127,8 @@ qs_block_facts qs_block_upper(const uint8_t *p)
     return summary(p, true);
 }
 
-/* From one row to the next the window of diagonals slides by one; so it does from column to column.
- */
+/* From one row to the next the window of diagonals moves by one, so each sum follows from the one
+ * before it. The same holds for columns. */
 static void toeplitz_sums(const uint8_t *p, int64_t *rows, int64_t *columns)
 {
     int64_t height = qs_block_rows(p), width = qs_block_columns(p);

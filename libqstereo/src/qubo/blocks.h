@@ -14,7 +14,7 @@ uint32_t qs_block_rows(const uint8_t *p);
 uint32_t qs_block_columns(const uint8_t *p);
 int32_t qs_block_entry(const uint8_t *p, uint32_t row, uint32_t column);
 
-/* What its entries that are not 0 are like. */
+/* Of the entries that are not 0. */
 typedef struct qs_block_facts {
     uint64_t terms; /* how many */
     uint64_t absolute; /* sum of their absolute values, saturated at 2^63 */
@@ -23,15 +23,18 @@ typedef struct qs_block_facts {
 
 qs_block_facts qs_block_summary(const uint8_t *p);
 
-/* The same of the entries above the diagonal: those that count where a group is coupled with
- * itself. */
+/* Of those above the diagonal alone: they count where a group is coupled with itself. */
 qs_block_facts qs_block_upper(const uint8_t *p);
 
-/* The sums of its rows and of its columns. */
+/* The sums of its rows and of its columns.
+ *
+ * rows, columns  out: as many as the block has */
 void qs_block_sums(const uint8_t *p, int64_t *rows, int64_t *columns);
 
-/* Of each variable of a group that is coupled with itself by the block the sum of what it is
- * coupled with: of row and column i, above the diagonal. */
+/* The sums for a group that the block couples with itself: for variable i that of row i and column
+ * i above the diagonal.
+ *
+ * sums  out: as many as the block has rows */
 void qs_block_own_sums(const uint8_t *p, int64_t *sums);
 
 #endif

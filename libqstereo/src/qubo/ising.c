@@ -1,51 +1,66 @@
 #include "../../include/qstereo/qubo.h"
-#include "blocks.h"
-#include "../base/bytes.h"
 
-/* Of a block as many sums as it has rows and columns, and as many again of a square one, for groups
- * that are coupled with themselves. */
+#include "../base/arena.h"
+#include "../base/bytes.h"
+#include "../base/minmax.h"
+#include "../files/qcf_layout.h"
+#include "blocks.h"
+
+/* Of each block the sums of its rows and of its columns; of a square one also those for a group
+ * that is coupled with itself. */
+typedef struct sums {
+    const qs_index *index;
+    uint64_t *start; /* of each block: where its sums begin */
+    int64_t *at;
+} sums;
+
 static uint64_t sums_of(const uint8_t *block)
 {
     uint64_t rows = qs_block_rows(block), columns = qs_block_columns(block);
     return rows + columns + (rows == columns ? rows : 0);
 }
 
-static uint64_t workspace_of(const qs_qubo *qubo)
+static sums take_sums(qs_arena *arena, const qs_qubo *qubo)
 {
-    const uint8_t *at = qubo->blocks + 4;
-    uint64_t sums = 0;
+    const uint8_t *at = qubo->blocks + QS_BLOCKS_HEAD;
+    uint64_t count = 0;
     for (uint32_t b = 0; b < qubo->block_count; b++) {
-        sums += 1 + sums_of(at);
+        count += sums_of(at);
         at += qs_block_size(at, UINT64_MAX);
     }
-    return sizeof(int64_t) * sums;
+    return (sums){
+        .start = qs_arena_take(arena, qubo->block_count, sizeof(uint64_t)),
+        .at = qs_arena_take(arena, count, sizeof(int64_t)),
+    };
 }
 
 size_t qs_ising_workspace(const qs_qubo *qubo)
 {
-    return qs_size(workspace_of(qubo));
+    qs_arena arena = {0};
+    take_sums(&arena, qubo);
+    return qs_arena_size(&arena);
 }
 
-typedef struct sums {
-    const qs_index *index;
-    int64_t *start; /* of each block: where its sums begin in the workspace */
-    int64_t *at;
-} sums;
+static const uint8_t *block_of(const sums *s, uint32_t block)
+{
+    return s->index->qubo->blocks + s->index->block_at[block];
+}
 
 static sums sum_blocks(const qs_index *index, void *workspace)
 {
-    const qs_qubo *qubo = index->qubo;
-    sums s = {index, workspace, workspace};
-    int64_t next = qubo->block_count;
-    for (uint32_t b = 0; b < qubo->block_count; b++) {
-        const uint8_t *block = qubo->blocks + index->block_at[b];
+    qs_arena arena = {.base = workspace};
+    sums s = take_sums(&arena, index->qubo);
+    s.index = index;
+    uint64_t next = 0;
+    for (uint32_t b = 0; b < index->qubo->block_count; b++) {
+        const uint8_t *block = block_of(&s, b);
         uint32_t rows = qs_block_rows(block), columns = qs_block_columns(block);
         s.start[b] = next;
         qs_block_sums(block, s.at + next, s.at + next + rows);
         if (rows == columns) {
             qs_block_own_sums(block, s.at + next + rows + columns);
         }
-        next += (int64_t)sums_of(block);
+        next += sums_of(block);
     }
     return s;
 }
@@ -53,13 +68,16 @@ static sums sum_blocks(const qs_index *index, void *workspace)
 /* The sums of a block for the variables of one of its groups. */
 static const int64_t *near_sums(const sums *s, uint32_t group, const qs_neighbour *near)
 {
-    uint32_t b = near->block & ~QS_TRANSPOSED;
-    const uint8_t *block = s->index->qubo->blocks + s->index->block_at[b];
-    uint32_t rows = qs_block_rows(block), columns = qs_block_columns(block);
-    bool turned = (near->block & QS_TRANSPOSED) != 0;
-    return s->at + s->start[b] + (near->group == group ? rows + columns : turned ? rows : 0);
+    uint32_t number = near->block & ~QS_TRANSPOSED;
+    const uint8_t *block = block_of(s, number);
+    const int64_t *rows = s->at + s->start[number], *columns = rows + qs_block_rows(block);
+    if (near->group == group) {
+        return columns + qs_block_columns(block);
+    }
+    return (near->block & QS_TRANSPOSED) != 0 ? columns : rows;
 }
 
+/* Widens the range of 4h by the variables of a group. */
 static void add_group(const sums *s, uint32_t group, bool *first, qs_ising *ising)
 {
     const qs_index *index = s->index;
@@ -71,8 +89,8 @@ static void add_group(const sums *s, uint32_t group, bool *first, qs_ising *isin
         for (uint32_t n = index->near_start[group]; n < index->near_start[group + 1]; n++) {
             field += near_sums(s, group, &index->near[n])[i] * index->near[n].weight;
         }
-        ising->field_min = *first || field < ising->field_min ? field : ising->field_min;
-        ising->field_max = *first || field > ising->field_max ? field : ising->field_max;
+        ising->field_min = *first ? field : qs_min_i64(ising->field_min, field);
+        ising->field_max = *first ? field : qs_max_i64(ising->field_max, field);
         *first = false;
     }
 }
@@ -80,10 +98,10 @@ static void add_group(const sums *s, uint32_t group, bool *first, qs_ising *isin
 qs_status qs_qubo_ising(const qs_index *index, void *workspace, size_t workspace_size,
                         qs_ising *ising)
 {
-    if (!index || !ising || (!workspace && workspace_of(index->qubo) > 0)) {
+    if (!index || !ising || (!workspace && qs_ising_workspace(index->qubo) > 0)) {
         return QS_E_ARGUMENT;
     }
-    if (workspace_size < workspace_of(index->qubo)) {
+    if (workspace_size < qs_ising_workspace(index->qubo)) {
         return QS_E_WORKSPACE;
     }
     qs_qubo_summary summary;

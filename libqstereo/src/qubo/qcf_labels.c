@@ -4,9 +4,8 @@
 
 #include "../base/bits.h"
 #include "../base/bytes.h"
+#include "qcf_runs.h"
 #include "sites.h"
-
-enum { GROUP_RUN = 8, LABL_SIZE = 64, KEPT_HEAD = 8, TRNC_HEAD = 8 };
 
 static bool corrupt(qs_reader *reader, const qs_chunk *chunk, const char *what)
 {
@@ -35,10 +34,10 @@ static qs_labels load(const uint8_t *p)
 static bool in_range(const qs_labels *l)
 {
     const qs_frame *f = &l->frame;
-    bool known = l->encoding >= QS_ONE_HOT && l->encoding <= QS_ST_CUT_ARCS &&
-                 l->pairwise.smoothness <= QS_TABLE && l->penalty <= QS_PENALTY_MINIMAL &&
-                 l->scale >= 1 && l->gap >= 1 && l->gap <= INT32_MAX && l->weight >= -1 &&
-                 f->first <= INT32_MAX && l->labels >= 1 && l->labels <= QS_LABELS_MAX;
+    bool known = qs_encoding_facts_of(l->encoding) && l->pairwise.smoothness <= QS_TABLE &&
+                 l->penalty <= QS_PENALTY_MINIMAL && l->scale >= 1 && l->gap >= 1 &&
+                 l->gap <= INT32_MAX && l->weight >= -1 && f->first <= INT32_MAX &&
+                 l->labels >= 1 && l->labels <= QS_LABELS_MAX;
     bool framed = (l->width == 0) == (l->height == 0) && l->width <= f->picture_width &&
                   l->height <= f->picture_height && f->x <= f->picture_width - l->width &&
                   f->y <= f->picture_height - l->height &&
@@ -51,7 +50,7 @@ static bool count_mask(const qs_labels *l, uint32_t *sites)
 {
     uint64_t cells = (uint64_t)l->width * l->height;
     *sites = 0;
-    for (uint64_t byte = 0; byte < (cells + 7) / 8; byte++) {
+    for (uint64_t byte = 0; byte < qs_bit_bytes(cells); byte++) {
         *sites += qs_byte_count(l->mask[byte]);
     }
     return cells % 8 == 0 || l->mask[cells / 8] >> cells % 8 == 0;
@@ -59,7 +58,7 @@ static bool count_mask(const qs_labels *l, uint32_t *sites)
 
 static bool read_labl(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q)
 {
-    if (q->has_labels || chunk->length < LABL_SIZE) {
+    if (q->has_labels || chunk->length < QS_LABL_HEAD) {
         return corrupt(reader, chunk, "length or number of labl");
     }
     qs_labels labels = load(chunk->payload);
@@ -68,12 +67,12 @@ static bool read_labl(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q)
         return corrupt(reader, chunk, "contents of labl");
     }
     uint64_t cells = (uint64_t)labels.width * labels.height;
-    if (chunk->length != LABL_SIZE + (masked ? (cells + 7) / 8 : 0)) {
+    if (chunk->length != QS_LABL_HEAD + (masked ? qs_bit_bytes(cells) : 0)) {
         return corrupt(reader, chunk, "length of labl");
     }
     labels.sites = cells > 0 ? (uint32_t)cells : q->groups;
     if (masked) {
-        labels.mask = chunk->payload + LABL_SIZE;
+        labels.mask = chunk->payload + QS_LABL_HEAD;
         if (!count_mask(&labels, &labels.sites)) {
             return corrupt(reader, chunk, "mask of labl");
         }
@@ -90,7 +89,7 @@ static bool read_labl(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q)
 static bool is_set(const uint8_t *set, uint32_t labels)
 {
     uint32_t count = 0;
-    for (uint32_t byte = 0; byte < (labels + 7) / 8; byte++) {
+    for (uint32_t byte = 0; byte < qs_bit_bytes(labels); byte++) {
         count += qs_byte_count(set[byte]);
     }
     return count >= 2 && (labels % 8 == 0 || set[labels / 8] >> labels % 8 == 0);
@@ -98,11 +97,11 @@ static bool is_set(const uint8_t *set, uint32_t labels)
 
 static bool read_sets(qs_reader *reader, const qs_chunk *chunk, qs_labels *l)
 {
-    uint64_t map = (uint64_t)l->sites * l->fixed_bytes, each = (l->labels + 7) / 8;
-    if (chunk->length < KEPT_HEAD + map) {
+    uint64_t map = (uint64_t)l->sites * l->fixed_bytes, each = qs_bit_bytes(l->labels);
+    if (chunk->length < QS_KEPT_HEAD + map) {
         return corrupt(reader, chunk, "length of kept");
     }
-    l->fixed = chunk->payload + KEPT_HEAD;
+    l->fixed = chunk->payload + QS_KEPT_HEAD;
     l->sets = l->fixed + map;
     l->undecided = 0;
     for (uint32_t site = 0; site < l->sites; site++) {
@@ -112,7 +111,7 @@ static bool read_sets(qs_reader *reader, const qs_chunk *chunk, qs_labels *l)
         }
         l->undecided += fixed == qs_undecided_mark(l);
     }
-    if (chunk->length != KEPT_HEAD + map + l->undecided * each) {
+    if (chunk->length != QS_KEPT_HEAD + map + l->undecided * each) {
         return corrupt(reader, chunk, "length of kept");
     }
     for (uint32_t site = 0; site < l->undecided; site++) {
@@ -126,7 +125,7 @@ static bool read_sets(qs_reader *reader, const qs_chunk *chunk, qs_labels *l)
 static bool read_kept(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q, bool first)
 {
     qs_labels *l = &q->labels;
-    if (!first || chunk->length < KEPT_HEAD) {
+    if (!first || chunk->length < QS_KEPT_HEAD) {
         return corrupt(reader, chunk, "length, number or place of kept");
     }
     uint32_t sites = qs_load_u32(chunk->payload);
@@ -134,7 +133,7 @@ static bool read_kept(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q, bool
     bool width = l->fixed_bytes == 0 || l->fixed_bytes == (l->labels <= UINT8_MAX ? 1 : 2);
     bool plain = l->fixed_bytes == 0; /* all sites are undecided: each has a group at least */
     if (sites == 0 || !width || (l->width > 0 && sites != l->sites) ||
-        (plain && (chunk->length != KEPT_HEAD || sites > q->groups))) {
+        (plain && (chunk->length != QS_KEPT_HEAD || sites > q->groups))) {
         return corrupt(reader, chunk, "head of kept");
     }
     l->sites = l->undecided = sites;
@@ -145,7 +144,7 @@ static bool read_kept(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q, bool
 
 static bool read_trnc(qs_reader *reader, const qs_chunk *chunk, qs_labels *l, bool first)
 {
-    if (!first || chunk->length < TRNC_HEAD) {
+    if (!first || chunk->length < QS_TRNC_HEAD) {
         return corrupt(reader, chunk, "length, number or place of trnc");
     }
     uint32_t bytes = qs_load_u32(chunk->payload);
@@ -154,11 +153,11 @@ static bool read_trnc(qs_reader *reader, const qs_chunk *chunk, qs_labels *l, bo
         left += site.is_undecided ? site.count : 0;
     }
     if ((bytes != 1 && bytes != 2 && bytes != 4) || qs_load_u32(chunk->payload + 4) != 0 ||
-        chunk->length != TRNC_HEAD + left * bytes) {
+        chunk->length != QS_TRNC_HEAD + left * bytes) {
         return corrupt(reader, chunk, "head or length of trnc");
     }
     l->trimmed_bytes = bytes;
-    l->trimmed = chunk->payload + TRNC_HEAD;
+    l->trimmed = chunk->payload + QS_TRNC_HEAD;
     return true;
 }
 
@@ -171,30 +170,41 @@ typedef struct group_cursor {
     uint32_t in_run;
 } group_cursor;
 
-/* Whether the next group is there and has `size` variables. */
+/* Moves to the next group; false where there is none, or it does not have `size` variables. */
 static bool next_group(group_cursor *at, uint64_t size)
 {
-    const uint8_t *run = at->qubo->group_runs + at->run * GROUP_RUN;
-    if (at->run == at->qubo->group_run_count || qs_load_u32(run + 4) != size) {
+    if (at->run == at->qubo->group_run_count) {
         return false;
     }
-    bool last = ++at->in_run == qs_load_u32(run);
+    qs_group_run run = qs_group_run_at(at->qubo, at->run);
+    if (run.size != size) {
+        return false;
+    }
+    bool last = ++at->in_run == run.count;
     at->run += last;
     at->in_run = last ? 0 : at->in_run;
     return true;
 }
 
-/* One-hot groups, domain walls and the terminals of multiway-cut. */
+/* The numbers of terminals: one for each label where the encoding has them. */
+static uint32_t terminals_of(const qs_labels *l)
+{
+    bool any = qs_encoding_facts_of(l->encoding)->auxiliaries == QS_TERMINALS && l->undecided > 0;
+    return any ? l->labels : 0;
+}
+
+/* Returns true if each undecided site is a group of its size, and terminals are the rest. */
 static bool groups_agree(const qs_qubo *q)
 {
     const qs_labels *l = &q->labels;
     group_cursor at = {.qubo = q};
     for (qs_site site = {.labels = l}; qs_site_next(&site);) {
-        if (site.is_undecided && !next_group(&at, qs_site_variables(l->encoding, site.count))) {
+        uint32_t size = qs_encoding_site_variables(l->encoding, site.count);
+        if (site.is_undecided && !next_group(&at, size)) {
             return false;
         }
     }
-    for (uint32_t t = 0; l->encoding == QS_MULTIWAY_CUT && l->undecided > 0 && t < l->labels; t++) {
+    for (uint32_t t = terminals_of(l); t > 0; t--) {
         if (!next_group(&at, l->labels)) {
             return false;
         }
@@ -202,35 +212,38 @@ static bool groups_agree(const qs_qubo *q)
     return at.run == q->group_run_count;
 }
 
-/* Cuts: groups of one variable each, of the sites, of source and sink, and perhaps of arcs. */
+/* Returns true if each variable is a group, and there are those of the sites' chains, of source and
+ * sink, and of arcs if the encoding has them. */
 static bool vertices_agree(const qs_qubo *q)
 {
     qs_site site = {.labels = &q->labels};
     while (qs_site_next(&site)) {
     }
-    uint64_t vertices = q->labels.undecided > 0 ? site.next_variable + 2 : 0;
-    bool arcs = q->labels.encoding == QS_ST_CUT_ARCS && q->labels.undecided > 0;
+    bool any = q->labels.undecided > 0;
+    bool arcs = qs_encoding_facts_of(q->labels.encoding)->auxiliaries == QS_SOURCE_SINK_AND_ARCS;
+    uint64_t vertices = any ? site.next_variable + 2 : 0;
     return q->groups == q->variables &&
-           (arcs ? q->variables >= vertices : q->variables == vertices);
+           (any && arcs ? q->variables >= vertices : q->variables == vertices);
 }
 
-/* A file that is not reduced, the usual one: a single run of groups. */
+/* Returns true if a file without the chunk kept has a single run of groups, one for each site. */
 static bool plain_agrees(const qs_qubo *q)
 {
     const qs_labels *l = &q->labels;
-    return l->encoding <= QS_ONE_HOT_SPARSE && q->groups == l->sites && q->group_run_count == 1 &&
-           qs_load_u32(q->group_runs + 4) == l->labels;
+    return qs_encoding_facts_of(l->encoding)->is_streamed && q->groups == l->sites &&
+           q->group_run_count == 1 && qs_group_run_at(q, 0).size == l->labels;
 }
 
-/* A penalty makes a group one-hot, and sites and terminals of these encodings are. */
+/* Returns true if every group has a penalty in the encodings whose groups are one-hot. A group
+ * without one would not be one-hot. */
 static bool penalties_agree(const qs_qubo *q)
 {
-    bool one_hot = q->labels.encoding <= QS_ONE_HOT_SPARSE || q->labels.encoding == QS_MULTIWAY_CUT;
-    size_t numbers = 2 * (size_t)q->penalty_bytes;
-    for (size_t r = 0; one_hot && r < q->penalty_run_count; r++) {
-        const uint8_t *a = q->penalty_runs + r * (4 + numbers) + 4;
-        if (qs_load_unsigned(a, q->penalty_bytes) == 0 &&
-            qs_load_unsigned(a + q->penalty_bytes, q->penalty_bytes) == 0) {
+    if (qs_encoding_facts_of(q->labels.encoding)->code != QS_CODE_ONE_HOT) {
+        return true;
+    }
+    for (size_t r = 0; r < q->penalty_run_count; r++) {
+        qs_penalty_run run = qs_penalty_run_at(q, r);
+        if (run.a == 0 && run.b == 0) {
             return false;
         }
     }
@@ -242,7 +255,26 @@ static bool agree(const qs_qubo *q, bool kept)
     if (!kept) {
         return plain_agrees(q);
     }
-    return q->labels.encoding >= QS_ST_CUT ? vertices_agree(q) : groups_agree(q);
+    bool chains = qs_encoding_facts_of(q->labels.encoding)->code == QS_CODE_CHAIN;
+    return chains ? vertices_agree(q) : groups_agree(q);
+}
+
+/* One side chunk. `labl` is the chunk of that name and `kept` is true once they have been read. A
+ * side chunk of another name is ignored. */
+static bool read_side_chunk(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q, qs_chunk *labl,
+                            bool *kept)
+{
+    bool before_trnc = q->has_labels && !q->labels.trimmed;
+    if (memcmp(chunk->type, "labl", 4) == 0) {
+        *labl = *chunk;
+        return read_labl(reader, chunk, q);
+    }
+    if (memcmp(chunk->type, "kept", 4) == 0) {
+        bool first = before_trnc && !*kept;
+        *kept = true;
+        return read_kept(reader, chunk, q, first);
+    }
+    return memcmp(chunk->type, "trnc", 4) != 0 || read_trnc(reader, chunk, &q->labels, before_trnc);
 }
 
 bool qs_labels_read(qs_reader *reader, qs_qubo *qubo)
@@ -250,27 +282,15 @@ bool qs_labels_read(qs_reader *reader, qs_qubo *qubo)
     bool kept = false;
     qs_chunk labl = {0};
     for (qs_chunk chunk; qs_read_side_chunk(reader, &chunk);) {
-        if (memcmp(chunk.type, "labl", 4) == 0) {
-            labl = chunk;
-            if (!read_labl(reader, &chunk, qubo)) {
-                return false;
-            }
-        } else if (memcmp(chunk.type, "kept", 4) == 0) {
-            if (!read_kept(reader, &chunk, qubo,
-                           qubo->has_labels && !kept && !qubo->labels.trimmed)) {
-                return false;
-            }
-            kept = true;
-        } else if (memcmp(chunk.type, "trnc", 4) == 0 &&
-                   !read_trnc(reader, &chunk, &qubo->labels,
-                              qubo->has_labels && !qubo->labels.trimmed)) {
+        if (!read_side_chunk(reader, &chunk, qubo, &labl, &kept)) {
             return false;
         }
     }
     if (reader->status != QS_OK || !qubo->has_labels) {
         return reader->status == QS_OK;
     }
-    return (agree(qubo, kept) || corrupt(reader, &labl, "labels that do not fit the groups")) &&
-           (penalties_agree(qubo) ||
-            corrupt(reader, &labl, "a site or terminal without a penalty"));
+    if (!agree(qubo, kept)) {
+        return corrupt(reader, &labl, "labels that do not fit the groups");
+    }
+    return penalties_agree(qubo) || corrupt(reader, &labl, "a site or terminal without a penalty");
 }

@@ -4,8 +4,8 @@
 
 #include "../../include/qstereo/qubo.h"
 
-/* t[own][other] of a group's coupling with a neighbour, own and other counted from each group's
- * first variable. */
+/* The entry of a group's block with a neighbour. `own` and `other` are variables, counted from the
+ * first one of each group. */
 static inline int32_t qs_near_entry(const qs_index *index, const qs_neighbour *near, uint32_t own,
                                     uint32_t other)
 {
@@ -14,12 +14,12 @@ static inline int32_t qs_near_entry(const qs_index *index, const qs_neighbour *n
                           turned ? own : other);
 }
 
-/* What the couplings of `variable` with one neighbour of its group, itself excepted, cost in a
- * sample. */
+/* What the couplings of `variable` with one neighbour of its group cost in a sample in which it is
+ * 1. The neighbour is not the group itself. */
 int64_t qs_near_energy(const qs_index *index, const uint8_t *bits, uint32_t group,
                        uint32_t variable, const qs_neighbour *near);
 
-/* What having `variable` at 1 costs beside the other groups as they are. */
+/* What `variable` costs if it is 1 and the other groups are as they are. */
 int64_t qs_field(const qs_index *index, const uint8_t *bits, uint32_t group, uint32_t variable);
 
 #endif

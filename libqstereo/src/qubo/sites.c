@@ -8,7 +8,7 @@ bool qs_site_next(qs_site *site)
     if (site->next == l->sites) {
         return false;
     }
-    uint32_t at = site->next++, each = (l->labels + 7) / 8;
+    uint32_t at = site->next++, each = (uint32_t)qs_bit_bytes(l->labels);
     site->is_undecided = true;
     site->set = NULL;
     site->count = l->labels;
@@ -29,6 +29,6 @@ bool qs_site_next(qs_site *site)
             site->count += qs_byte_count(site->set[byte]);
         }
     }
-    site->next_variable += qs_site_variables(l->encoding, site->count);
+    site->next_variable += qs_encoding_site_variables(l->encoding, site->count);
     return true;
 }

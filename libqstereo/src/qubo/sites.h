@@ -4,12 +4,14 @@
 #define QS_SITES_H
 
 #include "../../include/qstereo/qubo.h"
+#include "../base/bits.h"
 #include "../base/bytes.h"
+#include "../files/qcf_layout.h"
 
-/* Whether a cell of a grid is no site. `mask` as in qs_labels; NULL = all are. */
+/* Returns true if a cell of a grid is no site. `mask` as in qs_labels; NULL = every cell is one. */
 static inline bool qs_is_masked(const uint8_t *mask, uint32_t cell)
 {
-    return mask && (mask[cell / 8] >> cell % 8 & 1) == 0;
+    return mask && !qs_bit(mask, cell);
 }
 
 /* What the chunk kept says of a site: the label that it is fixed at, or qs_undecided_mark. */
@@ -24,27 +26,29 @@ static inline uint32_t qs_undecided_mark(const qs_labels *labels)
     return labels->fixed_bytes == 1 ? UINT8_MAX : UINT16_MAX;
 }
 
-static inline bool qs_is_cut(qs_encoding encoding)
+static inline qs_site_code qs_code_of(const qs_labels *labels)
 {
-    return encoding == QS_ST_CUT || encoding == QS_ST_CUT_ARCS;
+    return qs_encoding_facts_of(labels->encoding)->code;
 }
 
-/* Variables of an undecided site with `count` labels left. */
-static inline uint32_t qs_site_variables(qs_encoding encoding, uint32_t count)
+/* The variables behind those of the sites. Where no site is undecided there are none. */
+static inline qs_auxiliaries qs_auxiliaries_of(const qs_labels *labels)
 {
-    return encoding == QS_DOMAIN_WALL ? count - 1 : qs_is_cut(encoding) ? count + 1 : count;
+    return labels->undecided > 0 ? qs_encoding_facts_of(labels->encoding)->auxiliaries
+                                 : QS_NO_AUXILIARIES;
 }
 
-/* A site. The cursor stands before the first one when only `labels` is set. */
+/* A site. It is a cursor over all sites, too: with `labels` alone set it stands before the
+ * first. */
 typedef struct qs_site {
     const qs_labels *labels;
     uint32_t next; /* number of the site after this one */
-    uint32_t next_number; /* and of the undecided site after it */
+    uint32_t next_number; /* of the undecided site after it */
     uint64_t next_variable;
     /* This site: */
-    uint32_t number; /* among the undecided ones, if it is one */
-    uint32_t count; /* labels left; 1 = it is fixed, unless the problem has one label and no chunk
-                       kept */
+    uint32_t number; /* among the undecided sites, if it is one */
+    uint32_t count; /* labels left. A site with 1 is fixed, but for problems of one label without
+                       the chunk kept */
     uint32_t fixed; /* the label of a fixed site */
     uint64_t variable; /* its first one */
     bool is_undecided;
@@ -54,23 +58,27 @@ typedef struct qs_site {
 /* The next site; false after the last. */
 bool qs_site_next(qs_site *site);
 
-/* An undecided site by its number among them, with its set alone: enough for the functions below. */
+/* An undecided site by its number among them, with its set alone: enough for the functions
+ * below. */
 static inline qs_site qs_undecided_site(const qs_labels *labels, uint32_t number)
 {
-    const uint8_t *set =
-        labels->fixed_bytes > 0 ? labels->sets + (size_t)number * ((labels->labels + 7) / 8) : NULL;
+    const uint8_t *set = labels->fixed_bytes > 0
+                             ? labels->sets + number * (size_t)qs_bit_bytes(labels->labels)
+                             : NULL;
     return (qs_site){.labels = labels, .number = number, .is_undecided = true, .set = set};
 }
 
-/* Whether a label is left. */
+/* Returns true if a label is left to the site. */
 static inline bool qs_site_has(const qs_site *site, uint32_t label)
 {
-    return !site->is_undecided ? label == site->fixed
-                               : !site->set || (site->set[label / 8] >> label % 8 & 1) != 0;
+    if (!site->is_undecided) {
+        return label == site->fixed;
+    }
+    return !site->set || qs_bit(site->set, label);
 }
 
-/* The first label left from `label` on; as many as there are labels = none. */
-static inline uint32_t qs_site_label(const qs_site *site, uint32_t label)
+/* The first label left to the site from `label` on; the number of all labels = none. */
+static inline uint32_t qs_site_label_from(const qs_site *site, uint32_t label)
 {
     while (label < site->labels->labels && !qs_site_has(site, label)) {
         label++;

@@ -1,7 +1,7 @@
-/* The minimum cuts of Ishikawa's graph (docs/MATHS.md): a variable a vertex, 1 on the side of the
- * source; and, for st-cut-arcs, a variable an arc. */
-#include "../base/saturate.h"
-#include "recoding.h"
+/* The minimum cut of Ishikawa's graph (docs/MATHS.md): a variable for each vertex, 1 on the side of
+ * the source; and, in st-cut-arcs, a variable for each arc. */
+#include "../base/minmax.h"
+#include "recoder.h"
 
 /* Kinds of edges, in the order of the arcs' variables: along a site's chain; from its last vertex
  * to the sink; from the source to its first; between neighbours. */
@@ -14,27 +14,28 @@ typedef struct cut_edge {
     uint64_t number; /* among all edges */
 } cut_edge;
 
-typedef void visit_edge(qs_recoding *r, const cut_edge *edge);
+typedef void visit_edge(qs_recoder *r, const cut_edge *edge);
 
-/* First vertex of a site, which has one more than labels. */
-static uint32_t first_vertex(const qs_left *left, uint32_t p)
+/* The first vertex of a site, which has one vertex more than labels. */
+static uint32_t first_vertex(const qs_remaining *rest, uint32_t p)
 {
-    return left->start[p] + p;
+    return rest->start[p] + p;
 }
 
-static uint32_t source(const qs_left *left)
+static uint32_t source(const qs_remaining *rest)
 {
-    return (uint32_t)(left->counts.labels + left->counts.open);
+    return (uint32_t)(rest->counts.labels + rest->counts.undecided);
 }
 
-static void visit_site(qs_recoding *r, uint32_t p, unsigned kinds, visit_edge *visit)
+static void visit_site(qs_recoder *r, uint32_t p, unsigned kinds, visit_edge *visit)
 {
-    const qs_left *left = &r->left;
-    uint32_t vertex = first_vertex(left, p), size = qs_left_size(left, p), s = source(left);
-    const int64_t *cost = left->cost + left->start[p];
+    const qs_remaining *rest = &r->rest;
+    uint32_t vertex = first_vertex(rest, p), size = qs_remaining_size(rest, p), s = source(rest);
+    const int64_t *cost = rest->cost + rest->start[p];
     int64_t firm =
-        (int64_t)(left->reach[p].most + r->gap); /* keeps the ends of the chain in place */
-    for (uint32_t i = 0; (kinds & CHAIN) != 0 && i < size; i++) {
+        (int64_t)(rest->reach[p].most + r->gap); /* keeps the ends of the chain in place */
+    uint32_t links = (kinds & CHAIN) != 0 ? size : 0;
+    for (uint32_t i = 0; i < links; i++) {
         cut_edge edge = {vertex + i, vertex + i + 1, cost[i], (int64_t)r->gap, vertex + i};
         visit(r, &edge);
     }
@@ -48,26 +49,26 @@ static void visit_site(qs_recoding *r, uint32_t p, unsigned kinds, visit_edge *v
     }
 }
 
-/* The last boundary between labels, from 0, that the vertex `index` of a site stands for: below the
- * label itself, or above all. */
-static uint32_t boundary(const qs_left *left, uint32_t p, uint32_t index)
+/* The last boundary that the vertex `index` of a site stands for. Boundary d is the one below label
+ * d; the last boundary is above all labels. */
+static uint32_t boundary(const qs_remaining *rest, uint32_t p, uint32_t index)
 {
-    return index < qs_left_size(left, p) ? left->label[left->start[p] + index]
-                                         : left->model->labels;
+    return index < qs_remaining_size(rest, p) ? rest->label[rest->start[p] + index]
+                                              : rest->model->labels;
 }
 
-/* Boundaries where the same two vertices stand for both sites make one edge; returns the number of
- * the next. */
-static uint64_t visit_neighbours(qs_recoding *r, const qs_edge *edge, uint64_t number,
+/* Boundaries for which the same two vertices stand make one edge. `number` is that of the first
+ * edge; returns the number of the one behind the last. */
+static uint64_t visit_neighbours(qs_recoder *r, const qs_edge *edge, uint64_t number,
                                  visit_edge *visit)
 {
-    const qs_left *left = &r->left;
+    const qs_remaining *rest = &r->rest;
     uint32_t i = 0, j = 0;
-    for (uint32_t from = 0; from <= left->model->labels;) {
-        uint32_t last = boundary(left, edge->first, i), other = boundary(left, edge->second, j),
-                 to = last < other ? last : other;
+    for (uint32_t from = 0; from <= rest->model->labels;) {
+        uint32_t last = boundary(rest, edge->first, i), other = boundary(rest, edge->second, j),
+                 to = qs_min_u32(last, other);
         int64_t capacity = edge->weight * (int64_t)(to - from + 1);
-        cut_edge arcs = {first_vertex(left, edge->first) + i, first_vertex(left, edge->second) + j,
+        cut_edge arcs = {first_vertex(rest, edge->first) + i, first_vertex(rest, edge->second) + j,
                          capacity, capacity, number++};
         visit(r, &arcs);
         from = to + 1;
@@ -77,17 +78,18 @@ static uint64_t visit_neighbours(qs_recoding *r, const qs_edge *edge, uint64_t n
     return number;
 }
 
-/* Visits the edges of some kinds; returns the number of all edges, if all are visited. */
-static uint64_t visit_edges(qs_recoding *r, unsigned kinds, visit_edge *visit)
+/* Visits the edges of some kinds. Where all are visited, returns how many there are. */
+static uint64_t visit_edges(qs_recoder *r, unsigned kinds, visit_edge *visit)
 {
-    const qs_left *left = &r->left;
-    uint64_t number = source(left) + left->counts.open;
-    for (uint32_t p = 0; p < left->counts.open; p++) {
+    const qs_remaining *rest = &r->rest;
+    uint64_t number = source(rest) + rest->counts.undecided;
+    for (uint32_t p = 0; p < rest->counts.undecided; p++) {
         visit_site(r, p, kinds, visit);
     }
-    for (uint64_t e = 0; (kinds & NEIGHBOURS) != 0 && e < left->counts.edges; e++) {
-        if (left->edges[e].weight > 0) {
-            number = visit_neighbours(r, &left->edges[e], number, visit);
+    uint64_t edges = (kinds & NEIGHBOURS) != 0 ? rest->counts.edges : 0;
+    for (uint64_t e = 0; e < edges; e++) {
+        if (rest->edges[e].weight > 0) {
+            number = visit_neighbours(r, &rest->edges[e], number, visit);
         }
     }
     return number;
@@ -95,7 +97,7 @@ static uint64_t visit_edges(qs_recoding *r, unsigned kinds, visit_edge *visit)
 
 /* ---- A variable a vertex: sum over arcs of capacity * y_u (1 - y_v). ---- */
 
-static void enter_arcs(qs_recoding *r, const cut_edge *edge)
+static void enter_arcs(qs_recoder *r, const cut_edge *edge)
 {
     qs_draft_add(&r->draft, &r->draft.linear[edge->u], edge->there);
     qs_draft_add(&r->draft, &r->draft.linear[edge->v], edge->back);
@@ -106,19 +108,18 @@ static void enter_arcs(qs_recoding *r, const cut_edge *edge)
  * z]. ---- */
 
 /* Variables of an edge's two arcs: first all u -> v with u < v, then all v -> u. */
-static uint32_t arc_variable(const qs_recoding *r, const cut_edge *edge, bool back)
+static uint32_t arc_variable(const qs_recoder *r, const cut_edge *edge, bool back)
 {
-    uint64_t all = (r->draft.variables - source(&r->left) - 2) / 2;
-    return (uint32_t)(source(&r->left) + 2 + edge->number + (back ? all : 0));
+    uint64_t all = (r->draft.variables - source(&r->rest) - 2) / 2;
+    return (uint32_t)(source(&r->rest) + 2 + edge->number + (back ? all : 0));
 }
 
-static void count_edge(qs_recoding *r, const cut_edge *edge)
+static void count_edge(qs_recoder *r, const cut_edge *edge)
 {
-    int64_t larger = edge->there > edge->back ? edge->there : edge->back;
-    r->force = larger > r->force ? larger : r->force;
+    r->force = qs_max_i64(r->force, qs_max_i64(edge->there, edge->back));
 }
 
-static void enter_linear(qs_recoding *r, const cut_edge *edge)
+static void enter_linear(qs_recoder *r, const cut_edge *edge)
 {
     int64_t *linear = r->draft.linear;
     qs_draft_add(&r->draft, &linear[edge->u], r->force);
@@ -127,34 +128,34 @@ static void enter_linear(qs_recoding *r, const cut_edge *edge)
     qs_draft_add(&r->draft, &linear[arc_variable(r, edge, true)], edge->back + r->force);
 }
 
-static void couple_vertices(qs_recoding *r, const cut_edge *edge)
+static void couple_vertices(qs_recoder *r, const cut_edge *edge)
 {
     qs_draft_couple(&r->draft, edge->u, edge->v, 0, -2 * r->force);
 }
 
-static void couple_tail(qs_recoding *r, const cut_edge *edge)
+static void couple_tail(qs_recoder *r, const cut_edge *edge)
 {
     qs_draft_couple(&r->draft, edge->u, arc_variable(r, edge, false), 0, -2 * r->force);
 }
 
-static void couple_back_tail(qs_recoding *r, const cut_edge *edge)
+static void couple_back_tail(qs_recoder *r, const cut_edge *edge)
 {
     qs_draft_couple(&r->draft, edge->v, arc_variable(r, edge, true), 0, -2 * r->force);
 }
 
-static void couple_head(qs_recoding *r, const cut_edge *edge)
+static void couple_head(qs_recoder *r, const cut_edge *edge)
 {
     qs_draft_couple(&r->draft, edge->v, arc_variable(r, edge, false), 0, 2 * r->force);
 }
 
-static void couple_back_head(qs_recoding *r, const cut_edge *edge)
+static void couple_back_head(qs_recoder *r, const cut_edge *edge)
 {
     qs_draft_couple(&r->draft, edge->u, arc_variable(r, edge, true), 0, 2 * r->force);
 }
 
-/* Visits all edges kind by kind, as each is regular in itself; what comes is not a part of the run
- * before. */
-static void by_kind(qs_recoding *r, visit_edge *visit)
+/* Visits all edges kind by kind: each kind is regular in itself and makes few runs. Each begins a
+ * run of its own. */
+static void by_kind(qs_recoder *r, visit_edge *visit)
 {
     static const unsigned kinds[3] = {CHAIN, SINK | SOURCE, NEIGHBOURS};
     for (int k = 0; k < 3; k++) {
@@ -166,9 +167,9 @@ static void by_kind(qs_recoding *r, visit_edge *visit)
     }
 }
 
-static void enter_all_arcs(qs_recoding *r)
+static void enter_all_arcs(qs_recoder *r)
 {
-    uint32_t vertices = source(&r->left) + 2;
+    uint32_t vertices = source(&r->rest) + 2;
     r->force = 0;
     uint64_t edges = visit_edges(r, ALL, count_edge);
     r->force += (int64_t)r->gap;
@@ -181,9 +182,9 @@ static void enter_all_arcs(qs_recoding *r)
     by_kind(r, couple_back_head);
 }
 
-void qs_recode_cut(qs_recoding *r)
+void qs_recode_cut(qs_recoder *r)
 {
-    uint32_t s = source(&r->left);
+    uint32_t s = source(&r->rest);
     qs_add_block(r, (qs_block_of){QS_SCALAR_BLOCK, 0, 0});
     if (r->encoding == QS_ST_CUT) {
         qs_draft_groups(&r->draft, s + 2, 1, 0, 0);
@@ -191,7 +192,7 @@ void qs_recode_cut(qs_recoding *r)
     } else {
         enter_all_arcs(r);
     }
-    int64_t bound = (int64_t)(qs_winner_energy(&r->left) + r->gap); /* above the least cut */
+    int64_t bound = (int64_t)(qs_winner_energy(&r->rest) + r->gap); /* above the least cut */
     qs_draft_add(&r->draft, &r->draft.offset, bound);
     qs_draft_add(&r->draft, &r->draft.linear[s], -bound);
     qs_draft_add(&r->draft, &r->draft.linear[s + 1], bound);

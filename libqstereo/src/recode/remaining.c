@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "../base/minmax.h"
 #include "../base/saturate.h"
 #include "../qubo/sites.h"
 
@@ -14,8 +15,11 @@ static bool has(const qs_model *model, const uint8_t *kept, uint32_t site, uint3
 
 static uint32_t labels_left(const qs_model *model, const uint8_t *kept, uint32_t site)
 {
-    uint32_t count = kept ? 0 : model->labels;
-    for (uint32_t d = 0; kept && d < model->labels; d++) {
+    if (!kept) {
+        return model->labels;
+    }
+    uint32_t count = 0;
+    for (uint32_t d = 0; d < model->labels; d++) {
         count += has(model, kept, site, d);
     }
     return count;
@@ -30,7 +34,7 @@ typedef struct edge_cursor {
     qs_edge edge; /* of the model's sites */
 } edge_cursor;
 
-/* The edge at the cursor's cell, if there is one; the cursor moves on. */
+/* Moves on by a cell; returns true if there is an edge at the one before. */
 static bool grid_edge(edge_cursor *at)
 {
     const qs_model *m = at->model;
@@ -82,30 +86,39 @@ static bool next_edge(edge_cursor *at)
 
 /* ---- Counting. ---- */
 
-qs_left_counts qs_left_count(const qs_model *model, const uint8_t *kept, bool one)
+/* Looks whether labels have been left out anywhere. */
+static void count_labels(const qs_model *model, const uint8_t *kept, qs_remaining_counts *c)
 {
-    qs_left_counts c = {.whole = true};
-    for (uint32_t p = 0; p < model->sites; p++) {
-        uint32_t count = qs_is_masked(model->mask, p) ? model->labels : labels_left(model, kept, p);
-        c.whole &= count == model->labels;
-        c.empty |= count == 0;
-    }
-    uint32_t least = c.whole && one ? 1 : 2;
+    c->whole = true;
     for (uint32_t p = 0; p < model->sites; p++) {
         if (!qs_is_masked(model->mask, p)) {
             uint32_t count = labels_left(model, kept, p);
-            c.sites++;
-            c.open += count >= least;
-            c.labels += count >= least ? count : 0;
+            c->sites++;
+            c->whole &= count == model->labels;
+            c->empty |= count == 0;
+        }
+    }
+}
+
+qs_remaining_counts qs_remaining_count(const qs_model *model, const uint8_t *kept,
+                                       bool one_is_enough)
+{
+    qs_remaining_counts c = {0};
+    count_labels(model, kept, &c);
+    uint32_t least = c.whole && one_is_enough ? 1 : 2;
+    for (uint32_t p = 0; p < model->sites; p++) {
+        uint32_t count = qs_is_masked(model->mask, p) ? 0 : labels_left(model, kept, p);
+        if (count >= least) {
+            c.undecided++;
+            c.labels += count;
         }
     }
     for (edge_cursor at = {.model = model}; next_edge(&at);) {
         uint32_t first = labels_left(model, kept, at.edge.first),
                  second = labels_left(model, kept, at.edge.second);
-        uint64_t both = (uint64_t)first + second + 1, all = (uint64_t)model->labels + 1;
         if (first >= least && second >= least) {
             c.edges++;
-            c.thresholds += both < all ? both : all;
+            c.thresholds += qs_min_u64((uint64_t)first + second + 1, (uint64_t)model->labels + 1);
         }
     }
     return c;
@@ -113,266 +126,255 @@ qs_left_counts qs_left_count(const qs_model *model, const uint8_t *kept, bool on
 
 /* ---- Workspace. ---- */
 
-static bool has_table(const qs_model *model)
+qs_remaining qs_remaining_take(qs_arena *arena, const qs_model *model,
+                               const qs_remaining_counts *counts, bool truncate)
 {
-    return model->pairwise.smoothness == QS_TABLE;
-}
-
-/* What is needed on the way: the reach of each label, and of a table the maxima of its rows and
- * columns. */
-static uint64_t scratch_size(const qs_model *model, const qs_left_counts *c)
-{
-    bool potts = model->pairwise.smoothness == QS_POTTS;
-    return potts ? 0
-                 : sizeof(uint64_t) * c->labels +
-                       (has_table(model) ? 2 * sizeof(int64_t) * model->labels : 0);
-}
-
-uint64_t qs_left_workspace(const qs_model *model, const qs_left_counts *c, bool truncate)
-{
-    uint64_t wide = sizeof(int64_t) * c->labels + sizeof(qs_site_edges) * c->open;
-    uint64_t middle = sizeof(qs_edge) * c->edges + (truncate ? 4 * c->labels : 0) +
-                      4 * (c->open + 1) + 4 * c->open + 4 * (uint64_t)model->sites;
-    uint64_t narrow = 2 * (uint64_t)model->sites + 2 * c->labels;
-    return scratch_size(model, c) + (wide + middle + narrow + 7) / 8 * 8;
-}
-
-static char *take(char **at, uint64_t size)
-{
-    char *here = *at;
-    *at += (size_t)size;
-    return here;
-}
-
-static void lay_out(qs_left *left, bool truncate, void *workspace)
-{
-    const qs_left_counts *c = &left->counts;
-    char *at = (char *)workspace + (size_t)scratch_size(left->model, c);
-    left->cost = (int64_t *)(void *)take(&at, sizeof(int64_t) * c->labels);
-    left->reach = (qs_site_edges *)(void *)take(&at, sizeof(qs_site_edges) * c->open);
-    left->edges = (qs_edge *)(void *)take(&at, sizeof(qs_edge) * c->edges);
-    left->excess = truncate ? (uint32_t *)(void *)take(&at, 4 * c->labels) : NULL;
-    left->start = (uint32_t *)(void *)take(&at, 4 * (c->open + 1));
-    left->cell = (uint32_t *)(void *)take(&at, 4 * c->open);
-    left->number = (int32_t *)(void *)take(&at, 4 * (uint64_t)left->model->sites);
-    left->fixed = (uint16_t *)(void *)take(&at, 2 * (uint64_t)left->model->sites);
-    left->label = (uint16_t *)(void *)take(&at, 2 * c->labels);
+    const uint64_t sites = counts->undecided, labels = counts->labels;
+    qs_smoothness smoothness = model->pairwise.smoothness;
+    qs_remaining rest = {.model = model, .counts = *counts, .constant = model->constant};
+    rest.cost = qs_arena_take(arena, labels, sizeof *rest.cost);
+    rest.label = qs_arena_take(arena, labels, sizeof *rest.label);
+    rest.start = qs_arena_take(arena, sites + 1, sizeof *rest.start);
+    rest.reach = qs_arena_take(arena, sites, sizeof *rest.reach);
+    rest.cell = qs_arena_take(arena, sites, sizeof *rest.cell);
+    rest.edges = qs_arena_take(arena, counts->edges, sizeof *rest.edges);
+    rest.number = qs_arena_take(arena, model->sites, sizeof *rest.number);
+    rest.fixed = qs_arena_take(arena, model->sites, sizeof *rest.fixed);
+    if (truncate) {
+        rest.trimmed = qs_arena_take(arena, labels, sizeof *rest.trimmed);
+    }
+    if (smoothness != QS_POTTS) {
+        rest.label_reach = qs_arena_take(arena, labels, sizeof *rest.label_reach);
+    }
+    if (smoothness == QS_TABLE) {
+        rest.row_max = qs_arena_take(arena, model->labels, sizeof *rest.row_max);
+        rest.column_max = qs_arena_take(arena, model->labels, sizeof *rest.column_max);
+    }
+    return rest;
 }
 
 /* ---- Folding. ---- */
 
-static void enter_sites(qs_left *left, const uint8_t *kept)
+static void fix_site(qs_remaining *rest, const uint8_t *kept, uint32_t p)
 {
-    const qs_model *m = left->model;
-    bool one = left->counts.open ==
-               left->counts.sites; /* then those of one label are open, if there are any */
-    uint32_t open = 0, at = 0;
+    const qs_model *m = rest->model;
+    uint32_t d = 0;
+    while (!has(m, kept, p, d)) {
+        d++;
+    }
+    rest->fixed[p] = (uint16_t)d;
+    qs_add(&rest->constant, m->unary[(size_t)p * m->labels + d], &rest->overflow);
+}
+
+/* Copies the labels left and their costs to `at` and behind; returns the place behind them. */
+static uint32_t enter_labels(qs_remaining *rest, const uint8_t *kept, uint32_t p, uint32_t at)
+{
+    const qs_model *m = rest->model;
+    for (uint32_t d = 0; d < m->labels; d++) {
+        if (has(m, kept, p, d)) {
+            rest->label[at] = (uint16_t)d;
+            rest->cost[at++] = m->unary[(size_t)p * m->labels + d];
+        }
+    }
+    return at;
+}
+
+static void enter_sites(qs_remaining *rest, const uint8_t *kept)
+{
+    const qs_model *m = rest->model;
+    /* Then sites of one label are undecided too, if there are any. */
+    bool all_undecided = rest->counts.undecided == rest->counts.sites;
+    uint32_t number = 0, at = 0;
     for (uint32_t p = 0; p < m->sites; p++) {
-        const int32_t *unary = m->unary + (size_t)p * m->labels;
-        uint32_t from = at;
-        left->number[p] = QS_NO_SITE;
+        rest->number[p] = QS_NO_SITE;
         if (qs_is_masked(m->mask, p)) {
             continue;
         }
-        if (!one && labels_left(m, kept, p) == 1) {
-            uint32_t d = 0;
-            while (!has(m, kept, p, d)) {
-                d++;
-            }
-            left->fixed[p] = (uint16_t)d;
-            qs_add(&left->constant, unary[d], &left->overflow);
+        if (!all_undecided && labels_left(m, kept, p) == 1) {
+            fix_site(rest, kept, p);
             continue;
         }
-        for (uint32_t d = 0; d < m->labels; d++) {
-            if (has(m, kept, p, d)) {
-                left->label[at] = (uint16_t)d;
-                left->cost[at++] = unary[d];
-            }
-        }
-        left->number[p] = (int32_t)open;
-        left->cell[open] = p;
-        left->start[open++] = from;
+        rest->number[p] = (int32_t)number;
+        rest->cell[number] = p;
+        rest->start[number++] = at;
+        at = enter_labels(rest, kept, p, at);
     }
-    left->start[open] = at;
+    rest->start[number] = at;
 }
 
-/* What an edge to a fixed neighbour costs each label of an open site. */
-static void fold(qs_left *left, const qs_edge *edge, bool first_is_open)
+/* Adds to each label of an undecided site what the edge to a fixed neighbour costs it. */
+static void fold(qs_remaining *rest, const qs_edge *edge, bool first_is_undecided)
 {
-    const qs_model *m = left->model;
-    uint32_t open = (uint32_t)left->number[first_is_open ? edge->first : edge->second];
-    uint32_t other = left->fixed[first_is_open ? edge->second : edge->first];
-    for (uint32_t i = left->start[open]; i < left->start[open + 1]; i++) {
-        uint32_t d = left->label[i];
-        qs_add(&left->cost[i],
-               edge->weight *
-                   qs_model_pairwise(m, first_is_open ? d : other, first_is_open ? other : d),
-               &left->overflow);
+    const qs_model *m = rest->model;
+    uint32_t p = first_is_undecided ? edge->first : edge->second,
+             other = rest->fixed[first_is_undecided ? edge->second : edge->first];
+    uint32_t site = (uint32_t)rest->number[p];
+    for (uint32_t i = rest->start[site]; i < rest->start[site + 1]; i++) {
+        uint32_t d = rest->label[i];
+        int64_t cost =
+            first_is_undecided ? qs_model_pairwise(m, d, other) : qs_model_pairwise(m, other, d);
+        qs_add(&rest->cost[i], edge->weight * cost, &rest->overflow);
     }
 }
 
-static void enter_edges(qs_left *left)
+static void enter_edges(qs_remaining *rest)
 {
-    const qs_model *m = left->model;
+    const qs_model *m = rest->model;
     uint64_t count = 0;
     for (edge_cursor at = {.model = m}; next_edge(&at);) {
         const qs_edge *edge = &at.edge;
-        int32_t first = left->number[edge->first], second = left->number[edge->second];
-        if (edge->weight == 0 && !left->counts.whole) {
+        int32_t first = rest->number[edge->first], second = rest->number[edge->second];
+        if (edge->weight == 0 && !rest->counts.whole) {
             continue;
         }
         if (first != QS_NO_SITE && second != QS_NO_SITE) {
-            left->edges[count++] = (qs_edge){(uint32_t)first, (uint32_t)second, edge->weight};
+            rest->edges[count++] = (qs_edge){(uint32_t)first, (uint32_t)second, edge->weight};
         } else if (first != QS_NO_SITE || second != QS_NO_SITE) {
-            fold(left, edge, first != QS_NO_SITE);
+            fold(rest, edge, first != QS_NO_SITE);
         } else {
-            qs_add(&left->constant,
+            qs_add(&rest->constant,
                    edge->weight *
-                       qs_model_pairwise(m, left->fixed[edge->first], left->fixed[edge->second]),
-                   &left->overflow);
+                       qs_model_pairwise(m, rest->fixed[edge->first], rest->fixed[edge->second]),
+                   &rest->overflow);
         }
     }
-    left->counts.edges = count;
+    rest->counts.edges = count;
 }
 
-static void shift(qs_left *left)
+/* Subtracts from each site its least cost. */
+static void shift(qs_remaining *rest)
 {
-    for (uint32_t p = 0; p < left->counts.open; p++) {
+    for (uint32_t p = 0; p < rest->counts.undecided; p++) {
         int64_t least = INT64_MAX;
-        for (uint32_t i = left->start[p]; i < left->start[p + 1]; i++) {
-            least = left->cost[i] < least ? left->cost[i] : least;
+        for (uint32_t i = rest->start[p]; i < rest->start[p + 1]; i++) {
+            least = qs_min_i64(least, rest->cost[i]);
         }
-        for (uint32_t i = left->start[p]; i < left->start[p + 1]; i++) {
-            left->cost[i] -= least;
-            left->overflow |= left->cost[i] > QS_ENERGY_MAX;
-            left->no_model |= left->cost[i] > INT32_MAX;
+        for (uint32_t i = rest->start[p]; i < rest->start[p + 1]; i++) {
+            rest->cost[i] -= least;
+            rest->overflow |= rest->cost[i] > QS_ENERGY_MAX;
+            rest->no_model |= rest->cost[i] > INT32_MAX;
         }
-        qs_add(&left->constant, least, &left->overflow);
+        qs_add(&rest->constant, least, &rest->overflow);
     }
 }
 
 /* ---- What the edges can cost. ---- */
 
-typedef struct table_maxima {
-    int64_t *row, *column; /* of each label, over all labels of the other site */
-} table_maxima;
-
-static table_maxima find_maxima(const qs_left *left, void *workspace)
+static void find_maxima(const qs_remaining *rest)
 {
-    const qs_model *m = left->model;
-    table_maxima maxima = {(int64_t *)workspace + left->counts.labels, NULL};
-    if (!has_table(m)) {
-        return maxima;
-    }
-    maxima.column = maxima.row + m->labels;
-    memset(maxima.row, 0, 2 * sizeof *maxima.row * m->labels);
+    const qs_model *m = rest->model;
+    memset(rest->row_max, 0, sizeof *rest->row_max * m->labels);
+    memset(rest->column_max, 0, sizeof *rest->column_max * m->labels);
     for (uint32_t a = 0; a < m->labels; a++) {
         for (uint32_t b = 0; b < m->labels; b++) {
             int64_t cost = qs_model_pairwise(m, a, b);
-            maxima.row[a] = cost > maxima.row[a] ? cost : maxima.row[a];
-            maxima.column[b] = cost > maxima.column[b] ? cost : maxima.column[b];
+            rest->row_max[a] = qs_max_i64(rest->row_max[a], cost);
+            rest->column_max[b] = qs_max_i64(rest->column_max[b], cost);
         }
     }
-    return maxima;
 }
 
-/* The largest V of a label beside those that are left to another open site; `first` = the label is
- * V's first. */
-static int64_t largest_cost(const qs_left *left, const table_maxima *maxima, uint32_t label,
-                            uint32_t other, bool first)
+/* The largest V of a label beside the labels left to another undecided site. The label is V's first
+ * argument or its second. */
+static int64_t largest_cost(const qs_remaining *rest, uint32_t label, uint32_t other, bool is_first)
 {
-    const qs_model *m = left->model;
-    const uint16_t *labels = left->label + left->start[other];
-    uint32_t count = qs_left_size(left, other);
-    if (!has_table(m)) {
-        int64_t low = qs_model_pairwise(m, label, labels[0]),
-                high = qs_model_pairwise(m, label, labels[count - 1]);
-        return low > high ? low : high; /* V rises with the distance */
+    const qs_model *m = rest->model;
+    const uint16_t *labels = rest->label + rest->start[other];
+    uint32_t count = qs_remaining_size(rest, other);
+    if (m->pairwise.smoothness != QS_TABLE) {
+        /* V rises with the distance. */
+        return qs_max_i64(qs_model_pairwise(m, label, labels[0]),
+                          qs_model_pairwise(m, label, labels[count - 1]));
     }
     if (count == m->labels) {
-        return first ? maxima->row[label] : maxima->column[label];
+        return is_first ? rest->row_max[label] : rest->column_max[label];
     }
     int64_t largest = 0;
     for (uint32_t i = 0; i < count; i++) {
-        int64_t cost =
-            first ? qs_model_pairwise(m, label, labels[i]) : qs_model_pairwise(m, labels[i], label);
-        largest = cost > largest ? cost : largest;
+        int64_t cost = is_first ? qs_model_pairwise(m, label, labels[i])
+                                : qs_model_pairwise(m, labels[i], label);
+        largest = qs_max_i64(largest, cost);
     }
     return largest;
 }
 
-static void reach_labels(const qs_left *left, void *workspace)
+/* Adds to each label of site p what the edge to site q can cost it. */
+static void reach_along(const qs_remaining *rest, uint32_t p, uint32_t q, int32_t weight,
+                        bool is_first)
 {
-    uint64_t *reach = workspace;
-    table_maxima maxima = find_maxima(left, workspace);
-    memset(reach, 0, sizeof *reach * (size_t)left->counts.labels);
-    for (uint64_t e = 0; e < left->counts.edges; e++) {
-        const qs_edge *edge = &left->edges[e];
-        for (int side = 0; side < 2; side++) {
-            uint32_t p = side == 0 ? edge->first : edge->second,
-                     q = side == 0 ? edge->second : edge->first;
-            for (uint32_t i = left->start[p]; i < left->start[p + 1]; i++) {
-                qs_grow(&reach[i], (uint64_t)edge->weight,
-                        (uint64_t)largest_cost(left, &maxima, left->label[i], q, side == 0));
-            }
-        }
-    }
-    for (uint32_t p = 0; p < left->counts.open; p++) {
-        for (uint32_t i = left->start[p]; i < left->start[p + 1]; i++) {
-            left->reach[p].most = reach[i] > left->reach[p].most ? reach[i] : left->reach[p].most;
-        }
+    for (uint32_t i = rest->start[p]; i < rest->start[p + 1]; i++) {
+        int64_t cost = largest_cost(rest, rest->label[i], q, is_first);
+        qs_grow(&rest->label_reach[i], (uint64_t)weight, (uint64_t)cost);
     }
 }
 
-static void reach_sites(const qs_left *left, void *workspace)
+static void reach_labels(const qs_remaining *rest)
 {
-    bool potts = left->model->pairwise.smoothness == QS_POTTS;
-    memset(left->reach, 0, sizeof *left->reach * (size_t)left->counts.open);
-    for (uint64_t e = 0; e < left->counts.edges; e++) {
-        const qs_edge *edge = &left->edges[e];
-        left->reach[edge->first].weights += (uint64_t)edge->weight;
-        left->reach[edge->second].weights += (uint64_t)edge->weight;
+    memset(rest->label_reach, 0, sizeof *rest->label_reach * (size_t)rest->counts.labels);
+    if (rest->row_max) {
+        find_maxima(rest);
     }
-    if (!potts) {
-        reach_labels(left, workspace);
+    for (uint64_t e = 0; e < rest->counts.edges; e++) {
+        const qs_edge *edge = &rest->edges[e];
+        reach_along(rest, edge->first, edge->second, edge->weight, true);
+        reach_along(rest, edge->second, edge->first, edge->weight, false);
     }
-    for (uint32_t p = 0; potts && p < left->counts.open; p++) {
-        left->reach[p].most = left->model->labels > 1 ? left->reach[p].weights : 0;
-    }
-}
-
-static void truncate_costs(qs_left *left)
-{
-    for (uint32_t p = 0; p < left->counts.open; p++) {
-        int64_t most = (int64_t)left->reach[p].most + 1;
-        for (uint32_t i = left->start[p]; i < left->start[p + 1]; i++) {
-            int64_t over = left->cost[i] > most ? left->cost[i] - most : 0;
-            left->overflow |= over > UINT32_MAX;
-            left->excess[i] = (uint32_t)over;
-            left->cost[i] -= over;
-            left->cut |= over > 0;
+    for (uint32_t p = 0; p < rest->counts.undecided; p++) {
+        for (uint32_t i = rest->start[p]; i < rest->start[p + 1]; i++) {
+            rest->reach[p].most = qs_max_u64(rest->reach[p].most, rest->label_reach[i]);
         }
     }
 }
 
-qs_left qs_left_make(const qs_model *model, const uint8_t *kept, const qs_left_counts *counts,
-                     bool truncate, void *workspace)
+/* An edge of Potts can cost its weight, if there is a second label. */
+static void reach_potts(const qs_remaining *rest)
 {
-    /* Entries of blocks have 32 bits. */
-    qs_left left = {.model = model,
-                    .counts = *counts,
-                    .constant = model->constant,
-                    .overflow = model->pairwise_max > INT32_MAX};
-    lay_out(&left, truncate, workspace);
-    if (left.overflow) {
-        return left;
+    for (uint32_t p = 0; p < rest->counts.undecided; p++) {
+        rest->reach[p].most = rest->model->labels > 1 ? rest->reach[p].weights : 0;
     }
-    enter_sites(&left, kept);
-    enter_edges(&left);
-    shift(&left);
-    reach_sites(&left, workspace);
-    if (truncate) {
-        truncate_costs(&left);
+}
+
+static void reach_sites(const qs_remaining *rest)
+{
+    memset(rest->reach, 0, sizeof *rest->reach * (size_t)rest->counts.undecided);
+    for (uint64_t e = 0; e < rest->counts.edges; e++) {
+        const qs_edge *edge = &rest->edges[e];
+        rest->reach[edge->first].weights += (uint64_t)edge->weight;
+        rest->reach[edge->second].weights += (uint64_t)edge->weight;
     }
-    return left;
+    if (rest->label_reach) {
+        reach_labels(rest);
+    } else {
+        reach_potts(rest);
+    }
+}
+
+/* No optimum has a label that costs over one more than all the edges of its site can. */
+static void truncate_costs(qs_remaining *rest)
+{
+    for (uint32_t p = 0; p < rest->counts.undecided; p++) {
+        int64_t most = (int64_t)rest->reach[p].most + 1;
+        for (uint32_t i = rest->start[p]; i < rest->start[p + 1]; i++) {
+            int64_t over = qs_max_i64(rest->cost[i] - most, 0);
+            rest->overflow |= over > UINT32_MAX;
+            rest->trimmed[i] = (uint32_t)over;
+            rest->cost[i] -= over;
+            rest->trims |= over > 0;
+        }
+    }
+}
+
+void qs_remaining_fill(qs_remaining *rest, const uint8_t *kept)
+{
+    if (rest->model->pairwise_max > INT32_MAX) { /* the entries of blocks have 32 bits */
+        rest->overflow = true;
+        return;
+    }
+    enter_sites(rest, kept);
+    enter_edges(rest);
+    shift(rest);
+    reach_sites(rest);
+    if (rest->trimmed) {
+        truncate_costs(rest);
+    }
 }

@@ -1,75 +1,82 @@
-/* The problem that is left once labels have gone: open sites with two labels or more, everything
- * else folded into their costs and a constant. */
+/* The problem that remains once labels have been left out: undecided sites, which have two labels
+ * or more, and the edges between them. All else is folded into their costs and a constant. */
 #ifndef QS_REMAINING_H
 #define QS_REMAINING_H
 
 #include <stdbool.h>
 
 #include "../../include/qstereo/model.h"
+#include "../base/arena.h"
 #include "../encode/penalty.h"
 #include "../files/container.h"
 
-/* How much is left. */
-typedef struct qs_left_counts {
+/* How much remains. */
+typedef struct qs_remaining_counts {
     uint64_t sites; /* of the problem: the model's without the masked cells */
-    uint64_t open; /* of them */
-    uint64_t labels; /* left to the open sites */
-    uint64_t edges; /* between open sites */
-    uint64_t thresholds; /* over these edges: label boundaries that may lie between their sites'
-                            labels */
-    bool whole; /* no label is missing */
+    uint64_t undecided; /* of them */
+    uint64_t labels; /* left to the undecided sites */
+    uint64_t edges; /* between undecided sites */
+    uint64_t thresholds; /* at most, as in qs_encoding_counts */
+    bool whole; /* no label has been left out */
     bool empty; /* some site has no label at all */
-} qs_left_counts;
+} qs_remaining_counts;
 
-/* kept  as in qs_recode_options
- * one   whether a problem with one label, none missing, has open sites of one label */
-qs_left_counts qs_left_count(const qs_model *model, const uint8_t *kept, bool one);
+/* kept           as in qs_recode_options
+ * one_is_enough  a problem with one label and nothing left out has undecided sites, of one label */
+qs_remaining_counts qs_remaining_count(const qs_model *model, const uint8_t *kept,
+                                       bool one_is_enough);
 
 enum { QS_NO_SITE = -1 };
 
-typedef struct qs_left {
+typedef struct qs_remaining {
     const qs_model *model;
-    qs_left_counts counts;
+    qs_remaining_counts counts; /* its edges are exact once it has been filled */
     int64_t constant;
     bool overflow; /* a cost does not fit */
-    bool no_model; /* nor into a model of the file: some label's, excess included, is above 2^31 - 1
-                    */
-    bool cut; /* some excess is not 0 */
-    int64_t *cost; /* of each label left to each open site; each site's least is 0 */
-    qs_site_edges *reach; /* of each open site */
-    qs_edge *edges; /* between open sites, numbered as such; weights of 0 only where the problem is
-                       whole */
-    uint32_t *excess; /* of each such label: what truncation has taken from its cost; NULL = none */
-    uint32_t *start; /* open + 1: where each open site's labels begin */
-    uint32_t *cell; /* of each open site the model's */
-    int32_t *number; /* of each of the model's sites the open one, or QS_NO_SITE */
-    uint16_t *fixed; /* of each of the model's sites that is not open: its label */
-    uint16_t *label; /* the labels left, rising, one open site's after another */
-} qs_left;
+    bool no_model; /* a cost, with what truncation takes, is above 2^31 - 1: a model cannot hold
+                      it */
+    bool trims; /* truncation took something */
+    /* Undecided sites, numbered in the order of the model's. */
+    int64_t *cost; /* of each label left to each of them; each site's least is 0 */
+    uint32_t *trimmed; /* of each such label: what truncation took from its cost; NULL = none */
+    uint16_t *label; /* the labels left, rising, one site's after another's */
+    uint32_t *start; /* sites + 1: where each one's labels begin */
+    qs_site_edges *reach; /* of each: what its edges can cost */
+    uint32_t *cell; /* of each: the model's site */
+    /* Edges between them. Only in a whole problem is a weight 0. */
+    qs_edge *edges;
+    /* The model's sites. */
+    int32_t *number; /* of each: the undecided site, or QS_NO_SITE */
+    uint16_t *fixed; /* of each that is not undecided: its label */
+    /* While it is being filled. */
+    uint64_t
+        *label_reach; /* of each label left: what the site's edges can cost it; NULL for Potts */
+    int64_t *row_max, *column_max; /* of a table: the largest cost of each row and column */
+} qs_remaining;
 
-/* Bytes of workspace, a multiple of 8. */
-uint64_t qs_left_workspace(const qs_model *model, const qs_left_counts *counts, bool truncate);
+/* Takes the memory. No site is empty. */
+qs_remaining qs_remaining_take(qs_arena *arena, const qs_model *model,
+                               const qs_remaining_counts *counts, bool truncate);
 
-/* No site is empty. */
-qs_left qs_left_make(const qs_model *model, const uint8_t *kept, const qs_left_counts *counts,
-                     bool truncate, void *workspace);
+/* Fills it in. The costs are truncated if there is room for what is trimmed. Where `overflow` comes
+ * out true nothing else is of use. */
+void qs_remaining_fill(qs_remaining *rest, const uint8_t *kept);
 
-static inline uint32_t qs_left_size(const qs_left *left, uint32_t open)
+/* Labels left to an undecided site. */
+static inline uint32_t qs_remaining_size(const qs_remaining *rest, uint32_t site)
 {
-    return left->start[open + 1] - left->start[open];
+    return rest->start[site + 1] - rest->start[site];
 }
 
-/* Whether the labels left to a site are neighbours. */
-static inline bool qs_left_is_range(const qs_left *left, uint32_t open)
+/* Returns true if no label between the first and the last left to a site has been left out. */
+static inline bool qs_remaining_is_range(const qs_remaining *rest, uint32_t site)
 {
-    return left->label[left->start[open + 1] - 1] - left->label[left->start[open]] ==
-           (int)qs_left_size(left, open) - 1;
+    uint32_t first = rest->label[rest->start[site]], last = rest->label[rest->start[site + 1] - 1];
+    return last - first + 1 == qs_remaining_size(rest, site);
 }
 
-/* Side chunks of the file, and of labl what stands before the mask. */
-void qs_put_labl_fields(qs_writer *writer, const qs_labels *labels, bool masked);
-void qs_put_labl(qs_writer *writer, const qs_labels *labels);
-void qs_put_kept(qs_writer *writer, const qs_left *left);
-void qs_put_trnc(qs_writer *writer, const qs_left *left);
+/* The side chunks kept and trnc of the file (docs/FORMAT.md). */
+void qs_put_kept(qs_writer *writer, const qs_remaining *rest);
+void qs_put_trnc(qs_writer *writer, const qs_remaining *rest);
 
 #endif

@@ -1,68 +1,25 @@
-#include <string.h>
-
 #include "../base/bytes.h"
-#include "remaining.h"
+#include "../base/minmax.h"
+#include "../files/qcf_layout.h"
 #include "../qubo/sites.h"
-
-void qs_put_labl_fields(qs_writer *writer, const qs_labels *l, bool masked)
-{
-    const qs_frame *f = &l->frame;
-    uint32_t fields[16] = {l->encoding,
-                           l->pairwise.smoothness,
-                           l->pairwise.truncation,
-                           l->labels,
-                           l->scale,
-                           l->penalty,
-                           l->gap,
-                           (uint32_t)l->weight,
-                           l->width,
-                           l->height,
-                           f->picture_width,
-                           f->picture_height,
-                           f->x,
-                           f->y,
-                           f->first,
-                           masked};
-    for (int i = 0; i < 16; i++) {
-        qs_put_u32(writer, fields[i]);
-    }
-}
-
-static uint64_t mask_size(const qs_labels *l)
-{
-    return l->mask ? ((uint64_t)l->width * l->height + 7) / 8 : 0;
-}
-
-static void put_labl(qs_writer *writer, const void *context)
-{
-    const qs_labels *l = context;
-    qs_put_labl_fields(writer, l, l->mask != NULL);
-    if (l->mask) {
-        qs_put(writer, l->mask, (size_t)mask_size(l));
-    }
-}
-
-void qs_put_labl(qs_writer *writer, const qs_labels *labels)
-{
-    qs_put_chunk(writer, "labl", 64 + mask_size(labels), put_labl, labels);
-}
+#include "remaining.h"
 
 /* ---- kept ---- */
 
-/* Bytes of a site's label; 0 = every site is open and has all labels. */
-static unsigned fixed_bytes(const qs_left *left)
+/* Bytes of a site's label; 0 = every site is undecided and has all labels. */
+static unsigned fixed_bytes(const qs_remaining *rest)
 {
-    if (left->counts.whole && left->counts.open == left->counts.sites) {
+    if (rest->counts.whole && rest->counts.undecided == rest->counts.sites) {
         return 0;
     }
-    return left->model->labels <= UINT8_MAX ? 1 : 2;
+    return rest->model->labels <= UINT8_MAX ? 1 : 2;
 }
 
-static void put_set(qs_writer *writer, const qs_left *left, uint32_t open)
+static void put_set(qs_writer *writer, const qs_remaining *rest, uint32_t site)
 {
-    const uint16_t *label = left->label + left->start[open],
-                   *end = left->label + left->start[open + 1];
-    for (uint32_t at = 0; at < left->model->labels; at += 8) {
+    const uint16_t *label = rest->label + rest->start[site],
+                   *end = rest->label + rest->start[site + 1];
+    for (uint32_t at = 0; at < rest->model->labels; at += 8) {
         unsigned byte = 0;
         for (; label < end && *label < at + 8; label++) {
             byte |= 1u << (*label - at);
@@ -73,54 +30,55 @@ static void put_set(qs_writer *writer, const qs_left *left, uint32_t open)
 
 static void put_kept(qs_writer *writer, const void *context)
 {
-    const qs_left *left = context;
-    unsigned bytes = fixed_bytes(left);
-    qs_put_u32(writer, (uint32_t)left->counts.sites);
+    const qs_remaining *rest = context;
+    unsigned bytes = fixed_bytes(rest);
+    qs_put_u32(writer, (uint32_t)rest->counts.sites);
     qs_put_u32(writer, bytes);
     if (bytes == 0) {
         return;
     }
-    for (uint32_t p = 0; p < left->model->sites; p++) {
-        if (!qs_is_masked(left->model->mask, p)) {
-            qs_put_unsigned(writer, left->number[p] == QS_NO_SITE ? left->fixed[p] : UINT16_MAX,
-                            bytes);
+    for (uint32_t p = 0; p < rest->model->sites; p++) {
+        if (!qs_is_masked(rest->model->mask, p)) {
+            uint32_t mark = rest->number[p] == QS_NO_SITE ? rest->fixed[p] : UINT16_MAX;
+            qs_put_unsigned(writer, mark, bytes);
         }
     }
-    for (uint32_t open = 0; open < left->counts.open; open++) {
-        put_set(writer, left, open);
+    for (uint32_t site = 0; site < rest->counts.undecided; site++) {
+        put_set(writer, rest, site);
     }
 }
 
-void qs_put_kept(qs_writer *writer, const qs_left *left)
+void qs_put_kept(qs_writer *writer, const qs_remaining *rest)
 {
-    uint64_t bytes = fixed_bytes(left),
-             sets = bytes > 0 ? left->counts.open * ((left->model->labels + 7) / 8) : 0;
-    qs_put_chunk(writer, "kept", 8 + left->counts.sites * bytes + sets, put_kept, left);
+    uint64_t bytes = fixed_bytes(rest),
+             sets = bytes > 0 ? rest->counts.undecided * qs_bit_bytes(rest->model->labels) : 0;
+    qs_put_chunk(writer, "kept", QS_KEPT_HEAD + rest->counts.sites * bytes + sets, put_kept, rest);
 }
 
 /* ---- trnc ---- */
 
-static unsigned excess_bytes(const qs_left *left)
+static unsigned trimmed_bytes(const qs_remaining *rest)
 {
     uint32_t largest = 0;
-    for (uint64_t i = 0; i < left->counts.labels; i++) {
-        largest = left->excess[i] > largest ? left->excess[i] : largest;
+    for (uint64_t i = 0; i < rest->counts.labels; i++) {
+        largest = qs_max_u32(largest, rest->trimmed[i]);
     }
     return qs_bytes_of(largest);
 }
 
 static void put_trnc(qs_writer *writer, const void *context)
 {
-    const qs_left *left = context;
-    unsigned bytes = excess_bytes(left);
+    const qs_remaining *rest = context;
+    unsigned bytes = trimmed_bytes(rest);
     qs_put_u32(writer, bytes);
     qs_put_u32(writer, 0);
-    for (uint64_t i = 0; i < left->counts.labels; i++) {
-        qs_put_unsigned(writer, left->excess[i], bytes);
+    for (uint64_t i = 0; i < rest->counts.labels; i++) {
+        qs_put_unsigned(writer, rest->trimmed[i], bytes);
     }
 }
 
-void qs_put_trnc(qs_writer *writer, const qs_left *left)
+void qs_put_trnc(qs_writer *writer, const qs_remaining *rest)
 {
-    qs_put_chunk(writer, "trnc", 8 + left->counts.labels * excess_bytes(left), put_trnc, left);
+    uint64_t numbers = rest->counts.labels * trimmed_bytes(rest);
+    qs_put_chunk(writer, "trnc", QS_TRNC_HEAD + numbers, put_trnc, rest);
 }

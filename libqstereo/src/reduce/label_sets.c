@@ -21,8 +21,8 @@ void qs_eliminate_take(qs_elimination *e, const qs_model *model, qs_arena *arena
     e->due = qs_arena_take(arena, sites, sizeof *e->due);
 }
 
-/* Brings a site's costs in order after they, or its set, have changed: the cheapest kept label costs
- * 0, and labels that are out cost more than any kept one. */
+/* Brings a site's costs in order after they, or its set, have changed: the cheapest kept label
+ * costs 0, and labels that are out cost more than any kept one. */
 static void settle(qs_elimination *e, uint32_t site)
 {
     uint32_t labels = e->model.labels;

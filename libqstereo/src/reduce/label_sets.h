@@ -12,9 +12,9 @@
 #include "../base/arena.h"
 
 typedef struct qs_elimination {
-    /* The problem as it is. Labellings of kept labels have the same energies as before. The cheapest
-     * kept label of a site costs 0; one that is out costs more than any that is kept, whatever the
-     * neighbours. */
+    /* The problem as it is. Labellings of kept labels have the same energies as before. The
+     * cheapest kept label of a site costs 0; one that is out costs more than any that is kept,
+     * whatever the neighbours. */
     qs_model model;
     int32_t *unary, *right, *down; /* the model's, to be changed */
     qs_link *links;
@@ -29,8 +29,8 @@ typedef struct qs_elimination {
     uint32_t undecided; /* sites with two labels or more */
     uint64_t variables; /* of those: n - 1 for n labels with walls, else n */
     bool walls;
-    uint32_t
-        *part; /* of each site left: the first site of its part, which is all that edges join */
+    /* Of each site left: the first site of its part. A part is all that edges join. */
+    uint32_t *part;
     int64_t *room; /* of each part: how far the scaled bound is below the energy of the labelling */
 } qs_elimination;
 

@@ -121,8 +121,8 @@ static bool is_worth_more(const reducer *r, int64_t before, int64_t room)
 }
 
 /* The best labelling is proven as soon as the bound is above its energy less 1. But as long as the
- * bound is below the energy at all, by `room`, some labels stay that are in no optimum. So this goes
- * on while `room` shrinks; when it is 0 only labels of equal optima are left. */
+ * bound is below the energy at all, by `room`, some labels stay that are in no optimum. So this
+ * goes on while `room` shrinks; when it is 0 only labels of equal optima are left. */
 static void finish(reducer *r, qs_trws_state *state, qs_solution *so_far, int64_t room)
 {
     int64_t before = INT64_MAX;

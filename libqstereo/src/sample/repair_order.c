@@ -1,52 +1,67 @@
-#include <string.h>
-
-#include "candidates.h"
+#include "../base/arena.h"
 #include "../base/fraction.h"
+#include "candidates.h"
 #include "repair.h"
 #include "site_code.h"
 
-/* Let a random order of all labels decide, each site taking the first of its candidates. Then a
- * site's cost is expected to be the mean over its candidates, and two neighbours to differ with
- * probability 1 - m / u, where m candidates are common to both and u to either; the sum is not
- * above H of the sample (docs/MATHS.md, Lemma R). The order is chosen label by label such that what
- * is expected of the rest does not rise: if c comes next, each site with the candidate c takes it,
- * and the expectation changes by
+/* Take a random order of all labels and let each site have the first of its candidates in it. Then
+ * the expected cost of a site is the mean over its candidates. Two neighbours differ with
+ * probability 1 - m / u, where m candidates are common to both and u belong to either. The sum of
+ * all this is not above H of the sample (docs/MATHS.md, Lemma R).
  *
- *     delta_c = sum over p with c of [cost_p(c) - mean_p] + sum over edges of weight * { -(1 - m /
- * u) where both have c, m / u where one has }
+ * The order is chosen label by label, such that the expectation over the rest of the order never
+ * rises. If c is next, each site with the candidate c takes it, and the expectation changes by
  *
- * over the undecided sites, those that have two candidates or more, and their edges. The mean of
- * delta over all c is 0, so the least is not above it. A neighbour that has been decided has no
- * candidate in common with who has not been. */
+ *     delta_c =   sum over sites p with c of [cost_p(c) - mean_p]
+ *               + sum over edges of weight * { -(1 - m / u) where both sites have c
+ *                                            {  m / u       where one has it
+ *
+ * over the ambiguous sites, those with two candidates or more, and their edges. The mean of delta
+ * over all c is 0, so the least delta is not above 0. A site that is no longer ambiguous has no
+ * candidate in common with one that still is. */
 
 typedef struct search {
     const qs_index *index;
     uint8_t *bits;
     qs_fraction *delta; /* of each label */
     int64_t *costs; /* of a site's labels by rank */
-    uint32_t *holders; /* of each label: the undecided sites that have it as a candidate */
-    uint8_t *own, *other; /* candidates of two sites, a byte a label */
+    uint32_t *holders; /* of each label: how many ambiguous sites have it as a candidate */
+    uint8_t *own, *other; /* candidates of two sites, a byte for each label */
 } search;
 
-uint64_t qs_order_workspace(const qs_index *index)
-{
-    return (sizeof(qs_fraction) + sizeof(int64_t) + sizeof(uint32_t) + 2) *
-           (uint64_t)index->qubo->labels.labels;
-}
-
-static search lay_out(const qs_index *index, uint8_t *bits, void *workspace)
+static search take_search(qs_arena *arena, const qs_index *index)
 {
     uint32_t labels = index->qubo->labels.labels;
-    search s = {.index = index, .bits = bits, .delta = workspace};
-    s.costs = (int64_t *)(void *)(s.delta + labels);
-    s.holders = (uint32_t *)(void *)(s.costs + labels);
-    s.own = (uint8_t *)(s.holders + labels);
-    s.other = s.own + labels;
-    memset(s.delta, 0, sizeof *s.delta * labels);
-    memset(s.holders, 0, sizeof *s.holders * labels);
+    return (search){
+        .index = index,
+        .delta = qs_arena_take(arena, labels, sizeof(qs_fraction)),
+        .costs = qs_arena_take(arena, labels, sizeof(int64_t)),
+        .holders = qs_arena_take(arena, labels, sizeof(uint32_t)),
+        .own = qs_arena_take(arena, labels, 1),
+        .other = qs_arena_take(arena, labels, 1),
+    };
+}
+
+size_t qs_order_workspace(const qs_index *index)
+{
+    qs_arena arena = {0};
+    take_search(&arena, index);
+    return qs_arena_size(&arena);
+}
+
+static search begin(const qs_index *index, uint8_t *bits, void *workspace)
+{
+    qs_arena arena = {.base = workspace};
+    search s = take_search(&arena, index);
+    s.bits = bits;
+    for (uint32_t d = 0; d < index->qubo->labels.labels; d++) {
+        s.delta[d] = (qs_fraction){0, 0};
+        s.holders[d] = 0;
+    }
     return s;
 }
 
+/* Marks the candidates of a site; returns their number. */
 static uint32_t mark_candidates(const search *s, uint32_t site, uint8_t *marks)
 {
     qs_site of = qs_undecided_site(&s->index->qubo->labels, site);
@@ -58,8 +73,35 @@ static uint32_t mark_candidates(const search *s, uint32_t site, uint8_t *marks)
     return count;
 }
 
-/* The cost of each of a wall's labels, by rank, less that of rank 0: what the chain and the edges
- * have put into the linear terms is taken out again. */
+/* The chain of a wall couples u_r-1 with u_r, which are both 1 from rank r on. */
+static int64_t chain_cost(const search *s, uint32_t site, uint32_t rank)
+{
+    const qs_index *index = s->index;
+    int64_t cost = 0;
+    for (uint32_t n = index->near_start[site]; n < index->near_start[site + 1]; n++) {
+        const qs_neighbour *near = &index->near[n];
+        if (near->group == site) {
+            cost += (int64_t)qs_index_block(index, near->block, rank - 2, rank - 1) * near->weight;
+        }
+    }
+    return cost;
+}
+
+/* Takes out what an edge has put into the linear terms: its cost while the neighbour has its lowest
+ * label. */
+static void take_out_edge(const search *s, uint32_t site, const qs_neighbour *near)
+{
+    const qs_labels *labels = &s->index->qubo->labels;
+    qs_site own = qs_undecided_site(labels, site), other = qs_undecided_site(labels, near->group);
+    uint32_t label = qs_site_label_from(&own, 0), lowest = qs_site_label_from(&other, 0),
+             first = label;
+    for (uint32_t rank = 1; rank < qs_site_size(s->index, site); rank++) {
+        label = qs_site_label_from(&own, label + 1);
+        s->costs[rank] -= (int64_t)near->weight * ((label != lowest) - (first != lowest));
+    }
+}
+
+/* The unary cost of each of a wall's labels, by rank, less that of rank 0. */
 static void wall_costs(const search *s, uint32_t site)
 {
     const qs_index *index = s->index;
@@ -67,23 +109,13 @@ static void wall_costs(const search *s, uint32_t site)
     s->costs[0] = 0;
     for (uint32_t rank = 1; rank < size; rank++) {
         s->costs[rank] = s->costs[rank - 1] + qs_qubo_linear(index->qubo, from + rank - 1);
-        for (uint32_t n = index->near_start[site]; rank > 1 && n < index->near_start[site + 1];
-             n++) {
-            const qs_neighbour *near = &index->near[n];
-            s->costs[rank] +=
-                near->group == site
-                    ? (int64_t)qs_index_block(index, near->block, rank - 2, rank - 1) * near->weight
-                    : 0;
+        if (rank > 1) {
+            s->costs[rank] += chain_cost(s, site, rank);
         }
     }
-    qs_site own = qs_undecided_site(&index->qubo->labels, site);
     for (uint32_t n = index->near_start[site]; n < index->near_start[site + 1]; n++) {
-        const qs_neighbour *near = &index->near[n];
-        qs_site other = qs_undecided_site(&index->qubo->labels, near->group);
-        uint32_t label = qs_site_label(&own, 0), lowest = qs_site_label(&other, 0), first = label;
-        for (uint32_t rank = 1; near->group != site && rank < size; rank++) {
-            label = qs_site_label(&own, label + 1);
-            s->costs[rank] -= (int64_t)near->weight * ((label != lowest) - (first != lowest));
+        if (index->near[n].group != site) {
+            take_out_edge(s, site, &index->near[n]);
         }
     }
 }
@@ -91,7 +123,7 @@ static void wall_costs(const search *s, uint32_t site)
 static void take_costs(const search *s, uint32_t site)
 {
     uint32_t from = s->index->start[site];
-    if (s->index->qubo->labels.encoding == QS_DOMAIN_WALL) {
+    if (qs_is_wall(s->index)) {
         wall_costs(s, site);
         return;
     }
@@ -113,15 +145,15 @@ static void change_site(const search *s, uint32_t site, uint32_t count, bool add
     int64_t rest = 0;
     uint32_t rank = 0;
     take_costs(s, site);
-    for (uint32_t d = qs_site_label(&of, 0); d < of.labels->labels;
-         d = qs_site_label(&of, d + 1), rank++) {
+    for (uint32_t d = qs_site_label_from(&of, 0); d < of.labels->labels;
+         d = qs_site_label_from(&of, d + 1), rank++) {
         mean.whole += s->own[d] ? s->costs[rank] / (int64_t)count : 0;
         rest += s->own[d] ? s->costs[rank] % (int64_t)count : 0;
     }
     mean = qs_plus(mean, qs_share(rest, 1, count));
     rank = 0;
-    for (uint32_t d = qs_site_label(&of, 0); d < of.labels->labels;
-         d = qs_site_label(&of, d + 1), rank++) {
+    for (uint32_t d = qs_site_label_from(&of, 0); d < of.labels->labels;
+         d = qs_site_label_from(&of, d + 1), rank++) {
         if (s->own[d]) {
             change(&s->delta[d], qs_minus((qs_fraction){s->costs[rank], 0}, mean), add);
             s->holders[d] += add ? 1 : UINT32_MAX;
@@ -140,7 +172,10 @@ static void change_edge(const search *s, uint32_t own_count, uint32_t other_coun
     int64_t either = (int64_t)own_count + other_count - common;
     qs_fraction alike = qs_share(weight, common, either),
                 unlike = qs_share(weight, either - common, either);
-    for (uint32_t d = 0; common > 0 && d < labels; d++) {
+    if (common == 0) {
+        return;
+    }
+    for (uint32_t d = 0; d < labels; d++) {
         if (s->own[d] & s->other[d]) {
             change(&s->delta[d], unlike, !add);
         } else if (s->own[d] | s->other[d]) {
@@ -149,8 +184,9 @@ static void change_edge(const search *s, uint32_t own_count, uint32_t other_coun
     }
 }
 
-/* All terms of an undecided site and of its edges, but those of the edges that its lower-numbered
- * neighbours have seen to: the undecided ones, of which `label` (if it is one) is a candidate. */
+/* All terms of an ambiguous site and of its edges. The edge to a lower-numbered neighbour is left
+ * out if that neighbour has seen to it: if it is ambiguous and has the candidate `label` (the
+ * number of labels = any). */
 static void change_terms(const search *s, uint32_t site, uint32_t label, bool add)
 {
     const qs_index *index = s->index;
@@ -169,8 +205,8 @@ static void change_terms(const search *s, uint32_t site, uint32_t label, bool ad
     }
 }
 
-/* The label of least delta among the candidates of undecided sites; `labels` where all are decided.
- */
+/* The label of least delta among the candidates of ambiguous sites; the number of labels where no
+ * site is ambiguous. */
 static uint32_t best_label(const search *s)
 {
     uint32_t labels = s->index->qubo->labels.labels, best = labels;
@@ -182,7 +218,7 @@ static uint32_t best_label(const search *s)
     return best;
 }
 
-/* Whether a site is undecided and has the candidate; its rank. */
+/* Returns true if a site is ambiguous and has the candidate, whose rank is put into `rank`. */
 static bool takes(const search *s, uint32_t site, uint32_t label, uint32_t *rank)
 {
     qs_site of = qs_undecided_site(&s->index->qubo->labels, site);
@@ -196,7 +232,7 @@ static bool takes(const search *s, uint32_t site, uint32_t label, uint32_t *rank
 
 void qs_repair_order(const qs_index *index, uint8_t *bits, void *workspace)
 {
-    search s = lay_out(index, bits, workspace);
+    search s = begin(index, bits, workspace);
     uint32_t labels = index->qubo->labels.labels, groups = index->qubo->groups, rank;
     for (uint32_t p = 0; p < groups; p++) {
         if (qs_candidates(index, bits, p) > 1) {

@@ -1,32 +1,42 @@
-#include "candidates.h"
-#include "../qubo/qubo_energy.h"
+#include "../base/arena.h"
 #include "../base/fraction.h"
+#include "../qubo/qubo_energy.h"
+#include "candidates.h"
 #include "repair.h"
 
-/* Let every site draw one of its candidates, each as likely as the others and by itself. H without
- * its penalties is linear in the variables of each site, so what is expected of it is H of the
- * expected variables; it is not above H of the sample (docs/MATHS.md). Each site in turn takes the
- * candidate that is cheapest beside what is expected of its neighbours: that raises no expectation,
- * and at the end there is nothing left to draw. */
+/* Let each site draw one of its candidates at random, each with the same probability and
+ * independently of the others. H without its penalties is linear in the variables of each site, so
+ * its expectation is H of the expected variables, and that is not above H of the sample
+ * (docs/MATHS.md). Now each site in turn takes the candidate that is cheapest beside the
+ * expectations of its neighbours. That never raises the expectation of H. In the end nothing is
+ * random any more, and the expectation is H of the labelling. */
 
-uint64_t qs_alone_workspace(const qs_index *index)
+/* The costs of a site's labels. */
+static qs_fraction *take_costs(qs_arena *arena, const qs_index *index)
 {
-    return sizeof(qs_fraction) * (uint64_t)index->qubo->labels.labels;
+    return qs_arena_take(arena, index->qubo->labels.labels, sizeof(qs_fraction));
 }
 
-/* Adds to the cost of each of a group's variables what one neighbour is expected to make it cost.
- */
+size_t qs_site_by_site_workspace(const qs_index *index)
+{
+    qs_arena arena = {0};
+    take_costs(&arena, index);
+    return qs_arena_size(&arena);
+}
+
+/* Adds to the cost of each of a group's variables what one neighbour is expected to add to it. */
 static void add_neighbour(const qs_index *index, const uint8_t *bits, uint32_t site,
                           const qs_neighbour *near, qs_fraction *costs)
 {
-    bool wall = index->qubo->labels.encoding == QS_DOMAIN_WALL;
+    bool wall = qs_is_wall(index);
     uint32_t own = index->start[site + 1] - index->start[site],
              others = index->start[near->group + 1] - index->start[near->group];
-    uint32_t all = qs_candidates(index, bits, near->group), some = 0;
+    uint32_t all = qs_candidates(index, bits, near->group), above = 0;
     for (uint32_t j = others; j-- > 0;) {
         /* A wall's variable j is 1 for the candidates of rank j + 1 and higher. */
-        bool candidate = qs_is_candidate(index, bits, near->group, j + wall);
-        some = (wall ? some : 0) + candidate;
+        uint32_t here = qs_is_candidate(index, bits, near->group, j + wall);
+        above += here;
+        uint32_t some = wall ? above : here;
         for (uint32_t i = 0; some > 0 && i < own; i++) {
             int64_t entry = qs_near_entry(index, near, i, j);
             costs[i] = qs_plus(costs[i], qs_share(entry * near->weight, some, all));
@@ -34,8 +44,8 @@ static void add_neighbour(const qs_index *index, const uint8_t *bits, uint32_t s
     }
 }
 
-/* In a wall of label j the variables 0 to j - 1 are 1: of the chain's couplings those of neighbours
- * in it count. */
+/* In a wall of rank r the variables 0 to r - 1 are 1. The chain couples each two neighbours among
+ * them. */
 static void add_chain(const qs_index *index, uint32_t site, const qs_neighbour *near,
                       qs_fraction *costs)
 {
@@ -45,7 +55,19 @@ static void add_chain(const qs_index *index, uint32_t site, const qs_neighbour *
     }
 }
 
-/* Of each rank what it is expected to cost; in a wall less what rank 0 costs. */
+/* A wall's label of rank r has the first r variables at 1: its cost is the sum of theirs. */
+static void sum_wall(qs_fraction *costs, uint32_t variables)
+{
+    qs_fraction sum = {0, 0};
+    for (uint32_t i = 0; i < variables; i++) {
+        qs_fraction own = costs[i];
+        costs[i] = sum;
+        sum = qs_plus(sum, own);
+    }
+    costs[variables] = sum;
+}
+
+/* The expected cost of each rank; in a wall less that of rank 0. */
 static void expect(const qs_index *index, const uint8_t *bits, uint32_t site, qs_fraction *costs)
 {
     uint32_t from = index->start[site], own = index->start[site + 1] - from;
@@ -60,26 +82,26 @@ static void expect(const qs_index *index, const uint8_t *bits, uint32_t site, qs
             add_neighbour(index, bits, site, near, costs);
         }
     }
-    qs_fraction sum = {0, 0};
-    for (uint32_t rank = 0; index->qubo->labels.encoding == QS_DOMAIN_WALL && rank <= own; rank++) {
-        qs_fraction before = sum;
-        sum = rank < own ? qs_plus(sum, costs[rank]) : sum;
-        costs[rank] = before;
+    if (qs_is_wall(index)) {
+        sum_wall(costs, own);
     }
 }
 
-void qs_repair_alone(const qs_index *index, uint8_t *bits, void *workspace)
+void qs_repair_site_by_site(const qs_index *index, uint8_t *bits, void *workspace)
 {
-    qs_fraction *costs = workspace;
+    qs_arena arena = {.base = workspace};
+    qs_fraction *costs = take_costs(&arena, index);
     for (uint32_t p = 0; p < index->qubo->groups; p++) {
         if (qs_candidates(index, bits, p) < 2) {
             continue;
         }
-        uint32_t best = UINT32_MAX;
         expect(index, bits, p, costs);
+        uint32_t best = UINT32_MAX;
         for (uint32_t rank = 0; rank < qs_site_size(index, p); rank++) {
             bool better = best == UINT32_MAX || qs_less(costs[rank], costs[best]);
-            best = qs_is_candidate(index, bits, p, rank) && better ? rank : best;
+            if (better && qs_is_candidate(index, bits, p, rank)) {
+                best = rank;
+            }
         }
         qs_choose_candidate(index, bits, p, best);
     }

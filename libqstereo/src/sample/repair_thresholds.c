@@ -1,142 +1,160 @@
 #include <string.h>
 
+#include "../base/arena.h"
 #include "../base/bits.h"
 #include "../qubo/qubo_energy.h"
 #include "repair.h"
 #include "site_code.h"
 
-/* Site p's variables say u_i = [w_p >= i] for i = 1 .. k - 1; with u_0 = 1 and u_k = 0 a step up,
- * u_i = 0 and u_i+1 = 1, is what a labelling has not. With U_i the sites at 1 let A_i be the union
- * of U_i and U_i+1, and B_i the intersection of U_i-1 and U_i: A moves each step up one to the
- * left, B one to the right, and no step down moves. The edges' cost is that of the cuts of all U_i,
- * which is submodular: A and B together cost at most twice what U does. So one of them does not
- * cost more, and neither does going on that way until a step up meets a step down and both vanish,
- * with what they cost (docs/MATHS.md). Sites that are labellings stay as they are, so that each
- * connected component of the others goes its own way. */
+/* The variables of site p say u_i = [w_p >= i] for i = 1 .. k - 1; take u_0 = 1 and u_k = 0. A step
+ * up, u_i = 0 and u_i+1 = 1, is what no labelling has. Let U_i be the set of sites with u_i = 1.
+ * There are two ways to shift the steps up by one threshold while the steps down stay:
+ *
+ *     to the left     u_i becomes u_i or u_i+1     A_i = the union of U_i and U_i+1
+ *     to the right    u_i becomes u_i-1 and u_i    B_i = the intersection of U_i-1 and U_i
+ *
+ * The cost of the edges is that of the cuts of all U_i, which is submodular: A and B together cost
+ * at most twice what U does. So one of them costs no more than U, and the same holds for going on
+ * in that direction, until a step up meets a step down and both vanish, with what they cost
+ * (docs/MATHS.md). Sites that have a label stay as they are. So each connected component of the
+ * others can be shifted by itself. */
 
-enum { FINE, WAITING, MOVING };
+enum { LABELLED, WAITING, SHIFTING }; /* states of a site */
 
-typedef struct moves {
+typedef struct search {
     const qs_index *index;
     const qs_labels *labels;
-    uint32_t end; /* the first variable behind the sites' */
-    uint32_t *first; /* sites + 1: first variable of each site */
+    bool cut; /* sites are chains of vertices, a group each; else each site is a group */
+    uint32_t end; /* the first variable behind those of the sites */
+    uint32_t *first; /* undecided sites + 1: first variable of each */
     uint32_t *queue; /* sites of a component */
-    uint32_t moving; /* their number */
-    uint8_t *state; /* of each site, as above */
-    uint8_t *rows; /* of each site: u_0 .. u_k */
+    uint32_t shifting; /* their number */
+    uint8_t *state; /* of each site */
+    uint8_t *rows; /* of each site: the bits u_0 .. u_k */
     uint32_t row_bytes;
-} moves;
+} search;
 
-static uint32_t row_bytes(const qs_labels *l)
+static search take_search(qs_arena *arena, const qs_index *index)
 {
-    return (l->labels + 8) / 8;
+    const qs_labels *labels = &index->qubo->labels;
+    uint32_t row_bytes = (uint32_t)qs_bit_bytes(labels->labels + 1ull);
+    uint64_t sites = labels->undecided;
+    return (search){
+        .index = index,
+        .labels = labels,
+        .cut = qs_code_of(labels) == QS_CODE_CHAIN,
+        .first = qs_arena_take(arena, sites + 1, sizeof(uint32_t)),
+        .queue = qs_arena_take(arena, sites, sizeof(uint32_t)),
+        .state = qs_arena_take(arena, sites, 1),
+        .rows = qs_arena_take(arena, sites, row_bytes),
+        .row_bytes = row_bytes,
+    };
 }
 
-uint64_t qs_steps_workspace(const qs_index *index)
+size_t qs_thresholds_workspace(const qs_index *index)
 {
-    const qs_labels *l = &index->qubo->labels;
-    return (l->undecided + 1) * (uint64_t)(2 * sizeof(uint32_t) + 1 + row_bytes(l));
+    qs_arena arena = {0};
+    take_search(&arena, index);
+    return qs_arena_size(&arena);
 }
 
-static moves lay_out(const qs_index *index, void *workspace)
+static search begin(const qs_index *index, void *workspace)
 {
-    moves m = {.index = index,
-               .labels = &index->qubo->labels,
-               .first = workspace,
-               .row_bytes = row_bytes(&index->qubo->labels)};
-    uint32_t sites = m.labels->undecided;
-    m.queue = m.first + sites + 1;
-    m.state = (uint8_t *)(m.queue + sites + 1);
-    m.rows = m.state + sites + 1;
-    qs_site site = {.labels = m.labels};
+    qs_arena arena = {.base = workspace};
+    search s = take_search(&arena, index);
+    qs_site site = {.labels = s.labels};
     while (qs_site_next(&site)) {
         if (site.is_undecided) {
-            m.first[site.number] = (uint32_t)site.variable;
+            s.first[site.number] = (uint32_t)site.variable;
         }
     }
-    m.end = m.first[sites] = (uint32_t)site.next_variable;
-    return m;
+    s.end = s.first[s.labels->undecided] = (uint32_t)site.next_variable;
+    return s;
 }
 
-static uint8_t *row_of(const moves *m, uint32_t site)
+static uint8_t *row_of(const search *s, uint32_t site)
 {
-    return m->rows + (size_t)site * m->row_bytes;
+    return s->rows + (size_t)site * s->row_bytes;
 }
 
 /* ---- From and to a sample. ---- */
 
-/* Threshold i is the variable of the first label left from i on. */
-static void read_row(const moves *m, const qs_site *site, const uint8_t *bits)
+/* u_i is the variable of the first label left from i on. In a wall the first label left has none:
+ * u is 1. */
+static void read_row(const search *s, const qs_site *site, const uint8_t *bits)
 {
-    uint8_t *row = row_of(m, site->number);
-    uint32_t i = 1, rank = 0, first = (uint32_t)site->variable;
-    bool cut = qs_is_cut(m->labels->encoding);
-    memset(row, 0, m->row_bytes);
+    uint8_t *row = row_of(s, site->number);
+    uint32_t i = 1, rank = 0, variable = (uint32_t)site->variable - !s->cut;
+    memset(row, 0, s->row_bytes);
     qs_bit_set(row, 0, true);
-    for (uint32_t d = qs_site_label(site, 0); d < m->labels->labels;
-         d = qs_site_label(site, d + 1), rank++) {
+    for (uint32_t d = qs_site_label_from(site, 0); d < s->labels->labels;
+         d = qs_site_label_from(site, d + 1), rank++) {
         for (; i <= d; i++) {
-            qs_bit_set(row, i, rank == 0 || qs_bit(bits, cut ? first + rank : first + rank - 1));
+            qs_bit_set(row, i, rank == 0 || qs_bit(bits, variable + rank));
         }
     }
 }
 
-static uint32_t steps_up(const moves *m, uint32_t site)
+static uint32_t steps_up(const search *s, uint32_t site)
 {
-    const uint8_t *row = row_of(m, site);
+    const uint8_t *row = row_of(s, site);
     uint32_t count = 0;
-    for (uint32_t i = 0; i < m->labels->labels; i++) {
+    for (uint32_t i = 0; i < s->labels->labels; i++) {
         count += !qs_bit(row, i) && qs_bit(row, i + 1);
     }
     return count;
 }
 
-static void write_row(const moves *m, const qs_site *site, uint8_t *bits)
+static void write_row(const search *s, const qs_site *site, uint8_t *bits)
 {
     uint32_t label = 0;
-    while (qs_bit(row_of(m, site->number), label + 1)) {
+    while (qs_bit(row_of(s, site->number), label + 1)) {
         label++;
     }
     qs_site_write(site, qs_site_rank(site, label), bits);
 }
 
-/* ---- Moving. ---- */
+/* ---- Shifting. ---- */
 
-typedef enum direction { BACK = -1, STAY = 0, ON = 1 } direction;
+typedef enum direction { STAY, LEFT, RIGHT } direction;
 
-/* A byte of a row after a move, from the bytes of the row beside it as they were: ON = A, BACK = B.
- */
-static uint8_t moved_byte(uint32_t before, uint32_t byte, uint32_t after, direction to)
+/* A byte of a row after a shift, from the bytes of the row before it, at it and after it as they
+ * were. */
+static uint8_t shifted_byte(uint32_t before, uint32_t byte, uint32_t after, direction to)
 {
-    return (uint8_t)(to == ON     ? byte | byte >> 1 | after << 7
-                     : to == BACK ? byte & (byte << 1 | before >> 7)
-                                  : byte);
+    switch (to) {
+    case LEFT: return (uint8_t)(byte | byte >> 1 | after << 7);
+    case RIGHT: return (uint8_t)(byte & (byte << 1 | before >> 7));
+    case STAY: break;
+    }
+    return (uint8_t)byte;
 }
 
-static uint8_t moved(const moves *m, const uint8_t *row, uint32_t byte, direction to)
+static uint8_t shifted(const search *s, const uint8_t *row, uint32_t byte, direction to)
 {
-    return moved_byte(byte > 0 ? row[byte - 1] : UINT8_MAX, row[byte],
-                      byte + 1 < m->row_bytes ? row[byte + 1] : 0, to);
+    return shifted_byte(byte > 0 ? row[byte - 1] : UINT8_MAX, row[byte],
+                        byte + 1 < s->row_bytes ? row[byte + 1] : 0, to);
 }
 
-static uint64_t apart(const moves *m, uint32_t p, uint32_t q, direction to)
+/* How far the labels of two sites are apart after a shift: the number of thresholds at which they
+ * differ. */
+static uint64_t apart(const search *s, uint32_t p, uint32_t q, direction to)
 {
     uint64_t count = 0;
-    for (uint32_t byte = 0; byte < m->row_bytes; byte++) {
+    for (uint32_t byte = 0; byte < s->row_bytes; byte++) {
         count += qs_byte_count(
-            (uint8_t)(moved(m, row_of(m, p), byte, to) ^ moved(m, row_of(m, q), byte, to)));
+            (uint8_t)(shifted(s, row_of(s, p), byte, to) ^ shifted(s, row_of(s, q), byte, to)));
     }
     return count;
 }
 
-/* The site that a variable belongs to. */
-static uint32_t site_of(const moves *m, uint32_t variable)
+/* The site that a variable of the sites belongs to. */
+static uint32_t site_of(const search *s, uint32_t variable)
 {
-    uint32_t low = 0, high = m->labels->undecided;
+    uint32_t low = 0, high = s->labels->undecided;
     while (high - low > 1) {
         uint32_t middle = low + (high - low) / 2;
-        if (m->first[middle] <= variable) {
+        if (s->first[middle] <= variable) {
             low = middle;
         } else {
             high = middle;
@@ -151,16 +169,19 @@ static int64_t scalar(const qs_index *index, const qs_neighbour *near)
     return (int64_t)qs_near_entry(index, near, 0, 0) * near->weight;
 }
 
-/* An arc's variable z = y_tail (1 - y_head) is coupled with its tail by -2M and with its head by
- * +2M; its linear term is its cost + M. */
+static const uint32_t NONE = UINT32_MAX; /* no vertex, no site */
+
+/* An arc, with the variable z = y_tail (1 - y_head). It is coupled with its tail by -2M and with
+ * its head by +2M; its linear term is its cost + M. */
 typedef struct arc {
     uint32_t tail, head;
     int64_t cost;
 } arc;
 
-static arc arc_of(const qs_index *index, uint32_t z)
+static arc arc_of(const search *s, uint32_t z)
 {
-    arc found = {UINT32_MAX, UINT32_MAX, qs_qubo_linear(index->qubo, z)};
+    const qs_index *index = s->index;
+    arc found = {NONE, NONE, qs_qubo_linear(index->qubo, z)};
     for (uint32_t n = index->near_start[z]; n < index->near_start[z + 1]; n++) {
         int64_t coupling = scalar(index, &index->near[n]);
         if (coupling < 0) {
@@ -173,44 +194,64 @@ static arc arc_of(const qs_index *index, uint32_t z)
     return found;
 }
 
-/* An edge between a site and another, of which `variable` sees one coupling: UINT32_MAX = it is
- * something else. The weight is in a unit that is the same for all edges of the file. */
-static uint32_t other_end(const moves *m, uint32_t site, uint32_t variable,
-                          const qs_neighbour *near, int64_t *weight)
+static bool is_arc(const search *s, uint32_t variable)
+{
+    return s->labels->encoding == QS_ST_CUT_ARCS && variable >= s->end + 2;
+}
+
+/* The vertex of a cut that an edge joins to `vertex`, given one of the couplings of `vertex`: NONE
+ * = it is no edge's. Where arcs have variables the edge is that of the arc. */
+static uint32_t other_vertex(const search *s, uint32_t vertex, const qs_neighbour *near,
+                             int64_t *weight)
+{
+    if (s->labels->encoding != QS_ST_CUT_ARCS) {
+        *weight = -scalar(s->index, near);
+        return near->group;
+    }
+    if (!is_arc(s, near->group)) {
+        *weight = 0;
+        return NONE;
+    }
+    arc along = arc_of(s, near->group);
+    *weight = along.cost;
+    return along.tail == vertex ? along.head : NONE;
+}
+
+/* The neighbour that an edge joins to a site, given one of the couplings of the site's group
+ * `group`: NONE = it is no edge's. The weight is in a unit that is the same for all edges of the
+ * file. */
+static uint32_t other_site(const search *s, uint32_t site, uint32_t group, const qs_neighbour *near,
+                           int64_t *weight)
 {
     uint32_t other = near->group;
-    bool cut = qs_is_cut(m->labels->encoding);
-    *weight = cut ? -scalar(m->index, near) : near->weight;
-    if (m->labels->encoding == QS_ST_CUT_ARCS) {
-        arc along = other < m->end + 2 ? (arc){UINT32_MAX, UINT32_MAX, 0} : arc_of(m->index, other);
-        other = along.tail == variable ? along.head : UINT32_MAX;
-        *weight = along.cost;
+    if (s->cut) {
+        uint32_t vertex = other_vertex(s, group, near, weight);
+        other = vertex < s->end ? site_of(s, vertex) : NONE;
+    } else {
+        *weight = near->weight;
     }
-    if (other >= (cut ? m->end : m->labels->undecided)) {
-        return UINT32_MAX;
-    }
-    other = cut ? site_of(m, other) : other;
-    return other == site ? UINT32_MAX : other;
+    return other == site || other >= s->labels->undecided ? NONE : other;
 }
 
-static uint32_t first_group(const moves *m, uint32_t site)
+static uint32_t first_group(const search *s, uint32_t site)
 {
-    return qs_is_cut(m->labels->encoding) ? m->first[site] : site;
+    return s->cut ? s->first[site] : site;
 }
 
-/* What the edges of the moving sites cost after a move, those between two of them once. The sum may
- * wrap where a file is not what it says, and is then merely useless. */
-static uint64_t edges_cost(const moves *m, direction to)
+/* What the edges of the shifting sites cost after a shift; an edge between two of them counts once.
+ * The sum may wrap if a file is not what it says. Then it means nothing, and nothing else
+ * happens. */
+static uint64_t edges_cost(const search *s, direction to)
 {
     uint64_t cost = 0;
-    for (uint32_t at = 0; at < m->moving; at++) {
-        uint32_t p = m->queue[at];
-        for (uint32_t g = first_group(m, p); g < first_group(m, p + 1); g++) {
-            for (uint32_t n = m->index->near_start[g]; n < m->index->near_start[g + 1]; n++) {
+    for (uint32_t at = 0; at < s->shifting; at++) {
+        uint32_t p = s->queue[at];
+        for (uint32_t g = first_group(s, p); g < first_group(s, p + 1); g++) {
+            for (uint32_t n = s->index->near_start[g]; n < s->index->near_start[g + 1]; n++) {
                 int64_t weight;
-                uint32_t q = other_end(m, p, g, &m->index->near[n], &weight);
-                if (q != UINT32_MAX && (m->state[q] != MOVING || q > p)) {
-                    cost += (uint64_t)weight * apart(m, p, q, to);
+                uint32_t q = other_site(s, p, g, &s->index->near[n], &weight);
+                if (q != NONE && (s->state[q] != SHIFTING || q > p)) {
+                    cost += (uint64_t)weight * apart(s, p, q, to);
                 }
             }
         }
@@ -218,120 +259,128 @@ static uint64_t edges_cost(const moves *m, direction to)
     return cost;
 }
 
-/* Moves all once; how many steps up are left. */
-static uint64_t move(const moves *m, direction to)
+/* Shifts all once; returns how many steps up are left. */
+static uint64_t shift(const search *s, direction to)
 {
     uint64_t steps = 0;
-    for (uint32_t at = 0; at < m->moving; at++) {
-        uint8_t *row = row_of(m, m->queue[at]), before = UINT8_MAX;
-        for (uint32_t byte = 0; byte < m->row_bytes; byte++) {
+    for (uint32_t at = 0; at < s->shifting; at++) {
+        uint8_t *row = row_of(s, s->queue[at]), before = UINT8_MAX;
+        for (uint32_t byte = 0; byte < s->row_bytes; byte++) {
             uint8_t was = row[byte];
-            row[byte] = moved_byte(before, was, byte + 1 < m->row_bytes ? row[byte + 1] : 0, to);
+            row[byte] = shifted_byte(before, was, byte + 1 < s->row_bytes ? row[byte + 1] : 0, to);
             before = was;
         }
-        steps += steps_up(m, m->queue[at]);
+        steps += steps_up(s, s->queue[at]);
     }
     return steps;
 }
 
-static void gather(moves *m, uint32_t site)
+/* Puts the component of a site into the queue: all that edges join to it by way of sites that have
+ * no label. */
+static void gather(search *s, uint32_t site)
 {
-    m->queue[0] = site;
-    m->moving = 1;
-    m->state[site] = MOVING;
-    for (uint32_t at = 0; at < m->moving; at++) {
-        uint32_t p = m->queue[at];
-        for (uint32_t g = first_group(m, p); g < first_group(m, p + 1); g++) {
-            for (uint32_t n = m->index->near_start[g]; n < m->index->near_start[g + 1]; n++) {
+    s->queue[0] = site;
+    s->shifting = 1;
+    s->state[site] = SHIFTING;
+    for (uint32_t at = 0; at < s->shifting; at++) {
+        uint32_t p = s->queue[at];
+        for (uint32_t g = first_group(s, p); g < first_group(s, p + 1); g++) {
+            for (uint32_t n = s->index->near_start[g]; n < s->index->near_start[g + 1]; n++) {
                 int64_t weight;
-                uint32_t q = other_end(m, p, g, &m->index->near[n], &weight);
-                if (q != UINT32_MAX && m->state[q] == WAITING) {
-                    m->state[q] = MOVING;
-                    m->queue[m->moving++] = q;
+                uint32_t q = other_site(s, p, g, &s->index->near[n], &weight);
+                if (q != NONE && s->state[q] == WAITING) {
+                    s->state[q] = SHIFTING;
+                    s->queue[s->shifting++] = q;
                 }
             }
         }
     }
 }
 
-static void settle(moves *m)
+/* Shifts the sites of the queue until each has a label. */
+static void settle(search *s)
 {
     uint64_t steps = 0;
-    for (uint32_t at = 0; at < m->moving; at++) {
-        steps += steps_up(m, m->queue[at]);
+    for (uint32_t at = 0; at < s->shifting; at++) {
+        steps += steps_up(s, s->queue[at]);
     }
     while (steps > 0) {
-        direction to = (int64_t)(edges_cost(m, ON) - edges_cost(m, STAY)) <= 0 ? ON : BACK;
+        bool left_is_cheap = (int64_t)(edges_cost(s, LEFT) - edges_cost(s, STAY)) <= 0;
         uint64_t before = steps;
         while (steps == before) {
-            steps = move(m, to);
+            steps = shift(s, left_is_cheap ? LEFT : RIGHT);
         }
     }
-    for (uint32_t at = 0; at < m->moving; at++) {
-        m->state[m->queue[at]] = FINE;
+    for (uint32_t at = 0; at < s->shifting; at++) {
+        s->state[s->queue[at]] = LABELLED;
     }
 }
 
 /* ---- The ends of the cuts' chains. ---- */
 
-/* What the arc from a chain's vertex to the next one costs, but for what is the same in all of the
+/* The cost of the arc from a vertex of a chain to the next one, less what is the same in all of the
  * file. */
-static int64_t chain_cost(const moves *m, uint32_t vertex)
+static int64_t chain_cost(const search *s, uint32_t vertex)
 {
     int64_t cost = 0;
-    for (uint32_t n = m->index->near_start[vertex]; n < m->index->near_start[vertex + 1]; n++) {
-        const qs_neighbour *near = &m->index->near[n];
-        if (m->labels->encoding == QS_ST_CUT) {
-            cost -= near->group == vertex + 1 ? scalar(m->index, near) : 0;
-        } else if (near->group >= m->end + 2) {
-            arc along = arc_of(m->index, near->group);
-            cost += along.tail == vertex && along.head == vertex + 1 ? along.cost : 0;
+    for (uint32_t n = s->index->near_start[vertex]; n < s->index->near_start[vertex + 1]; n++) {
+        const qs_neighbour *near = &s->index->near[n];
+        int64_t weight;
+        if (other_vertex(s, vertex, near, &weight) == vertex + 1) {
+            cost += weight;
         }
     }
     return cost;
 }
 
-/* With source or sink wrong a state costs more than the labelling in which each site takes its
- * cheapest label. */
-static void take_winners(const moves *m, uint8_t *bits)
+/* The rank of a site's cheapest label. */
+static uint32_t winner(const search *s, const qs_site *site)
 {
-    for (qs_site site = {.labels = m->labels}; qs_site_next(&site);) {
-        uint32_t best = 0;
-        int64_t least = 0;
-        for (uint32_t rank = 0; site.is_undecided && rank < site.count; rank++) {
-            int64_t cost = chain_cost(m, (uint32_t)site.variable + rank);
-            best = rank == 0 || cost < least ? rank : best;
-            least = rank == 0 || cost < least ? cost : least;
+    uint32_t best = 0;
+    int64_t least = 0;
+    for (uint32_t rank = 0; rank < site->count; rank++) {
+        int64_t cost = chain_cost(s, (uint32_t)site->variable + rank);
+        if (rank == 0 || cost < least) {
+            best = rank;
+            least = cost;
         }
+    }
+    return best;
+}
+
+/* A state in which source or sink is wrong costs more than the labelling in which each site takes
+ * its cheapest label. */
+static void take_winners(const search *s, uint8_t *bits)
+{
+    for (qs_site site = {.labels = s->labels}; qs_site_next(&site);) {
         if (site.is_undecided) {
-            qs_site_write(&site, best, bits);
+            qs_site_write(&site, winner(s, &site), bits);
         }
     }
 }
 
-void qs_repair_steps(const qs_index *index, uint8_t *bits, void *workspace)
+void qs_repair_thresholds(const qs_index *index, uint8_t *bits, void *workspace)
 {
-    moves m = lay_out(index, workspace);
-    bool cut = qs_is_cut(m.labels->encoding);
-    if (cut && (!qs_bit(bits, m.end) || qs_bit(bits, m.end + 1))) {
-        take_winners(&m, bits);
+    search s = begin(index, workspace);
+    if (s.cut && (!qs_bit(bits, s.end) || qs_bit(bits, s.end + 1))) {
+        take_winners(&s, bits);
         return;
     }
-    for (qs_site site = {.labels = m.labels}; qs_site_next(&site);) {
+    for (qs_site site = {.labels = s.labels}; qs_site_next(&site);) {
         if (site.is_undecided) {
-            read_row(&m, &site, bits);
-            m.state[site.number] = steps_up(&m, site.number) > 0 ? WAITING : FINE;
+            read_row(&s, &site, bits);
+            s.state[site.number] = steps_up(&s, site.number) > 0 ? WAITING : LABELLED;
         }
     }
-    for (uint32_t p = 0; p < m.labels->undecided; p++) {
-        if (m.state[p] == WAITING) {
-            gather(&m, p);
-            settle(&m);
+    for (uint32_t p = 0; p < s.labels->undecided; p++) {
+        if (s.state[p] == WAITING) {
+            gather(&s, p);
+            settle(&s);
         }
     }
-    for (qs_site site = {.labels = m.labels}; qs_site_next(&site);) {
+    for (qs_site site = {.labels = s.labels}; qs_site_next(&site);) {
         if (site.is_undecided) {
-            write_row(&m, &site, bits);
+            write_row(&s, &site, bits);
         }
     }
 }

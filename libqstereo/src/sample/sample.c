@@ -7,16 +7,31 @@
 #include "site_code.h"
 #include "terminals.h"
 
+/* ---- Feasibility. ---- */
+
+/* Terminal t has its t-th variable at 1 and no other. */
 static uint32_t wrong_terminals(const qs_index *index, const uint8_t *bits)
 {
     const qs_labels *l = &index->qubo->labels;
     uint32_t wrong = 0;
-    for (uint32_t t = 0; l->encoding == QS_MULTIWAY_CUT && l->undecided > 0 && t < l->labels; t++) {
+    for (uint32_t t = 0; t < l->labels; t++) {
         uint32_t from = index->start[l->undecided + t], end = index->start[l->undecided + t + 1];
-        wrong +=
-            qs_bit_next(bits, from, end) != from + t || qs_bit_next(bits, from + t + 1, end) != end;
+        bool own = qs_bit_next(bits, from, end) == from + t;
+        wrong += !own || qs_bit_next(bits, from + t + 1, end) != end;
     }
     return wrong;
+}
+
+/* `end` is the first variable behind those of the sites. */
+static uint32_t wrong_auxiliaries(const qs_index *index, uint32_t end, const uint8_t *bits)
+{
+    switch (qs_auxiliaries_of(&index->qubo->labels)) {
+    case QS_NO_AUXILIARIES: break;
+    case QS_TERMINALS: return wrong_terminals(index, bits);
+    case QS_SOURCE_AND_SINK:
+    case QS_SOURCE_SINK_AND_ARCS: return !qs_bit(bits, end) + (uint32_t)qs_bit(bits, end + 1);
+    }
+    return 0;
 }
 
 static uint32_t unlabelled_groups(const qs_index *index, const uint8_t *bits)
@@ -31,20 +46,22 @@ static uint32_t unlabelled_groups(const qs_index *index, const uint8_t *bits)
 
 uint32_t qs_sample_infeasible(const qs_index *index, const uint8_t *bits)
 {
-    const qs_labels *l = &index->qubo->labels;
     if (!index->qubo->has_labels) {
         return unlabelled_groups(index, bits);
     }
     uint32_t infeasible = 0;
-    qs_site site = {.labels = l};
+    qs_site site = {.labels = &index->qubo->labels};
     while (qs_site_next(&site)) {
         infeasible += site.is_undecided && qs_site_read(&site, bits) == site.count;
     }
-    if (qs_is_cut(l->encoding) && l->undecided > 0) {
-        uint32_t source = (uint32_t)site.next_variable;
-        infeasible += !qs_bit(bits, source) + (uint32_t)qs_bit(bits, source + 1);
-    }
-    return infeasible + wrong_terminals(index, bits);
+    return infeasible + wrong_auxiliaries(index, (uint32_t)site.next_variable, bits);
+}
+
+/* ---- Samples and labellings. ---- */
+
+static uint32_t label_in(const qs_site *site, const uint8_t *bits)
+{
+    return site->is_undecided ? qs_site_label_at(site, qs_site_read(site, bits)) : site->fixed;
 }
 
 qs_status qs_sample_decode(const qs_index *index, const uint8_t *bits, uint16_t *labelling)
@@ -56,29 +73,34 @@ qs_status qs_sample_decode(const qs_index *index, const uint8_t *bits, uint16_t 
         return QS_E_INFEASIBLE;
     }
     for (qs_site site = {.labels = &index->qubo->labels}; qs_site_next(&site);) {
-        *labelling++ =
-            (uint16_t)(site.is_undecided ? qs_site_label_at(&site, qs_site_read(&site, bits))
-                                         : site.fixed);
+        *labelling++ = (uint16_t)label_in(&site, bits);
     }
     return QS_OK;
+}
+
+static bool all_left(const qs_labels *labels, const uint16_t *labelling)
+{
+    for (qs_site site = {.labels = labels}; qs_site_next(&site);) {
+        uint32_t label = *labelling++;
+        if (label >= labels->labels || !qs_site_has(&site, label)) {
+            return false;
+        }
+    }
+    return true;
 }
 
 qs_status qs_sample_encode(const qs_index *index, const uint16_t *labelling, uint8_t *bits)
 {
     const qs_qubo *qubo = index->qubo;
-    const qs_labels *l = &qubo->labels;
     if (!qubo->has_labels) {
         return QS_E_UNSUPPORTED;
     }
-    qs_site site = {.labels = l};
-    while (qs_site_next(&site)) {
-        uint32_t label = labelling[site.next - 1];
-        if (label >= l->labels || !qs_site_has(&site, label)) {
-            return QS_E_ARGUMENT;
-        }
+    if (!all_left(&qubo->labels, labelling)) {
+        return QS_E_ARGUMENT;
     }
-    memset(bits, 0, ((size_t)qubo->variables + 7) / 8);
-    for (site = (qs_site){.labels = l}; qs_site_next(&site);) {
+    memset(bits, 0, (size_t)qs_bit_bytes(qubo->variables));
+    qs_site site = {.labels = &qubo->labels};
+    while (qs_site_next(&site)) {
         if (site.is_undecided) {
             qs_site_write(&site, qs_site_rank(&site, labelling[site.next - 1]), bits);
         }
@@ -89,17 +111,22 @@ qs_status qs_sample_encode(const qs_index *index, const uint16_t *labelling, uin
 
 int64_t qs_sample_trimmed(const qs_qubo *qubo, const uint16_t *labelling)
 {
-    int64_t trimmed = 0;
+    int64_t sum = 0;
     const uint8_t *at = qubo->labels.trimmed;
-    for (qs_site site = {.labels = &qubo->labels}; at && qs_site_next(&site);) {
-        if (site.is_undecided) {
-            uint32_t label = labelling[site.next - 1], bytes = qubo->labels.trimmed_bytes;
-            trimmed += qs_site_has(&site, label)
-                           ? (int64_t)qs_load_unsigned(
-                                 at + (size_t)qs_site_rank(&site, label) * bytes, bytes)
-                           : 0;
-            at += (size_t)site.count * bytes;
-        }
+    uint32_t bytes = qubo->labels.trimmed_bytes;
+    if (!at) {
+        return 0;
     }
-    return trimmed;
+    for (qs_site site = {.labels = &qubo->labels}; qs_site_next(&site);) {
+        if (!site.is_undecided) {
+            continue;
+        }
+        uint32_t label = labelling[site.next - 1];
+        if (qs_site_has(&site, label)) {
+            size_t rank = qs_site_rank(&site, label);
+            sum += (int64_t)qs_load_unsigned(at + rank * bytes, bytes);
+        }
+        at += (size_t)site.count * bytes;
+    }
+    return sum;
 }

@@ -4,7 +4,8 @@
 
 static uint32_t end_of(const qs_site *site)
 {
-    return (uint32_t)site->variable + qs_site_variables(site->labels->encoding, site->count);
+    return (uint32_t)site->variable +
+           qs_encoding_site_variables(site->labels->encoding, site->count);
 }
 
 /* How many variables are 1 before the first 0. */
@@ -17,34 +18,48 @@ static uint32_t leading_ones(const uint8_t *bits, uint32_t from, uint32_t end)
     return at - from;
 }
 
+static bool all_zero(const uint8_t *bits, uint32_t from, uint32_t end)
+{
+    return qs_bit_next(bits, from, end) == end;
+}
+
 uint32_t qs_site_read(const qs_site *site, const uint8_t *bits)
 {
-    uint32_t from = (uint32_t)site->variable, end = end_of(site),
-             ones = leading_ones(bits, from, end);
-    if (qs_is_cut(site->labels->encoding)) {
-        /* All at 1 is the sentinel. */
-        return ones > 0 && qs_bit_next(bits, from + ones, end) == end ? ones - 1 : site->count;
+    uint32_t from = (uint32_t)site->variable, end = end_of(site), ones, first;
+    switch (qs_code_of(site->labels)) {
+    case QS_CODE_WALL:
+        ones = leading_ones(bits, from, end);
+        return all_zero(bits, from + ones, end) ? ones : site->count;
+    case QS_CODE_CHAIN:
+        /* With all at 1 the result is `count`: it has count + 1 variables. */
+        ones = leading_ones(bits, from, end);
+        return ones > 0 && all_zero(bits, from + ones, end) ? ones - 1 : site->count;
+    case QS_CODE_ONE_HOT: break;
     }
-    if (site->labels->encoding == QS_DOMAIN_WALL) {
-        return qs_bit_next(bits, from + ones, end) == end ? ones : site->count;
-    }
-    uint32_t first = qs_bit_next(bits, from, end);
-    return first < end && qs_bit_next(bits, first + 1, end) == end ? first - from : site->count;
+    first = qs_bit_next(bits, from, end);
+    return first < end && all_zero(bits, first + 1, end) ? first - from : site->count;
 }
 
 void qs_site_write(const qs_site *site, uint32_t rank, uint8_t *bits)
 {
-    uint32_t from = (uint32_t)site->variable, end = end_of(site);
-    bool cut = qs_is_cut(site->labels->encoding), wall = site->labels->encoding == QS_DOMAIN_WALL;
+    uint32_t from = (uint32_t)site->variable, end = end_of(site), ones_from = from, ones_end = from;
+    switch (qs_code_of(site->labels)) {
+    case QS_CODE_ONE_HOT:
+        ones_from = from + rank;
+        ones_end = ones_from + 1;
+        break;
+    case QS_CODE_WALL: ones_end = from + rank; break;
+    case QS_CODE_CHAIN: ones_end = from + rank + 1; break;
+    }
     for (uint32_t i = from; i < end; i++) {
-        qs_bit_set(bits, i, cut || wall ? i - from < rank + cut : i - from == rank);
+        qs_bit_set(bits, i, i >= ones_from && i < ones_end);
     }
 }
 
 uint32_t qs_site_rank(const qs_site *site, uint32_t label)
 {
     uint32_t rank = 0;
-    for (uint32_t d = qs_site_label(site, 0); d < label; d = qs_site_label(site, d + 1)) {
+    for (uint32_t d = qs_site_label_from(site, 0); d < label; d = qs_site_label_from(site, d + 1)) {
         rank++;
     }
     return rank;
@@ -52,9 +67,9 @@ uint32_t qs_site_rank(const qs_site *site, uint32_t label)
 
 uint32_t qs_site_label_at(const qs_site *site, uint32_t rank)
 {
-    uint32_t label = qs_site_label(site, 0);
+    uint32_t label = qs_site_label_from(site, 0);
     for (; rank > 0; rank--) {
-        label = qs_site_label(site, label + 1);
+        label = qs_site_label_from(site, label + 1);
     }
     return label;
 }

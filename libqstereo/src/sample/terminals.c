@@ -11,7 +11,7 @@ bool qs_is_one_hot(const qs_index *index, uint32_t group)
     return a != 0 || b != 0;
 }
 
-/* Each group of terminals has as many variables as there are labels. */
+/* A terminal has a variable for each label. */
 static void set_terminals(uint32_t labels, uint32_t end, uint8_t *bits)
 {
     for (uint32_t t = 0; t < labels; t++) {
@@ -21,18 +21,26 @@ static void set_terminals(uint32_t labels, uint32_t end, uint8_t *bits)
     }
 }
 
+/* An arc's group is its variable alone, and it is coupled only with the two ends of its edge. */
+static void set_arcs(const qs_index *index, uint32_t from, uint8_t *bits)
+{
+    for (uint32_t z = from; z < index->qubo->variables; z++) {
+        qs_bit_set(bits, z, false);
+        qs_bit_set(bits, z, qs_field(index, bits, z, z) < 0);
+    }
+}
+
 void qs_set_auxiliary_bits(const qs_index *index, uint32_t end, uint8_t *bits)
 {
-    const qs_qubo *qubo = index->qubo;
-    const qs_labels *l = &qubo->labels;
-    if (l->encoding == QS_MULTIWAY_CUT && l->undecided > 0) {
-        set_terminals(l->labels, end, bits);
-    } else if (qs_is_cut(l->encoding) && l->undecided > 0) {
+    const qs_labels *labels = &index->qubo->labels;
+    switch (qs_auxiliaries_of(labels)) {
+    case QS_NO_AUXILIARIES: break;
+    case QS_TERMINALS: set_terminals(labels->labels, end, bits); break;
+    case QS_SOURCE_AND_SINK:
+    case QS_SOURCE_SINK_AND_ARCS:
         qs_bit_set(bits, end, true);
         qs_bit_set(bits, end + 1, false);
-        for (uint32_t z = end + 2; z < qubo->variables; z++) {
-            qs_bit_set(bits, z, false);
-            qs_bit_set(bits, z, qs_field(index, bits, z, z) < 0);
-        }
+        set_arcs(index, end + 2, bits);
+        break;
     }
 }

@@ -2,20 +2,26 @@
 
 #include <string.h>
 
+#include "../base/minmax.h"
 #include "../model/neighbours.h"
 #include "progress.h"
 
-/* Logarithms and temperatures are fixed-point numbers: the answer must be the same on every
+/* Logarithms and temperatures are fixed-point numbers, so that the answer is the same on every
  * machine. */
-enum { ONE = 1 << 16, SWEEPS = 1000, COOLEST = 8, FINE = 2 * COOLEST };
+enum {
+    ONE = 1 << 16, /* 1 as a logarithm */
+    SWEEPS = 1000,
+    COOLEST = 8, /* the last temperature is this part of the first one */
+    FINE = 2 * COOLEST /* logarithms are of FINE times the temperature: none is below 0 */
+};
 
-/* 0.3431 x (1 - x) is what log2(1 + x) has over x, to within 0.009. */
+/* How much log2(1 + x) is above x: 0.3431 x (1 - x), to within 0.009. */
 static uint32_t bend(uint32_t x)
 {
     return (uint32_t)((uint64_t)22485 * x / ONE * (ONE - x) / ONE);
 }
 
-/* log2 of n >= 1, in 1/65536. */
+/* The logarithm to base 2 of n, n >= 1. */
 static uint32_t log2_of(uint64_t n)
 {
     uint32_t whole = 0;
@@ -26,7 +32,7 @@ static uint32_t log2_of(uint64_t n)
     return whole * ONE + x + bend(x);
 }
 
-/* 2^(l / 65536) in 1/256, for l below 40 x 65536. */
+/* The reverse, in units of 1/256. l is below 40. */
 static uint64_t exp2_of(uint32_t l)
 {
     uint32_t x = l % ONE;
@@ -42,8 +48,11 @@ static uint64_t draw(uint64_t *state)
     return z ^ z >> 31;
 }
 
-/* The largest rise that Metropolis' rule accepts for the random number u: rise <= -T ln((u + 1) /
- * 2^32). */
+/* The largest rise of the energy that Metropolis' rule accepts with the random number u:
+ *
+ *     rise <= -T ln((u + 1) / 2^32)
+ *
+ * temperature  T, in units of 1/256 */
 static int64_t accepted_rise(uint64_t temperature, uint32_t u)
 {
     uint64_t minus_log2 = 32u * ONE - log2_of((uint64_t)u + 1);
@@ -51,8 +60,8 @@ static int64_t accepted_rise(uint64_t temperature, uint32_t u)
     return (int64_t)(temperature * minus_ln >> 24);
 }
 
-/* A sweep at one temperature (in 1/256 of a unit): every site in turn is offered another label.
- * Returns the change of the energy. */
+/* A sweep at one temperature: every site in turn is offered a label. Returns the change of the
+ * energy. */
 static int64_t sweep(const qs_model *model, uint64_t temperature, uint64_t *random,
                      uint16_t *labelling)
 {
@@ -73,20 +82,68 @@ static int64_t sweep(const qs_model *model, uint64_t temperature, uint64_t *rand
     return change;
 }
 
-/* The largest cost of an edge: about what it takes to move a site against its neighbours. */
+/* The largest cost of an edge, at least 1: about what it takes to move a site against its
+ * neighbours. */
 static uint64_t largest_edge(const qs_model *model)
 {
     int32_t weight = 1;
-    for (uint32_t p = 0; model->width > 0 && p < model->sites; p++) {
-        weight = model->right[p] > weight ? model->right[p] : weight;
-        weight = model->down[p] > weight ? model->down[p] : weight;
+    if (model->width > 0) {
+        for (uint32_t p = 0; p < model->sites; p++) {
+            weight = qs_max_i32(weight, qs_max_i32(model->right[p], model->down[p]));
+        }
+    } else {
+        for (uint32_t n = 0; n < model->link_start[model->sites]; n++) {
+            weight = qs_max_i32(weight, model->links[n].weight);
+        }
     }
-    for (uint32_t n = 0; model->width == 0 && n < model->link_start[model->sites]; n++) {
-        weight = model->links[n].weight > weight ? model->links[n].weight : weight;
+    uint64_t cost = (uint64_t)weight * (uint64_t)qs_max_i64(model->pairwise_max, 1);
+    return qs_min_u64(cost, INT32_MAX);
+}
+
+/* The logarithm of FINE times the temperature of a sweep. From half the largest cost of an edge,
+ * where labels of a Potts model begin to hold together, down to a COOLEST-th of that, where nothing
+ * moves any more. */
+static uint32_t cooled(uint32_t hottest, uint64_t sweep_number, uint64_t sweeps)
+{
+    uint32_t span = log2_of(COOLEST);
+    if (sweeps == 1) {
+        return hottest - span;
     }
-    uint64_t cost =
-        (uint64_t)weight * (uint64_t)(model->pairwise_max > 0 ? model->pairwise_max : 1);
-    return cost < INT32_MAX ? cost : INT32_MAX;
+    return hottest - (uint32_t)(span * (sweep_number * ONE / (sweeps - 1)) / ONE);
+}
+
+/* All sweeps. Returns false if the watch has stopped it. */
+static bool cool(const qs_model *model, const qs_solve_options *options, uint16_t *labelling,
+                 qs_solution *s)
+{
+    uint64_t random = options ? options->seed : 0,
+             sweeps = options && options->iterations > 0 ? options->iterations : SWEEPS;
+    uint32_t hottest = log2_of(largest_edge(model) * FINE / 2);
+    bool go = true;
+    while (go && s->iterations < sweeps) {
+        uint64_t temperature = exp2_of(cooled(hottest, s->iterations, sweeps)) / FINE;
+        s->energy += sweep(model, temperature, &random, labelling);
+        go = qs_report_progress(options, s);
+        s->iterations++;
+    }
+    return go;
+}
+
+/* Ends with icm. If the watch has stopped the sweeps it does one sweep, which nobody waits long
+ * for. */
+static qs_status descend(const qs_model *model, const qs_solve_options *options, bool go,
+                         uint16_t *labelling, qs_solution *s)
+{
+    qs_solution descent;
+    qs_solve_options own = {.iterations = go ? 0 : 1};
+    if (go && options) {
+        own.watch = options->watch;
+        own.context = options->context;
+    }
+    qs_status status = qs_icm(model, &own, NULL, 0, labelling, &descent);
+    s->energy = descent.energy;
+    s->converged = go && descent.converged;
+    return status;
 }
 
 size_t qs_anneal_workspace(const qs_model *model)
@@ -107,29 +164,8 @@ qs_status qs_anneal(const qs_model *model, const qs_solve_options *options, void
     memcpy(start, labelling, sizeof *start * model->sites);
     int64_t start_energy = qs_model_energy(model, labelling);
     qs_solution s = {.energy = start_energy, .lower_bound = QS_NO_BOUND};
-    uint64_t random = options ? options->seed : 0,
-             sweeps = options && options->iterations > 0 ? options->iterations : SWEEPS;
-    uint32_t hottest = log2_of(largest_edge(model) * FINE / 2), span = log2_of(COOLEST);
-    bool go = true;
-    for (; go && s.iterations < sweeps; s.iterations++) {
-        /* From half the largest edge down to a COOLEST-th of that, in equal ratios: about where
-         * labels of a Potts model begin to hold together, and where nothing moves any more. The
-         * logarithms stand for FINE times the temperature, so that none is below 0. */
-        uint32_t below =
-            sweeps > 1 ? (uint32_t)(span * (s.iterations * ONE / (sweeps - 1)) / ONE) : span;
-        s.energy += sweep(model, exp2_of(hottest - below) / FINE, &random, labelling);
-        go = qs_report_progress(options, &s);
-    }
-    qs_solution descent;
-    qs_solve_options cooling = {
-        .iterations = go ? 0 : 1}; /* told to stop: one sweep, which nobody waits long for */
-    if (go && options) {
-        cooling.watch = options->watch;
-        cooling.context = options->context;
-    }
-    qs_status status = qs_icm(model, &cooling, NULL, 0, labelling, &descent);
-    s.energy = descent.energy;
-    s.converged = go && descent.converged;
+    bool go = cool(model, options, labelling, &s);
+    qs_status status = descend(model, options, go, labelling, &s);
     if (s.energy > start_energy) {
         memcpy(labelling, start, sizeof *start * model->sites);
         s.energy = start_energy;

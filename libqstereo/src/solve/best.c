@@ -40,8 +40,8 @@ static void keep(supervisor *s, const uint16_t *labelling, int64_t energy)
     }
 }
 
-/* The watch of the moves: it only asks the caller's watch whether to stop, for moves take time, too.
- */
+/* The watch of the moves: it only asks the caller's watch whether to stop, for moves take time,
+ * too. */
 static bool watch_moves(void *context, const qs_progress *progress)
 {
     supervisor *s = context;
@@ -50,7 +50,8 @@ static bool watch_moves(void *context, const qs_progress *progress)
     return !s->stopped;
 }
 
-/* Improves a labelling by expansion. Where the pairwise cost is no metric, by fusion moves; where the costs are too large for any cut, by icm. */
+/* Improves a labelling by expansion, where the pairwise cost is no metric by fusion moves, and where
+ * the costs are too large for cuts by icm. */
 static qs_status improve(supervisor *s, uint16_t *labelling)
 {
     qs_solve_options options = {.watch = watch_moves, .context = s};
@@ -84,7 +85,8 @@ static bool watch_messages(void *context, const qs_progress *progress)
     s->solution.iterations = progress->iteration;
     keep(s, s->found, progress->energy);
     bool proven = s->solution.energy == s->solution.lower_bound;
-    /* Less and less often: TRW-S gets on slowly, and moves cost as much as many of its iterations. */
+    /* Less and less often: TRW-S gets on slowly, and moves cost as much as many of its
+     * iterations. */
     if (!proven && progress->iteration >= s->next_moves && progress->energy != s->moved_energy) {
         s->next_moves = 2 * progress->iteration;
         s->moved_energy = progress->energy;

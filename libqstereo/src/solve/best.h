@@ -6,10 +6,10 @@
 
 /* Who changes the problem while it is being solved: qs_reduce. */
 typedef struct qs_guest {
-    /* Called after every iteration of TRW-S, the last one too, before the watch; and once more, with
-     * `stopped`, after the watch has ended it. It may change the costs, the edges, the constant and
-     * the label sets of the model, which sites TRW-S visits, the labelling, and so_far without its
-     * iterations. Energy and bound must hold afterwards. Returns false to stop. */
+    /* Called after every iteration of TRW-S, the last one too, before the watch; and once more,
+     * with `stopped`, after the watch has ended it. It may change the costs, the edges, the
+     * constant and the label sets of the model, which sites TRW-S visits, the labelling, and so_far
+     * without its iterations. Energy and bound must hold afterwards. Returns false to stop. */
     bool (*between)(void *context, qs_trws_state *state, qs_solution *so_far, bool stopped);
     void *context;
 } qs_guest;

@@ -113,8 +113,8 @@ QS_WIDE void sweep(const qs_bp_state *state, uint32_t labels, draft one, draft t
     }
 }
 
-/* For the numbers of labels of the common benchmarks there is code of its own, which keeps the costs
- * in registers. */
+/* For the numbers of labels of the common benchmarks there is code of its own, which keeps the
+ * costs in registers. */
 enum { TSUKUBA = 16, VENUS = 20, RUNS = 3 };
 
 QS_AVX2 static void sweep_any(const qs_bp_state *state)

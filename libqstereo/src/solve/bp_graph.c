@@ -17,7 +17,7 @@ static void believe(const qs_bp_state *state, uint32_t site, int32_t *belief)
     const qs_model *model = state->model;
     const int32_t *unary = model->unary + (size_t)site * model->labels;
     for (uint32_t d = 0; d < model->labels; d++) {
-        belief[d] = qs_min32(unary[d], state->scale.most) << state->scale.shift;
+        belief[d] = qs_min_i32(unary[d], state->scale.most) << state->scale.shift;
     }
     for (uint32_t n = model->link_start[site]; n < model->link_start[site + 1]; n++) {
         const int32_t *message = message_of(state, site, &model->links[n], true);

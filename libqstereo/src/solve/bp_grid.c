@@ -1,3 +1,4 @@
+#include "../base/minmax.h"
 #include "bp_visit.h"
 
 static void send(const qs_bp_state *state, uint32_t site, int from)
@@ -6,7 +7,7 @@ static void send(const qs_bp_state *state, uint32_t site, int from)
     int32_t *costs = state->scratch;
     qs_letter letter = qs_letter_of(state, site, labels, from);
     for (uint32_t d = 0; d < labels; d++) {
-        costs[d] = (qs_min32(letter.unary[d], state->scale.most) << state->scale.shift) +
+        costs[d] = (qs_min_i32(letter.unary[d], state->scale.most) << state->scale.shift) +
                    letter.behind[d] + letter.beside[0][d] + letter.beside[1][d];
     }
     qs_bp_send(state, letter.weight, from == QS_FROM_LEFT || from == QS_FROM_ABOVE, costs,

@@ -87,7 +87,7 @@ static uint64_t count_edges(const qs_model *model)
     return edges;
 }
 
-/* Messages of linear costs are flows: see send_messages. With few labels the flow alone is faster. */
+/* Messages of linear costs are flows (take_message). With few labels the flow alone is faster. */
 bool qs_levels_send(const qs_model *model)
 {
     return model->width > 0 && model->labels > 3 &&
@@ -191,7 +191,7 @@ static int64_t wall_of(const levels *l, uint32_t site, int64_t largest)
     if (weights >= RANGE || largest >= RANGE) {
         return largest > 0 && weights > 0 ? RANGE : 1 + l->count * unary;
     }
-    /* Of each level: the excess by its unary costs, by V and by the products, and the capacities. */
+    /* Of each level: its excess by unary costs, by V and by products, and the capacities. */
     return 1 + (int64_t)l->count * (unary + 3 * weights * largest);
 }
 
@@ -392,9 +392,9 @@ static bool watch_cut(void *context)
     return qs_report_progress(l->options, l->solution);
 }
 
-/* What a message of an edge from q back to p, p < q, says as a flow. It charges p with m(a) more and
- * q with m(a) less. Of level i of p that is m(i) - m(i + 1) more of excess: as much flows there from
- * level i of q. A message of linear costs differs by no more from label to label than the arc
+/* What a message of an edge from q back to p, p < q, says as a flow. It charges p with m(a) more
+ * and q with m(a) less. Of level i of p that is m(i) - m(i + 1) more of excess: as much flows there
+ * from level i of q. A message of linear costs differs by no more from label to label than the arc
  * holds. */
 static void take_message(levels *l, const int32_t *message, uint32_t p, uint32_t way)
 {

@@ -157,8 +157,8 @@ static void start_duals(expansion *e)
     }
 }
 
-/* Edges of a grid whose first sites are neighbours: what the three passes over a chunk need of each.
- * The bounds of a dual:
+/* Edges of a grid whose first sites are neighbours: what the three passes over a chunk need of
+ * each. The bounds of a dual:
  *
  *     first - weight V(x_p, label) <= dual <= second + weight V(label, x_q) */
 typedef struct edge_run {

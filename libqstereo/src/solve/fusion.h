@@ -6,9 +6,9 @@
  *     E(keep, keep) + E(take, take) <= E(keep, take) + E(take, keep)
  *
  * it is a part of a cut. Else E(keep, keep) counts as less, so much that both sides are equal
- * (Rother, Kumar, Kolmogorov and Blake 2005). So the cut has F(y) for a choice y less d(y), and d is
- * largest where all keep their labels. If the cut finds y below `all keep` by g, then F(y) <= F(all
- * keep) - g: F falls by g, or more.
+ * (Rother, Kumar, Kolmogorov and Blake 2005). So the cut has F(y) less d(y) for a choice y, and d
+ * is largest where all keep their labels. If the cut finds y below `all keep` by g, F
+ * falls by g or more.
  */
 #ifndef QS_FUSION_H
 #define QS_FUSION_H
@@ -36,7 +36,8 @@ bool qs_fusion_start(qs_fusion *fusion);
  * Returns false where the watch stopped it; then the labelling stays. */
 bool qs_fuse(qs_fusion *fusion, int64_t *gain);
 
-/* Makes the proposal that all sites jump by a step; those that it would take beyond the labels stay. */
+/* Makes the proposal that all sites jump by a step. Those that it would take beyond the labels
+ * stay. */
 void qs_propose_jump(qs_fusion *fusion, int32_t step);
 
 enum { QS_JUMPS = 14 };

@@ -9,7 +9,9 @@ size_t qs_icm_workspace(const qs_model *model)
     return 0;
 }
 
-/* One sweep. Returns the number of sites that change; *gain = by how much the energy falls. */
+/* One sweep. Returns how many sites change.
+ *
+ * gain  out: by how much the energy falls */
 static uint32_t sweep(const qs_model *model, uint16_t *labelling, int64_t *gain)
 {
     uint32_t changed = 0;
@@ -35,10 +37,11 @@ qs_status qs_icm(const qs_model *model, const qs_solve_options *options, void *w
         return QS_E_ARGUMENT;
     }
     qs_solution s = {.energy = qs_model_energy(model, labelling), .lower_bound = QS_NO_BOUND};
-    for (bool go = true; go && !s.converged;) {
+    bool go = true;
+    while (go && !s.converged) {
         int64_t gain;
-        s.converged = sweep(model, labelling, &gain) ==
-                      0; /* equals go to the lower label, so that this ends */
+        uint32_t changed = sweep(model, labelling, &gain);
+        s.converged = changed == 0; /* of equals the lower label is taken, so this ends */
         s.energy -= gain;
         s.iterations++;
         go = qs_report_progress(options, &s) && !qs_limit_reached(options, &s, 0);

@@ -6,8 +6,8 @@
 /* What a label of a site costs by the later messages alone. */
 static int32_t cost_alone(const qs_message_reader *reader, uint32_t site, uint32_t label)
 {
-    int32_t unary = qs_min32(reader->model->unary[(size_t)site * reader->model->labels + label],
-                             reader->scale.most);
+    int32_t unary = qs_min_i32(reader->model->unary[(size_t)site * reader->model->labels + label],
+                               reader->scale.most);
     size_t at = site * reader->stride + label;
     return (unary << reader->scale.shift) + reader->row[at] + reader->column[at];
 }
@@ -20,7 +20,7 @@ void qs_label_alone(const qs_message_reader *reader, uint32_t first, uint32_t co
         for (uint32_t d = 0; d < reader->model->labels; d++) {
             int32_t cost = cost_alone(reader, p, d);
             labelling[p] = cost < least ? (uint16_t)d : labelling[p];
-            least = qs_min32(least, cost);
+            least = qs_min_i32(least, cost);
         }
     }
 }
@@ -57,7 +57,7 @@ static void consider(const qs_message_reader *reader, uint32_t site, const earli
     int32_t cost = cost_alone(reader, site, label) + (label == e->row ? 0 : e->row_weight) +
                    (label == e->column ? 0 : e->column_weight);
     *best = cost < *least || (cost == *least && label < *best) ? label : *best;
-    *least = qs_min32(cost, *least);
+    *least = qs_min_i32(cost, *least);
 }
 
 static void label_alone(const qs_message_reader *reader, uint32_t first, uint32_t count,

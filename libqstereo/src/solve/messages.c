@@ -109,7 +109,7 @@ static int32_t least_of(const int32_t *costs, uint32_t labels)
 {
     int32_t least = costs[0];
     for (uint32_t d = 1; d < labels; d++) {
-        least = qs_min32(least, costs[d]);
+        least = qs_min_i32(least, costs[d]);
     }
     return least;
 }
@@ -119,7 +119,7 @@ static void normalise(int32_t *message, const int32_t *costs, uint32_t labels, i
                       int32_t most)
 {
     for (uint32_t d = 0; d < labels; d++) {
-        message[d] = qs_min32(costs[d] - least, most);
+        message[d] = qs_min_i32(costs[d] - least, most);
     }
 }
 
@@ -127,10 +127,10 @@ static void normalise(int32_t *message, const int32_t *costs, uint32_t labels, i
 static void linear(int32_t *costs, uint32_t labels, int32_t weight)
 {
     for (uint32_t d = 1; d < labels; d++) {
-        costs[d] = qs_min32(costs[d], costs[d - 1] + weight);
+        costs[d] = qs_min_i32(costs[d], costs[d - 1] + weight);
     }
     for (uint32_t d = labels - 1; d > 0; d--) {
-        costs[d - 1] = qs_min32(costs[d - 1], costs[d] + weight);
+        costs[d - 1] = qs_min_i32(costs[d - 1], costs[d] + weight);
     }
 }
 
@@ -193,15 +193,15 @@ static void quadratic_near(const int32_t *restrict costs, int32_t *restrict mess
                            uint32_t labels, int32_t weight, int32_t most, uint32_t reach)
 {
     for (uint32_t d = 0; d < labels; d++) {
-        message[d] = qs_min32(costs[d], most);
+        message[d] = qs_min_i32(costs[d], most);
     }
     for (uint32_t apart = 1; apart <= reach && apart < labels; apart++) {
         int32_t cost = weight * (int32_t)(apart * apart);
         for (uint32_t d = 0; d < labels - apart; d++) {
-            message[d] = qs_min32(message[d], costs[d + apart] + cost);
+            message[d] = qs_min_i32(message[d], costs[d + apart] + cost);
         }
         for (uint32_t d = 0; d < labels - apart; d++) {
-            message[d + apart] = qs_min32(message[d + apart], costs[d] + cost);
+            message[d + apart] = qs_min_i32(message[d + apart], costs[d] + cost);
         }
     }
 }
@@ -215,12 +215,12 @@ static void by_table(const qs_model *model, int32_t weight, bool upward, const i
         if (upward) {
             for (uint32_t b = 0; b < labels; b++) {
                 int32_t cost = costs[a] + weight * row[b];
-                message[b] = a > 0 ? qs_min32(message[b], cost) : cost;
+                message[b] = a > 0 ? qs_min_i32(message[b], cost) : cost;
             }
         } else {
             int32_t least = costs[0] + weight * row[0];
             for (uint32_t b = 1; b < labels; b++) {
-                least = qs_min32(least, costs[b] + weight * row[b]);
+                least = qs_min_i32(least, costs[b] + weight * row[b]);
             }
             message[a] = least;
         }
@@ -264,7 +264,10 @@ int32_t qs_message_send(const qs_model *model, int32_t weight, bool upward, int3
 void qs_message_pay(const qs_model *model, int32_t weight, bool lower, uint32_t other,
                     int32_t *costs)
 {
-    for (uint32_t d = 0; weight != 0 && d < model->labels; d++) {
+    if (weight == 0) {
+        return;
+    }
+    for (uint32_t d = 0; d < model->labels; d++) {
         costs[d] += weight * (int32_t)(lower ? qs_model_pairwise(model, other, d)
                                              : qs_model_pairwise(model, d, other));
     }

@@ -13,9 +13,9 @@
 /* What the messages of a model are computed with. */
 typedef struct qs_scale {
     unsigned shift;
-    int32_t
-        most; /* in units. A unary cost above it counts as `most`: in no optimum has a site such a
-                     label, unless its cheapest label would do as well */
+    /* In units. A unary cost above it counts as `most`: in no optimum has a site such a label,
+     * unless its cheapest label would do as well. */
+    int32_t most;
 } qs_scale;
 
 /* Chooses the finest scale of at most `shift` bits at which all sums fit 31 bits: of a unary cost,

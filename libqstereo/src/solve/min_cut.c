@@ -3,13 +3,13 @@
 #include "../base/minmax.h"
 #include "../base/simd.h"
 
-/* Every function below exists three times: `ways`, the arcs of each node of a grid (0 = a graph), is
- * a constant wherever they are called. */
+/* The functions below are compiled three times: `ways`, the arcs of each node of a grid (0 = a
+ * graph), is a constant wherever they are called. */
 enum { GRAPH = 0, FLAT = 4, LAYERED = 6 };
 
 enum { BETWEEN_CHECKS = 1 << 14 }; /* nodes taken from the queue between two calls of `going` */
 
-/* Where the residual of arc `a` of `p` is. */
+/* Where the residual of arc `a` of node `p` is. */
 QS_KERNEL size_t index_of(const qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a)
 {
     return ways > 0 ? (size_t)a * cut->nodes + p : (size_t)cut->start[p] + a;
@@ -20,8 +20,8 @@ QS_KERNEL uint32_t arcs(const qs_cut *cut, uint32_t ways, uint32_t p)
     return ways > 0 ? ways : cut->start[p + 1] - cut->start[p];
 }
 
-/* The node at the other end of arc `a` of node `p`. In a grid it may lie outside: there are nodes
- * there that are in no tree. */
+/* The node at the other end of arc `a` of node `p`. In a grid it may lie outside; the nodes there
+ * are in no tree. */
 QS_KERNEL ptrdiff_t head(const qs_cut *cut, uint32_t ways, ptrdiff_t p, uint32_t a)
 {
     if (ways == GRAPH) {
@@ -33,13 +33,13 @@ QS_KERNEL ptrdiff_t head(const qs_cut *cut, uint32_t ways, ptrdiff_t p, uint32_t
     return a & 1 ? p - step : p + step;
 }
 
-/* Where the residual of the opposite of that arc is; q is its head. */
+/* Where the residual of the opposite arc is, from its head q back to p. */
 QS_KERNEL size_t sister(const qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint32_t q)
 {
     return ways > 0 ? (size_t)(a ^ 1) * cut->nodes + q : cut->sister[cut->start[p] + a];
 }
 
-/* The number of that opposite among the arcs of q. */
+/* The number of the opposite arc among those of q. */
 QS_KERNEL uint32_t opposite(const qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint32_t q)
 {
     return ways > 0 ? a ^ 1 : cut->sister[cut->start[p] + a] - cut->start[q];
@@ -75,7 +75,7 @@ QS_KERNEL uint16_t farther(uint16_t distance)
     return (uint16_t)(distance + (distance < UINT16_MAX));
 }
 
-/* Pushes what the path root ... p -> q takes; q wants flow. */
+/* Pushes as much flow as the path from the root through p to q takes. q wants flow. */
 QS_KERNEL void augment(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint32_t q)
 {
     const qs_cut_node *node = cut->node;
@@ -110,7 +110,7 @@ QS_KERNEL void augment(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint3
     }
 }
 
-/* The distance of q from a root, or UINT32_MAX if its path ends at an orphan. */
+/* The distance of q from its root; UINT32_MAX if its path ends at an orphan. */
 QS_KERNEL uint32_t origin(qs_cut *cut, uint32_t ways, uint32_t q)
 {
     qs_cut_node *node = cut->node;
@@ -139,8 +139,8 @@ QS_KERNEL uint32_t origin(qs_cut *cut, uint32_t ways, uint32_t q)
     return distance;
 }
 
-/* No parent: out of the tree, its children are orphans, and those who could reach it may try again.
- */
+/* No parent was found: p leaves the tree, its children become orphans, and nodes from which flow
+ * could reach it are active again. */
 QS_KERNEL void set_free(qs_cut *cut, uint32_t ways, uint32_t p)
 {
     qs_cut_node *node = cut->node;
@@ -160,6 +160,7 @@ QS_KERNEL void set_free(qs_cut *cut, uint32_t ways, uint32_t p)
     }
 }
 
+/* Finds an orphan the parent that is nearest to a root. */
 QS_KERNEL void adopt(qs_cut *cut, uint32_t ways, uint32_t p)
 {
     qs_cut_node *node = cut->node;
@@ -185,7 +186,7 @@ QS_KERNEL void adopt(qs_cut *cut, uint32_t ways, uint32_t p)
     node[p].distance = (uint16_t)(nearest + 1 < UINT16_MAX ? nearest + 1 : UINT16_MAX);
 }
 
-/* The clock is full: the tree begins anew. */
+/* The clock can go no further: the tree begins anew from its roots. */
 static void restart(qs_cut *cut)
 {
     cut->time = 0;
@@ -202,8 +203,8 @@ static void restart(qs_cut *cut)
     }
 }
 
-/* The path's orphans first, from the root down, then their children as they come: a node is an
- * orphan at most once, for the paths of those that were adopted are sound. */
+/* Adopts first the orphans of the path, from the root down, then their children as they come. No
+ * node becomes an orphan twice, for the paths of adopted nodes are sound. */
 QS_KERNEL void adopt_all(qs_cut *cut, uint32_t ways)
 {
     cut->time++;
@@ -221,8 +222,8 @@ QS_KERNEL void adopt_all(qs_cut *cut, uint32_t ways)
     }
 }
 
-/* Arc `a` of `p`, in the tree: to a node that wants flow, one to take into the tree, or one that
- * has a shorter way through p. */
+/* Looks along arc `a` of p, which is in the tree. The node there may want flow; it may enter the
+ * tree; or it is in the tree, and its way to a root gets shorter through p. */
 QS_KERNEL void grow(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a)
 {
     qs_cut_node *node = cut->node;
@@ -271,14 +272,15 @@ QS_KERNEL bool run(qs_cut *cut, uint32_t ways)
     return true;
 }
 
-/* Of `most` (which may be negative: then it is pulled) what an edge takes. */
+/* How much of a flow an edge takes. `most` below 0 is a flow in the other direction.
+ *
+ * in, out  the residuals of its two arcs */
 QS_KERNEL int32_t clamp(int32_t most, int32_t in, int32_t out)
 {
-    most = most > out ? out : most;
-    return most < -in ? -in : most;
+    return qs_max_i32(qs_min_i32(most, out), -in);
 }
 
-/* Shares the excess or want of p among its later neighbours, or its earlier ones. */
+/* Shares the excess or want of p out to its later neighbours, or to its earlier ones. */
 QS_KERNEL void spread_node(qs_cut *cut, uint32_t ways, uint32_t p, bool forward)
 {
     uint32_t count = arcs(cut, ways, p), left = 0;
@@ -303,7 +305,7 @@ QS_KERNEL void spread_node(qs_cut *cut, uint32_t ways, uint32_t p, bool forward)
     }
 }
 
-/* Half of the excess of each node of a row goes on along the row, `step` by step. */
+/* Along a row: half of what each node has goes to the next one. */
 static void spread_along(int32_t *excess, int32_t *out, int32_t *in, uint32_t count, ptrdiff_t step)
 {
     int32_t flow = 0;
@@ -317,7 +319,7 @@ static void spread_along(int32_t *excess, int32_t *out, int32_t *in, uint32_t co
     *excess += flow;
 }
 
-/* All that is left goes to the next row. */
+/* All that is left of a row goes to the next row, as far as the edges take it. */
 static void spread_across(int32_t *restrict excess, int32_t *restrict next, int32_t *restrict out,
                           int32_t *restrict in, uint32_t count)
 {

@@ -1,4 +1,5 @@
-/* What expansion and swap share: the model, the present labelling, and the cut that finds a move. */
+/* What expansion and swap share: the model, the present labelling, and the cut that finds a
+ * move. */
 #ifndef QS_MOVER_H
 #define QS_MOVER_H
 

@@ -9,15 +9,15 @@
 
 /* A move of the pair (a, b) is a cut on the sites that have one of the two labels; the source side
  * takes b. At the start the edges between these sites carry as much flow as they can in the
- * direction of the present labelling. Then that labelling costs only the terminal arcs that it cuts:
- * where there is none of them it is the best, and no flow is needed. */
+ * direction of the present labelling. Then that labelling costs only the terminal arcs that it
+ * cuts: where there is none of them it is the best, and no flow is needed. */
 
 enum { RUN = 64 }; /* sites that are skipped together where none of them has a or b */
 
 typedef struct swapper {
     qs_mover m;
-    uint64_t
-        *changed; /* of each label: when its sites, or their neighbours' labels, changed last */
+    /* Of each label: when its sites, or the labels of their neighbours, changed last. */
+    uint64_t *changed;
     /* Of the present move: */
     uint16_t a, b;
     uint32_t *members, member_count; /* the sites that have a or b, in order */
@@ -40,22 +40,28 @@ size_t qs_swap_workspace(const qs_model *model)
     return take_swapper(&s, model, NULL);
 }
 
+static bool is_member(const swapper *s, uint32_t p)
+{
+    return s->m.x[p] == s->a || s->m.x[p] == s->b;
+}
+
+/* Lists the sites with a or b. Most runs of sites have none. */
 static void find_members(swapper *s)
 {
-    const uint16_t *x = s->m.x;
-    uint32_t sites = s->m.model->sites;
+    uint32_t sites = s->m.model->sites, end;
     s->member_count = 0;
-    for (uint32_t begin = 0; begin < sites;) {
-        uint32_t end = begin + qs_min_u32(RUN, sites - begin);
+    for (uint32_t begin = 0; begin < sites; begin = end) {
         unsigned any = 0;
+        end = begin + qs_min_u32(RUN, sites - begin);
         for (uint32_t p = begin; p < end; p++) {
-            any |= (unsigned)(x[p] == s->a) | (unsigned)(x[p] == s->b);
+            any |= is_member(s, p);
         }
-        for (; any && begin < end; begin++) {
-            s->members[s->member_count] = begin;
-            s->member_count += x[begin] == s->a || x[begin] == s->b;
+        if (any) {
+            for (uint32_t p = begin; p < end; p++) {
+                s->members[s->member_count] = p;
+                s->member_count += is_member(s, p);
+            }
         }
-        begin = end;
     }
 }
 
@@ -121,8 +127,8 @@ static void load_member(swapper *s, uint32_t p)
     s->m.cut.excess[p] = unary[s->a] - unary[s->b] + edges;
 }
 
-/* What the terminal arcs cost that the present labelling cuts: from the source to a site with a, and
- * from a site with b to the sink. */
+/* What the terminal arcs cost that the present labelling cuts: from the source to a site with a,
+ * and from a site with b to the sink. */
 static int64_t terminal_cost(const swapper *s)
 {
     int64_t cost = 0;

@@ -1,5 +1,5 @@
-/* TRW-S on grids with Potts costs, eight labels at once. It computes the same as trws_grid.c, to the
- * bit. */
+/* TRW-S on grids with Potts costs, eight labels at once. It computes the same as trws_grid.c, to
+ * the bit. */
 #include "trws_visit.h"
 
 #if QS_HAVE_AVX2
@@ -88,8 +88,8 @@ QS_WIDE int64_t pass(const qs_trws_state *state, uint32_t labels, bool forward, 
     return bound;
 }
 
-/* For the numbers of labels of the common benchmarks there is code of its own, which keeps the costs
- * in registers. */
+/* For the numbers of labels of the common benchmarks there is code of its own, which keeps the
+ * costs in registers. */
 QS_WIDE int64_t any_labels(const qs_trws_state *state, bool forward)
 {
     enum { TSUKUBA = 16, VENUS = 20, RUNS = 3 };

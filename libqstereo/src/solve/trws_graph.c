@@ -23,18 +23,25 @@ static int32_t *message_of(const qs_trws_state *state, const qs_link *link)
     return state->messages + (size_t)link->edge * state->model->labels;
 }
 
+static void add_message(const qs_trws_state *state, const qs_link *link, int32_t *costs)
+{
+    const int32_t *message = message_of(state, link);
+    for (uint32_t d = 0; d < state->model->labels; d++) {
+        costs[d] += message[d];
+    }
+}
+
 /* The unary costs of a site and the messages to it. */
 static void add_all(const qs_trws_state *state, uint32_t site, int32_t *total)
 {
     const qs_model *model = state->model;
     const int32_t *unary = model->unary + (size_t)site * model->labels;
     for (uint32_t d = 0; d < model->labels; d++) {
-        total[d] = qs_min32(unary[d], state->scale.most) << state->scale.shift;
+        total[d] = qs_min_i32(unary[d], state->scale.most) << state->scale.shift;
     }
     for (uint32_t n = model->link_start[site]; n < model->link_start[site + 1]; n++) {
-        const int32_t *message = message_of(state, &model->links[n]);
-        for (uint32_t d = 0; model->links[n].weight > 0 && d < model->labels; d++) {
-            total[d] += message[d];
+        if (model->links[n].weight > 0) {
+            add_message(state, &model->links[n], total);
         }
     }
 }
@@ -53,7 +60,7 @@ static int32_t least_part(const int32_t *part, uint32_t labels)
 {
     int32_t least = part[0];
     for (uint32_t d = 1; d < labels; d++) {
-        least = qs_min32(least, part[d]);
+        least = qs_min_i32(least, part[d]);
     }
     return least;
 }
@@ -132,9 +139,11 @@ static void sweep_chain(const qs_trws_state *state, const pass_record *record,
 {
     const qs_model *model = state->model;
     uint32_t labels = model->labels;
-    const int32_t *later = after ? record->replaced + (size_t)after->edge * labels : NULL;
-    for (uint32_t d = 0; later && d < labels; d++) {
-        part[d] += later[d];
+    if (after) {
+        const int32_t *later = record->replaced + (size_t)after->edge * labels;
+        for (uint32_t d = 0; d < labels; d++) {
+            part[d] += later[d];
+        }
     }
     int32_t least = least_part(part, labels);
     for (uint32_t d = 0; d < labels; d++) {
@@ -207,18 +216,15 @@ static void add_around(const qs_trws_state *state, uint32_t site, bool forward,
     const qs_model *model = state->model;
     const int32_t *unary = model->unary + (size_t)site * model->labels;
     for (uint32_t d = 0; d < model->labels; d++) {
-        costs[d] = qs_min32(unary[d], state->scale.most) << state->scale.shift;
+        costs[d] = qs_min_i32(unary[d], state->scale.most) << state->scale.shift;
     }
     for (uint32_t n = model->link_start[site]; n < model->link_start[site + 1]; n++) {
         const qs_link *link = &model->links[n];
         if ((link->site < site) == forward) {
             qs_message_pay(model, link->weight << state->scale.shift, forward,
                            labelling[link->site], costs);
-            continue;
-        }
-        const int32_t *message = message_of(state, link);
-        for (uint32_t d = 0; link->weight > 0 && d < model->labels; d++) {
-            costs[d] += message[d];
+        } else if (link->weight > 0) {
+            add_message(state, link, costs);
         }
     }
 }

@@ -1,5 +1,6 @@
 #include "trws_passes.h"
 
+#include "../base/minmax.h"
 #include "label_from_messages.h"
 #include "trws_visit.h"
 
@@ -18,10 +19,10 @@ QS_KERNEL int32_t send_potts(const int32_t *costs, int32_t *message, uint32_t la
 {
     int32_t least = costs[0];
     for (uint32_t d = 1; d < labels; d++) {
-        least = qs_min32(least, costs[d]);
+        least = qs_min_i32(least, costs[d]);
     }
     for (uint32_t d = 0; d < labels; d++) {
-        message[d] = qs_min32(costs[d] - least, weight);
+        message[d] = qs_min_i32(costs[d] - least, weight);
     }
     return least;
 }

@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "../base/minmax.h"
 #include "trws_visit.h"
 
 typedef struct sweep {
@@ -76,7 +77,7 @@ static void sweep_chain(const sweep *s, int32_t *costs, int32_t *later, const in
     for (uint32_t d = 0; d < s->labels; d++) {
         costs[d] += later[d];
         s->costs[d] = costs[d] - came[d];
-        least = qs_min32(least, costs[d]);
+        least = qs_min_i32(least, costs[d]);
     }
     for (uint32_t d = 0; d < s->labels; d++) {
         costs[d] -= least;

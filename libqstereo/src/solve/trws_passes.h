@@ -38,8 +38,8 @@ typedef struct qs_trws_state {
     const qs_model *model;
     qs_scale scale;
     bool wide; /* the processor has AVX2 */
-    /* Of a grid, two messages of `labels` numbers for each site: on the edge to its right neighbour,
-     * then on that to its lower one. Of a graph one for each edge. */
+    /* Of a grid, two messages of `labels` numbers for each site: on the edge to its right
+     * neighbour, then on that to its lower one. Of a graph one for each edge. */
     int32_t *messages;
     int32_t *scratch;
     /* The sites that the passes visit, in order; NULL = all. The others have no edges, and a label

@@ -2,6 +2,7 @@
 #ifndef QS_TRWS_VISIT_H
 #define QS_TRWS_VISIT_H
 
+#include "../base/minmax.h"
 #include "../base/simd.h"
 #include "trws_passes.h"
 
@@ -49,7 +50,7 @@ QS_KERNEL void qs_visit_charge(const qs_visit *v, qs_scale scale, uint32_t label
                                int32_t *column)
 {
     for (uint32_t d = 0; d < labels; d++) {
-        int32_t cost = qs_min32(v->unary[d], scale.most) << scale.shift;
+        int32_t cost = qs_min_i32(v->unary[d], scale.most) << scale.shift;
         int32_t total = cost + v->row_in[d] + v->column_in[d] + v->row_out[d] + v->column_out[d];
         int32_t part = (total >> v->halves) & v->row_share;
         row[d] = part - v->row_out[d];

@@ -3,9 +3,11 @@
 #include <stdbool.h>
 #include <string.h>
 
-/* Costs are computed for TILE pixels at a time, label by label, so that the least of each pixel is
- * a plain minimum of rows, then turned round to the file's order. Both stay in the first cache for
- * all usual numbers of labels. */
+#include "../base/minmax.h"
+
+/* Costs are computed for TILE pixels at a time, label by label: so the least cost of each pixel is
+ * the minimum of some rows. Then they are turned round, to stand pixel by pixel. Both stay in the
+ * first cache for all usual numbers of labels. */
 enum { TILE = 64, GROUP = 16, HALF = 8 };
 
 typedef struct matcher {
@@ -24,8 +26,8 @@ size_t qs_stereo_workspace(const qs_stereo *stereo)
     return sizeof(matcher) + (size_t)TILE * labels_of(stereo);
 }
 
-/* |left - right| of a tile for one label, and the least so far. Larger less smaller: byte
- * instructions throughout. */
+/* |left - right| of a tile for one label, and the least so far. It is the larger less the smaller,
+ * so that all instructions work on bytes. */
 static void ad_plane(const uint8_t *restrict left, const uint8_t *restrict right,
                      uint8_t *restrict plane, uint8_t *restrict least)
 {
@@ -37,8 +39,8 @@ static void ad_plane(const uint8_t *restrict left, const uint8_t *restrict right
     }
 }
 
-/* GROUP or HALF planes, less the least, side by side for each pixel. Two functions, for the
- * compiler makes a network of interleavings of each only where it knows the number. */
+/* Puts GROUP planes, or HALF of them, less the least, side by side for each pixel. There are two
+ * functions because the compiler makes fast code of each only if it knows the number of planes. */
 static void interleave_group(const uint8_t *restrict planes, const uint8_t *restrict least,
                              uint8_t *restrict out)
 {
@@ -59,6 +61,7 @@ static void interleave_half(const uint8_t *restrict planes, const uint8_t *restr
     }
 }
 
+/* Copies the labels that have been put side by side to their place in each pixel. */
 static void place(const uint8_t *together, size_t size, uint8_t *costs, size_t labels,
                   uint32_t count)
 {
@@ -67,8 +70,8 @@ static void place(const uint8_t *together, size_t size, uint8_t *costs, size_t l
     }
 }
 
-/* Turns planes (label by label) into costs (pixel by pixel), several labels at a time; the last
- * ones may overlap. */
+/* Turns planes (label by label) into costs (pixel by pixel), several labels at a time. The last
+ * group of labels may overlap the one before. */
 static void turn(const matcher *m, const uint8_t *least, uint32_t count, uint8_t *costs)
 {
     uint8_t together[TILE * GROUP];
@@ -81,10 +84,11 @@ static void turn(const matcher *m, const uint8_t *least, uint32_t count, uint8_t
         interleave_group(m->planes + (size_t)TILE * d, least, together);
         place(together, GROUP, costs + d, labels, count);
     }
-    for (; d < labels && labels >= HALF; d += HALF) {
-        d = d + HALF <= labels ? d : labels - HALF;
+    while (d < labels && labels >= HALF) {
+        d = qs_min_u32(d, labels - HALF);
         interleave_half(m->planes + (size_t)TILE * d, least, together);
         place(together, HALF, costs + d, labels, count);
+        d += HALF;
     }
     for (; d < labels; d++) {
         for (uint32_t i = 0; i < count; i++) {
@@ -117,12 +121,10 @@ static void ad_tile(const matcher *m, uint32_t row, uint32_t x, uint32_t count, 
 static void ad_row(void *context, uint32_t row, void *costs, int32_t *least)
 {
     const matcher *m = context;
-    uint32_t count = m->width < TILE ? m->width : TILE;
+    uint32_t count = qs_min_u32(m->width, TILE);
     for (uint32_t x = 0; x < m->width; x += TILE) {
         uint8_t tile_least[TILE];
-        uint32_t from = x + count <= m->width
-                            ? x
-                            : m->width - count; /* the last tile may overlap the one before */
+        uint32_t from = qs_min_u32(x, m->width - count); /* the last may overlap the one before */
         ad_tile(m, row, from, count, (uint8_t *)costs + (size_t)from * m->labels, tile_least);
         for (uint32_t i = 0; i < count; i++) {
             least[from + i] = tile_least[i];
@@ -136,8 +138,8 @@ static void scaled_ad_row(void *context, uint32_t row, void *costs, int32_t *lea
     const matcher *m = context;
     uint32_t scale = m->stereo.scale, *wide = costs;
     size_t count = (size_t)m->width * m->labels;
-    uint8_t *narrow = (uint8_t *)costs +
-                      3 * count; /* the last quarter: widening from the front never overtakes it */
+    /* The bytes go into the last quarter. Widening from the front never overtakes them. */
+    uint8_t *narrow = (uint8_t *)costs + 3 * count;
     ad_row(context, row, narrow, least);
     for (size_t i = 0; i < count; i++) {
         wide[i] = narrow[i] * scale;
@@ -160,7 +162,7 @@ static bool is_stereo(const qs_stereo *stereo)
            stereo->scale >= 1 && stereo->scale <= INT32_MAX / UINT8_MAX && stereo->weight >= 0;
 }
 
-/* The window less the pixels whose matches leave the right picture. */
+/* The grid: the window without the pixels whose matches may leave the right picture. */
 static qs_status place_grid(const qs_stereo *stereo, qs_problem *problem)
 {
     uint32_t width = (uint32_t)stereo->left.width, height = (uint32_t)stereo->left.height;

@@ -1,0 +1,81 @@
+#include "command.h"
+
+#include <string.h>
+
+#include "text/fail.h"
+
+int job_open_problem(job *at)
+{
+    return problem_open(at->given->operands[0], &at->limit, &at->both.problem);
+}
+
+int job_open_samples(job *at)
+{
+    return answer_open_samples(&at->both, at->given->operands[1], &at->limit);
+}
+
+int job_open_output(job *at, const char *path, output **opened)
+{
+    TRY(output_open(&at->outs[at->out_count], path));
+    *opened = &at->outs[at->out_count++];
+    return DONE;
+}
+
+/* The argument of an option that commands share; NULL if it is not given, or if the command does
+ * not have it. */
+static const char *shared_value(const command_line *line, const arguments *given, const char *name)
+{
+    size_t index = options_find(line, name, strlen(name));
+    return index < line->option_count ? given->values[index] : NULL;
+}
+
+static int open_job(const command_line *line, job *at)
+{
+    const char *limit = shared_value(line, at->given, "memory-limit");
+    const char *path = shared_value(line, at->given, "output");
+    at->json = shared_value(line, at->given, "json") != NULL;
+    if (at->json && path != NULL && output_is_standard(path)) {
+        return fail_usage("--json and --output cannot both go to standard output: "
+                          "name a file with -o");
+    }
+    return limit != NULL ? budget_read(limit, &at->limit) : DONE;
+}
+
+/* Makes the outputs and their folder appear, or removes them. */
+static int end_outputs(job *at, int status)
+{
+    if (status == DONE) {
+        status = output_commit(at->outs, at->out_count);
+    } else {
+        for (size_t i = 0; i < at->out_count; i++) {
+            output_abandon(&at->outs[i]);
+        }
+    }
+    if (status == DONE) {
+        output_keep_folder();
+    } else {
+        output_drop_folder();
+    }
+    return status;
+}
+
+int command_run(const command *run, int argc, char **argv)
+{
+    arguments given;
+    job at;
+    int status;
+    fail_as(run->line.name);
+    if (!options_read(&run->line, argc, argv, &given, &status)) {
+        return status;
+    }
+    memset(&at, 0, sizeof at);
+    at.given = &given;
+    at.values = given.values;
+    status = open_job(&run->line, &at);
+    if (status == DONE) {
+        status = run->run(&at);
+    }
+    status = end_outputs(&at, status);
+    budget_free(&at.limit);
+    return status;
+}

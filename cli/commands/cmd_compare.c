@@ -1,0 +1,309 @@
+#include <ctype.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "command.h"
+#include "comparison.h"
+#include "pictures/disparity_map.h"
+#include "pictures/picture_library.h"
+#include "solving.h"
+#include "survey.h"
+#include "text/fail.h"
+#include "text/json.h"
+
+enum {
+    SOLVER_LIST,
+    SAMPLES,
+    SEARCH,
+    TRUTH = SEARCH + SEARCH_OPTIONS,
+    TRUTH_SCALE,
+    MAPS,
+    SCALE,
+    JSON,
+    MEMORY_LIMIT
+};
+
+static const option options[] = {
+    [SOLVER_LIST] = {"solvers", 0, false, "NAMES", "icm,anneal,swap,expansion,bp,trws,best",
+                     "solvers to run, separated by commas"},
+    [SAMPLES] = {"samples", 0, false, "S.qsf", NULL,
+                 "add the best feasible sample of this file; may be given several times"},
+    [SEARCH] = SEARCH_OPTION_ROWS,
+    [TRUTH] = TRUTH_OPTION,
+    [TRUTH_SCALE] = TRUTH_SCALE_OPTION,
+    [MAPS] = {"maps", 0, false, "DIR", NULL,
+              "write each map as DIR/SOLVER.png (.pgm in a build without OpenCV)"},
+    [SCALE] = SCALE_OPTION,
+    [JSON] = JSON_OPTION,
+    [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
+};
+
+typedef struct request {
+    const solver *by[RESULTS_MAX];
+    size_t solver_count;
+    search how;
+    const char *truth, *maps; /* NULL = none */
+    uint32_t truth_scale, scale;
+} request;
+
+/* A comparison under way. */
+typedef struct comparing {
+    job *at; /* its samples are those of the moment */
+    request asked;
+    laid_out laid;
+    true_map truth;
+    comparison table;
+} comparing;
+
+static int read_solvers(const char *text, request *asked)
+{
+    for (;;) {
+        size_t length = strcspn(text, ",");
+        if (asked->solver_count == RESULTS_MAX) {
+            return fail_usage("--solvers: %d solvers are the most", RESULTS_MAX);
+        }
+        TRY(solvers_read(text, length, &asked->by[asked->solver_count++]));
+        if (text[length] == '\0') {
+            return DONE;
+        }
+        text += length + 1;
+    }
+}
+
+static int read_request(const char *const *values, request *asked)
+{
+    asked->truth = values[TRUTH];
+    asked->maps = values[MAPS];
+    TRY(read_solvers(values[SOLVER_LIST], asked));
+    TRY(search_read(&values[SEARCH], &asked->how));
+    TRY(truth_scale_read(values[TRUTH_SCALE], &asked->truth_scale));
+    return map_scale_read(values[SCALE], &asked->scale);
+}
+
+/* Returns true if an earlier result has a map of this name. */
+static bool is_taken(const comparison *table, const char *name)
+{
+    for (size_t i = 0; i < table->count; i++) {
+        if (table->results[i].map != NULL && strcmp(table->results[i].map, name) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static map_format map_format_here(void)
+{
+    return picture_library_writes_png() ? MAP_PNG : MAP_PGM;
+}
+
+/* Names the map DIR/SOLVER.png. A letter that would be awkward in the name of a file becomes _, and
+ * a name that is taken gets a number. */
+static int name_map(comparing *with, result *of)
+{
+    char stem[sizeof of->solver];
+    size_t size = strlen(with->asked.maps) + sizeof stem + 32;
+    char *name = budget_take(&with->at->limit, with->asked.maps, size);
+    if (name == NULL) {
+        return NO_RESOURCE;
+    }
+    for (size_t i = 0; i < sizeof stem; i++) {
+        char c = of->solver[i];
+        bool fits = c == '\0' || isalnum((unsigned char)c) || strchr("-_", c) != NULL ||
+                    (c == '.' && i > 0);
+        stem[i] = (char)(fits ? c : '_');
+    }
+    const char *ending = map_format_here() == MAP_PNG ? "png" : "pgm";
+    (void)snprintf(name, size, "%s/%s.%s", with->asked.maps, stem, ending);
+    for (unsigned number = 2; is_taken(&with->table, name); number++) {
+        (void)snprintf(name, size, "%s/%s-%u.%s", with->asked.maps, stem, number, ending);
+    }
+    of->map = name;
+    return DONE;
+}
+
+static int add_result(comparing *with, const char *name, size_t size, result **added)
+{
+    TRY(comparison_add(&with->table, name, size, added));
+    return with->asked.maps != NULL ? name_map(with, *added) : DONE;
+}
+
+static int write_map(comparing *with, result *of, const pixel_map *map)
+{
+    file_bytes file = {NULL, 0};
+    output *out;
+    TRY(map_encode(map, map_format_here(), with->asked.scale, of->map, &file));
+    int status = job_open_output(with->at, of->map, &out);
+    if (status == DONE) {
+        output_write_file(out, &file);
+        of->has_map = true;
+    }
+    file_free(&file);
+    return status;
+}
+
+/* Makes the map of a labelling, if the truth or the maps ask for it: its errors, and its file. */
+static int look_at_map(comparing *with, result *of, const uint16_t *labelling, budget *work)
+{
+    const problem_file *problem = &with->at->both.problem;
+    pixel_map map;
+    if (with->asked.truth == NULL && with->asked.maps == NULL) {
+        return DONE;
+    }
+    TRY(map_of_labelling(problem->name, &problem->qubo.labels, labelling, work, &map));
+    if (with->asked.truth != NULL) {
+        TRY(truth_compare(&with->truth, &map, &of->errors));
+    }
+    return with->asked.maps != NULL ? write_map(with, of, &map) : DONE;
+}
+
+static int run_solver(comparing *with, const solver *by, result *of, budget *work)
+{
+    solved found;
+    TRY(solve_problem(&with->laid, by, &with->asked.how, work, &found));
+    of->refusal = found.refusal;
+    if (found.refusal != QS_OK) {
+        return DONE;
+    }
+    of->feasible = of->samples = 1;
+    of->energy = found.solution.energy;
+    of->lower_bound = found.solution.lower_bound;
+    of->microseconds = found.microseconds;
+    return look_at_map(with, of, found.labelling, work);
+}
+
+static int look_at_sample(comparing *with, result *of, uint32_t sample, budget *work)
+{
+    const answer *both = &with->at->both;
+    const uint8_t *bits = qs_samples_bits(&both->samples.view, sample);
+    uint16_t *labelling =
+        budget_take(work, both->problem.name, sizeof *labelling * both->problem.qubo.labels.sites);
+    if (labelling == NULL) {
+        return NO_RESOURCE;
+    }
+    qs_status decoded = qs_sample_decode(&both->problem.index, bits, labelling);
+    return decoded == QS_OK ? look_at_map(with, of, labelling, work)
+                            : fail_status(both->samples.name, decoded);
+}
+
+/* The seconds that the file states, as the files of qstereo solve do; -1 = it does not. */
+static int64_t stated_microseconds(const qs_samples_view *samples)
+{
+    double seconds;
+    bool known = json_find_number(samples->info, samples->info_size, "seconds", &seconds);
+    return known && seconds >= 0 && seconds < 1e12 ? (int64_t)(seconds * 1e6 + 0.5) : -1;
+}
+
+static int add_samples(comparing *with, const char *path, budget *work)
+{
+    answer *both = &with->at->both;
+    const qs_samples_view *samples = &both->samples.view;
+    result *of;
+    survey seen;
+    TRY(answer_open_samples(both, path, work));
+    TRY(survey_samples(both, work, &seen));
+    TRY(survey_fail_wrong(both, &seen));
+    TRY(add_result(with, samples->solver, samples->solver_size, &of));
+    of->samples = samples->count;
+    of->feasible = seen.feasible;
+    of->energy = seen.best_energy;
+    of->microseconds = stated_microseconds(samples);
+    return seen.feasible > 0 ? look_at_sample(with, of, seen.best, work) : DONE;
+}
+
+static int add_files(comparing *with)
+{
+    size_t next = 0;
+    const char *path = options_next(with->at->given, SAMPLES, &next);
+    while (path != NULL) {
+        budget work = budget_inside(&with->at->limit);
+        int status = add_samples(with, path, &work);
+        budget_free(&work);
+        TRY(status);
+        path = options_next(with->at->given, SAMPLES, &next);
+    }
+    return DONE;
+}
+
+static int run_solvers(comparing *with)
+{
+    for (size_t i = 0; i < with->asked.solver_count; i++) {
+        budget work = budget_inside(&with->at->limit);
+        int status = run_solver(with, with->asked.by[i], &with->table.results[i], &work);
+        budget_free(&work);
+        TRY(status);
+    }
+    return DONE;
+}
+
+/* The rows of the solvers come first, but the samples files are read before the solvers run, so
+ * that a bad file is found at once. */
+static int fill_table(comparing *with)
+{
+    const request *asked = &with->asked;
+    result *added;
+    for (size_t i = 0; i < asked->solver_count; i++) {
+        TRY(add_result(with, asked->by[i]->name, strlen(asked->by[i]->name), &added));
+    }
+    TRY(add_files(with));
+    return run_solvers(with);
+}
+
+/* Opens what the options name. */
+static int open_options(comparing *with)
+{
+    const request *asked = &with->asked;
+    const problem_file *problem = &with->at->both.problem;
+    const qs_frame *frame = &problem->qubo.labels.frame;
+    if (asked->truth != NULL || asked->maps != NULL) {
+        TRY(map_check(problem->name, &problem->qubo.labels));
+    }
+    if (asked->truth != NULL) {
+        TRY(truth_open(asked->truth, asked->truth_scale, frame->picture_width,
+                       frame->picture_height, &with->truth));
+    }
+    return asked->maps != NULL ? output_make_folder(asked->maps) : DONE;
+}
+
+static int compare(comparing *with)
+{
+    job *at = with->at;
+    TRY(read_request(at->values, &with->asked));
+    TRY(job_open_problem(at));
+    TRY(lay_out(&at->both.problem, &at->limit, &with->laid));
+    with->table.scale = at->both.problem.scale;
+    with->table.scored = with->asked.truth != NULL;
+    TRY(open_options(with));
+    TRY(fill_table(with));
+    (at->json ? comparison_json : comparison_print)(&with->table);
+    return DONE;
+}
+
+static int run_compare(job *at)
+{
+    comparing with;
+    memset(&with, 0, sizeof with);
+    with.at = at;
+    int status = compare(&with);
+    truth_close(&with.truth);
+    return status;
+}
+
+const command cmd_compare = {
+    .line =
+        {
+            .name = "compare",
+            .operands = {"P.qcf"},
+            .about =
+                "Runs solvers on one problem and adds the samples of others, such as a QPU. "
+                "Prints for each its energy, the gap to the best lower bound of all, its feasible "
+                "samples, the errors against the truth, and the seconds. A solver that cannot be "
+                "used with the pairwise cost is marked.\n",
+            OPTIONS(options),
+            .examples = "  qstereo compare p.qcf --truth truth.png --truth-scale 8\n"
+                        "  qstereo compare p.qcf --samples qpu.qsf --samples hybrid.qsf \\\n"
+                        "      --solvers expansion,trws,best --json\n"
+                        "  qstereo compare p.qcf --time-limit 5 --maps maps\n",
+        },
+    .summary = "run solvers on one problem and print how good each one is",
+    .run = run_compare,
+};

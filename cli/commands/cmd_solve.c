@@ -1,0 +1,132 @@
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "command.h"
+#include "solving.h"
+#include "text/fail.h"
+#include "text/json.h"
+#include "text/numbers.h"
+
+enum { OUTPUT, SOLVER, SEARCH, JSON = SEARCH + SEARCH_OPTIONS, MEMORY_LIMIT };
+
+static const option options[] = {
+    [OUTPUT] = {"output", 'o', true, "S.qsf", NULL, "samples file to write, - is standard output"},
+    [SOLVER] = SOLVER_OPTION,
+    [SEARCH] = SEARCH_OPTION_ROWS,
+    [JSON] = JSON_OPTION,
+    [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
+};
+
+typedef struct request {
+    const solver *by;
+    search how;
+} request;
+
+enum { INFO_SIZE = 512 };
+
+/* What the samples file says about the solver. Energies are in integer units, as everywhere in the
+ * file. */
+static size_t write_info(const request *asked, const solved *found, char info[INFO_SIZE])
+{
+    char iterations[24] = "null", limit[DECIMAL_SIZE] = "null", bound[24] = "null",
+         seconds[DECIMAL_SIZE];
+    if (asked->how.iterations > 0) {
+        (void)snprintf(iterations, sizeof iterations, "%" PRIu64, asked->how.iterations);
+    }
+    if (asked->how.time_limit > 0) {
+        decimal_write(asked->how.time_limit, 1000000, limit);
+    }
+    if (solved_has_bound(found)) {
+        (void)snprintf(bound, sizeof bound, "%" PRId64, found->solution.lower_bound);
+    }
+    decimal_write(found->microseconds, 1000000, seconds);
+    int size = snprintf(
+        info, INFO_SIZE,
+        "{\"parameters\": {\"iterations\": %s, \"time_limit\": %s, \"seed\": %" PRIu64 "}, "
+        "\"lower_bound\": %s, \"proven_optimal\": %s, \"iterations\": %" PRIu64
+        ", \"seconds\": %s}",
+        iterations, limit, asked->how.seed, bound, solved_is_proven(found) ? "true" : "false",
+        found->solution.iterations, seconds);
+    return (size_t)size;
+}
+
+static int write_samples(const request *asked, const problem_file *problem, const solved *found,
+                         output *out)
+{
+    char info[INFO_SIZE];
+    const qs_record record = {found->qubo_energy, 1, QS_NO_CHAINS};
+    qs_samples samples = {
+        .variables = problem->qubo.variables,
+        .count = 1,
+        .solver = found->solver,
+        .solver_size = strlen(found->solver),
+        .info = info,
+        .info_size = write_info(asked, found, info),
+        .records = &record,
+        .bits = found->bits,
+    };
+    const qs_sink sink = {output_sink, out};
+    qs_digest(problem->file.bytes, problem->file.size, samples.problem);
+    qs_status written = qs_samples_write(&samples, &sink, NULL);
+    /* The end of the command reports refused bytes. */
+    return written == QS_OK || written == QS_E_IO ? DONE : fail_status(out->name, written);
+}
+
+static void print_result(const job *at, const solved *found)
+{
+    const char *path = at->values[OUTPUT];
+    uint32_t scale = at->both.problem.scale;
+    if (at->json) {
+        json_begin();
+        solved_json(found, scale);
+        json_end();
+    } else if (!output_is_standard(path)) {
+        printf("%s: ", path);
+        solved_print(found, scale);
+    }
+}
+
+static int run_solve(job *at)
+{
+    request asked;
+    laid_out laid;
+    output *out;
+    solved found;
+    TRY(solver_read(at->values[SOLVER], &asked.by));
+    TRY(search_read(&at->values[SEARCH], &asked.how));
+    TRY(job_open_problem(at));
+    TRY(lay_out(&at->both.problem, &at->limit, &laid));
+    TRY(job_open_output(at, at->values[OUTPUT], &out));
+    TRY(solve_problem(&laid, asked.by, &asked.how, &at->limit, &found));
+    TRY(solved_check(&laid, &found));
+    TRY(write_samples(&asked, &at->both.problem, &found, out));
+    print_result(at, &found);
+    return DONE;
+}
+
+const command cmd_solve = {
+    .line =
+        {
+            .name = "solve",
+            .operands = {"P.qcf"},
+            .about =
+                "Solves a QUBO of qstereo encode or reduce (one-hot, one-hot-sparse, domain-wall) "
+                "on this machine, as the labelling problem that it is, and writes the answer as a "
+                "samples file with one sample.\n\n"
+                "icm, anneal, swap and expansion go from labelling to labelling; bp and trws pass "
+                "messages; best runs expansion, trws and moves together. cut takes only the "
+                "pairwise costs that minimum cuts solve to the optimum. trws, cut and best also "
+                "give an exact lower bound: no "
+                "labelling has a lower energy. If the energy of the answer is equal to it, the "
+                "answer is proven optimal.\n\n"
+                "Ctrl-C ends the command without a file.\n",
+            OPTIONS(options),
+            .examples =
+                "  qstereo solve p.qcf -o s.qsf\n"
+                "  qstereo solve p.qcf -o s.qsf --solver trws --time-limit 2.5 --json\n"
+                "  qstereo solve p.qcf -o s.qsf --solver anneal --iterations 2000 --seed 1\n",
+        },
+    .summary = "solve a .qcf on this machine, with a lower bound of every energy",
+    .run = run_solve,
+};

@@ -1,0 +1,78 @@
+/* Disparity maps: made from a labelling, as files, and in colours.
+ *
+ * As files they hold whole numbers (disparity * scale, 0 = no value) in .pgm and .png, or pixels as
+ * floats in .pfm. Each function that can fail returns an exit status and has printed why. */
+#ifndef DISPARITY_MAP_H
+#define DISPARITY_MAP_H
+
+#include "command.h"
+#include "files.h"
+#include "qstereo.h"
+
+/* The scale at which the floats of a PFM are held. */
+#define PFM_SCALE 65536u
+
+/* Reads a map. `scale` is that of a map of whole numbers; a PFM is in pixels. Returns DONE,
+ * BAD_INPUT or NO_RESOURCE. The caller frees the values. */
+int map_read(const char *path, uint32_t scale, qs_map *map, int32_t **values);
+
+/* A map in pixels. */
+typedef struct pixel_map {
+    int32_t *disparities; /* row after row; QS_NO_DISPARITY = no value. The budget owns them */
+    uint32_t width, height;
+    uint32_t least, most; /* the range of the colours */
+} pixel_map;
+
+/* Checks that a map can be made from labels. `name` is for the message. Returns DONE or
+ * BAD_INPUT. */
+int map_check(const char *name, const qs_labels *labels);
+
+/* Makes the map of a labelling, after map_check. Returns DONE or NO_RESOURCE. */
+int map_of_labelling(const char *name, const qs_labels *labels, const uint16_t *labelling,
+                     budget *limit, pixel_map *map);
+
+typedef enum map_format { MAP_PGM, MAP_PNG, MAP_PFM } map_format;
+
+/* The map as the bytes of a file, which file_free frees. Returns DONE, BAD_INPUT (a value does not
+ * fit) or NO_RESOURCE. */
+int map_encode(const pixel_map *map, map_format format, uint32_t scale, const char *path,
+               file_bytes *file);
+
+/* The map in colours, as a PNG or a PPM: small disparities blue, large ones red, no value black. */
+int map_encode_colour(const pixel_map *map, bool png, const char *path, file_bytes *file);
+
+/* The map that a command writes, and the map in colours beside it: rows for a table of options. */
+#define MAP_OUTPUT_OPTION                                                                          \
+    {"output", 'o',  true,                                                                         \
+     "MAP",    NULL, "map to write: .png, .pgm or .pfm; - is standard output, as PGM"}
+#define SCALE_OPTION                                                                               \
+    {"scale", 0, false, "S", "8", "a .png or .pgm holds disparity x S, from 2; a .pfm holds pixels"}
+#define COLOR_OPTION                                                                               \
+    {"color", 0, false, NULL, NULL, "write a map in colours beside it, MAP.color.png (or .ppm)"}
+
+typedef struct map_request {
+    const char *output;
+    char *colour; /* the name of the second map; NULL = none. The budget owns it */
+    map_format format;
+    uint32_t scale;
+    output *files[2]; /* after map_request_open */
+} map_request;
+
+/* Reads the arguments of the rows. Returns DONE, BAD_USAGE or NO_RESOURCE. */
+int map_request_read(const char *path, const char *scale, bool color, budget *limit,
+                     map_request *asked);
+
+/* Reads the argument of --scale. Returns DONE or BAD_USAGE. */
+int map_scale_read(const char *text, uint32_t *scale);
+
+/* Opens the outputs of the request. Returns what job_open_output does. */
+int map_request_open(map_request *asked, job *at);
+
+/* Writes the map into them. Returns DONE, BAD_INPUT or NO_RESOURCE. */
+int map_request_write(const map_request *asked, const pixel_map *map);
+
+/* Print the names of the files: keys of JSON, and the beginning of a line for people. */
+void map_request_json(const map_request *asked);
+void map_request_print(const map_request *asked);
+
+#endif

@@ -1,0 +1,30 @@
+/* The picture library that the command was built with: OpenCV (picture_opencv.cpp), or none
+ * (picture_none.c). */
+#ifndef PICTURE_LIBRARY_H
+#define PICTURE_LIBRARY_H
+
+#include "files.h"
+#include "pictures/picture.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* For --version. */
+const char *picture_library_name(void);
+
+/* Returns true if the library writes PNG. */
+bool picture_library_writes_png(void);
+
+/* Decodes a picture that is no PGM, PPM or PFM; picture_free frees it. */
+picture_status picture_library_decode(const file_bytes *file, picture *decoded,
+                                      char reason[REASON_SIZE]);
+
+/* Encodes a PNG; file_free frees it. */
+picture_status picture_library_encode_png(const picture *encoded, file_bytes *file);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,151 @@
+#define _XOPEN_SOURCE 700
+
+#include "progress_line.h"
+
+#include <inttypes.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "text/numbers.h"
+#include "text/fail.h"
+
+/* Lines fit the narrowest usual terminal. */
+enum { PERIOD = 200000, LINE_WIDTH = 79, LINE_SIZE = LINE_WIDTH + 1 };
+
+/* Goes to the beginning of the line and clears it. */
+static const char clear_line[] = "\r\033[K";
+
+static volatile sig_atomic_t line_stands;
+
+static int64_t microseconds(void)
+{
+    struct timespec now = {0, 0};
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
+}
+
+progress progress_begin(const char *solver, uint32_t scale, int64_t limit)
+{
+    int64_t now = microseconds();
+    return (progress){solver, scale, now, limit, now + PERIOD, isatty(STDERR_FILENO) != 0,
+                      false,  false};
+}
+
+/* Appends to a line, if all of it fits: half of a number would be another number. */
+PRINTF_LIKE(2, 3) static void append(char line[LINE_SIZE], const char *format, ...)
+{
+    char part[LINE_SIZE];
+    va_list values;
+    va_start(values, format);
+    int size = vsnprintf(part, sizeof part, format, values);
+    va_end(values);
+    if (size >= 0 && strlen(line) + (size_t)size < LINE_SIZE) {
+        strcat(line, part);
+    }
+}
+
+static void begin_line(const progress *shown, int64_t time, uint64_t iteration,
+                       char line[LINE_SIZE])
+{
+    line[0] = '\0';
+    append(line, "%s: %.1f s, iteration %" PRIu64, shown->solver,
+           (double)(time - shown->begin) / 1e6, iteration);
+}
+
+static void append_bound(const progress *shown, int64_t energy, int64_t lower_bound,
+                         char line[LINE_SIZE])
+{
+    char bound[DECIMAL_SIZE], gap[GAP_SIZE];
+    if (lower_bound != QS_NO_BOUND) {
+        decimal_write(lower_bound, shown->scale, bound);
+        gap_write(energy, lower_bound, shown->scale, gap);
+        append(line, ", bound %s", bound);
+        append(line, ", gap %s", gap);
+    }
+}
+
+/* Appends the gap in percent, which is short at any scale. An energy of 0 has no percentage. */
+static void append_gap(const progress *shown, int64_t energy, int64_t lower_bound,
+                       char line[LINE_SIZE])
+{
+    char gap[DECIMAL_SIZE];
+    if (lower_bound != QS_NO_BOUND && energy != 0) {
+        append(line, ", gap %.4f %%", gap_percent(energy, lower_bound));
+    } else if (lower_bound != QS_NO_BOUND) {
+        decimal_write(energy - lower_bound, shown->scale, gap);
+        append(line, ", gap %s", gap);
+    }
+}
+
+static void show(progress *shown, const char *line)
+{
+    line_stands = 1;
+    fprintf(stderr, "%s%s", clear_line, line);
+    (void)fflush(stderr);
+    shown->shown = true;
+    shown->next = microseconds() + PERIOD;
+}
+
+static bool is_due(const progress *watched, int64_t time)
+{
+    return watched->terminal && time >= watched->next;
+}
+
+static bool has_time(progress *watched, int64_t time)
+{
+    watched->out_of_time = watched->limit > 0 && time - watched->begin >= watched->limit;
+    return !watched->out_of_time;
+}
+
+bool progress_watch(void *context, const qs_progress *now)
+{
+    progress *watched = context;
+    int64_t time = microseconds();
+    char line[LINE_SIZE], energy[DECIMAL_SIZE];
+    if (is_due(watched, time)) {
+        decimal_write(now->energy, watched->scale, energy);
+        begin_line(watched, time, now->iteration, line);
+        append(line, ", energy %s", energy);
+        append_bound(watched, now->energy, now->lower_bound, line);
+        show(watched, line);
+    }
+    return has_time(watched, time);
+}
+
+bool progress_watch_reduction(void *context, const qs_reduction *now)
+{
+    progress *watched = context;
+    int64_t time = microseconds();
+    char line[LINE_SIZE];
+    if (is_due(watched, time)) {
+        begin_line(watched, time, now->iterations, line);
+        append(line, ", %" PRIu64 " variables left", now->variables);
+        append_gap(watched, now->upper_bound, now->lower_bound, line);
+        show(watched, line);
+    }
+    return has_time(watched, time);
+}
+
+int64_t progress_end(progress *ended)
+{
+    int64_t elapsed = microseconds() - ended->begin;
+    if (ended->shown) {
+        fputs(clear_line, stderr);
+        (void)fflush(stderr);
+        line_stands = 0;
+    }
+    return elapsed;
+}
+
+void progress_interrupt(void)
+{
+    if (line_stands) {
+        /* If this fails, the terminal is gone, and there is nothing to clear. */
+        ssize_t written = write(STDERR_FILENO, clear_line, sizeof clear_line - 1);
+        (void)written;
+    }
+}

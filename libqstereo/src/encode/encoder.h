@@ -1,0 +1,63 @@
+/* What the parts of qs_encode share. Each part plans a chunk (its size, its share of the sum of all
+ * absolute terms) and puts it, in one pass over the problem. */
+#ifndef QS_ENCODER_H
+#define QS_ENCODER_H
+
+#include "../../include/qstereo/encode.h"
+#include "../base/arena.h"
+#include "penalty.h"
+#include "qcf_writer.h"
+
+typedef struct qs_encoder {
+    const qs_problem *problem;
+    uint32_t sites;
+    /* What is asked for. */
+    qs_encoding encoding;
+    qs_penalty penalty;
+    uint64_t alpha, gap;
+    /* The workspace. */
+    int64_t *sums; /* of qs_reach_visit_all; problems without a grid only */
+    int32_t *row_max; /* of a table: the largest cost of each row, */
+    int32_t *column_max; /* and of each column */
+    void *costs; /* of the strips */
+    /* The plan. */
+    qs_qcf qcf;
+    int64_t block_max; /* the largest pairwise cost */
+    uint64_t block_sum; /* sum of the absolute entries of the block */
+    uint64_t weight_sum; /* over all edges */
+    int64_t weight; /* of every edge; -1 = they differ; QS_WEIGHT_UNSEEN = there is no edge yet */
+    uint64_t magnitude; /* M of docs/FORMAT.md without the offset, saturated */
+    int64_t *offset; /* set when the linear terms have been put */
+} qs_encoder;
+
+enum { QS_WEIGHT_UNSEEN = -2 };
+
+static inline bool qs_is_sparse(const qs_encoder *e)
+{
+    return e->encoding == QS_ONE_HOT_SPARSE;
+}
+
+static inline bool qs_has_table(const qs_encoder *e)
+{
+    return e->problem->pairwise.smoothness == QS_TABLE;
+}
+
+/* The sum of the weights times the band of V: what one-hot-sparse puts into the offset, and 0 in
+ * one-hot. Saturated above QS_ENERGY_MAX. */
+uint64_t qs_band_sum(const qs_encoder *e);
+
+/* The block, V or minus the band of one-hot-sparse, and the couplings by it. */
+void qs_plan_couplings(qs_encoder *e);
+void qs_put_the_block(qs_writer *writer, const void *encoder);
+void qs_put_the_runs(qs_writer *writer, const void *encoder);
+
+/* The linear terms, and the paper's alpha. Needs the couplings' plan. */
+void qs_plan_costs(qs_encoder *e);
+/* Puts them, and the offset into *offset: it is known only when all costs have been made. */
+void qs_put_the_costs(qs_writer *writer, const void *encoder);
+
+/* The penalties. Needs the couplings' plan, and alpha. */
+void qs_plan_penalties(qs_encoder *e);
+void qs_put_the_penalties(qs_writer *writer, const void *encoder);
+
+#endif

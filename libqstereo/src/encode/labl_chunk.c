@@ -1,0 +1,76 @@
+#include "labl_chunk.h"
+
+#include "../base/minmax.h"
+#include "../files/qcf_layout.h"
+
+typedef struct payload {
+    const qs_labels *labels;
+    const uint8_t *cells;
+} payload;
+
+static uint64_t cell_count(const qs_labels *l)
+{
+    return (uint64_t)l->width * l->height;
+}
+
+static bool is_masked(const payload *p)
+{
+    return p->cells || p->labels->mask;
+}
+
+static void put_fields(qs_writer *writer, const payload *p)
+{
+    const qs_labels *l = p->labels;
+    const qs_frame *f = &l->frame;
+    const uint32_t fields[QS_LABL_HEAD / 4] = {
+        l->encoding,
+        l->pairwise.smoothness,
+        l->pairwise.truncation,
+        l->labels,
+        l->scale,
+        l->penalty,
+        l->gap,
+        (uint32_t)l->weight,
+        l->width,
+        l->height,
+        f->picture_width,
+        f->picture_height,
+        f->x,
+        f->y,
+        f->first,
+        is_masked(p),
+    };
+    for (int i = 0; i < QS_LABL_HEAD / 4; i++) {
+        qs_put_u32(writer, fields[i]);
+    }
+}
+
+static void put_cells(qs_writer *writer, const uint8_t *cells, uint64_t count)
+{
+    for (uint64_t at = 0; at < count; at += 8) {
+        uint64_t end = qs_min_u64(at + 8, count);
+        unsigned byte = 0;
+        for (uint64_t i = at; i < end; i++) {
+            byte |= (unsigned)(cells[i] != 0) << (i - at);
+        }
+        qs_put_unsigned(writer, byte, 1);
+    }
+}
+
+static void put_payload(qs_writer *writer, const void *context)
+{
+    const payload *p = context;
+    put_fields(writer, p);
+    if (p->cells) {
+        put_cells(writer, p->cells, cell_count(p->labels));
+    } else if (p->labels->mask) {
+        qs_put(writer, p->labels->mask, (size_t)qs_bit_bytes(cell_count(p->labels)));
+    }
+}
+
+void qs_put_labl(qs_writer *writer, const qs_labels *labels, const uint8_t *cells)
+{
+    payload p = {labels, cells};
+    uint64_t mask = is_masked(&p) ? qs_bit_bytes(cell_count(labels)) : 0;
+    qs_put_chunk(writer, "labl", QS_LABL_HEAD + mask, put_payload, &p);
+}

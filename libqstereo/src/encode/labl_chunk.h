@@ -1,0 +1,14 @@
+/* The side chunk labl: what the variables of a QUBO mean (docs/FORMAT.md). */
+#ifndef QS_LABL_CHUNK_H
+#define QS_LABL_CHUNK_H
+
+#include "../../include/qstereo/labels.h"
+#include "../files/container.h"
+
+/* Puts the chunk.
+ *
+ * cells  of a grid as a problem has it, a byte for each cell, 0 = it is no site; NULL = the mask is
+ *        labels->mask, whose bits are those of the file */
+void qs_put_labl(qs_writer *writer, const qs_labels *labels, const uint8_t *cells);
+
+#endif
