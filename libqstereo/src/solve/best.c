@@ -50,8 +50,8 @@ static bool watch_moves(void *context, const qs_progress *progress)
     return !s->stopped;
 }
 
-/* Improves a labelling by expansion, where the pairwise cost is no metric by fusion moves, and where
- * the costs are too large for cuts by icm. */
+/* Improves a labelling by expansion, where the pairwise cost is no metric by fusion moves, and
+ * where the costs are too large for cuts by icm. */
 static qs_status improve(supervisor *s, uint16_t *labelling)
 {
     qs_solve_options options = {.watch = watch_moves, .context = s};
