@@ -14,7 +14,8 @@ from .container import FormatError
 from .failure import BAD_INPUT, NO, OK, USAGE, Failure, failing, io
 from .output import Output
 from .qsf import read_qsf
-from .services import NAMES, WANTED, client, configured, connect, explain, explained
+from .services import (NAMES, WANTED, client, configuration, configured, connect, explain,
+                       explained)
 from .text import line, lines
 
 
@@ -45,6 +46,9 @@ def _send(options, problem, session, progress):
         if earlier:
             stack.callback(earlier.leave)
         stack.enter_context(explained())
+        if session is None:
+            # An account that there is not is told of before anything large is imported or built.
+            configuration()
         kind = registry.find(options.solver).run(options.solver, problem, options)
         session = session or stack.enter_context(connect(options.solver, options.solver_name))
         if options.max_charge is not None and options.out_dir is None:

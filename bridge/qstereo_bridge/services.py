@@ -13,6 +13,7 @@ from .solvers import SolverError
 
 CONFIGURE = ("set up your account with `dwave config create`, or put your token into the "
              "environment variable DWAVE_API_TOKEN")
+NO_ACCOUNT = f"no D-Wave account is configured; {CONFIGURE}"
 # Set to 1, this lets a token travel in plain text to another machine than this one.
 PLAIN_HTTP = "QSTEREO_PLAIN_HTTP"
 # Bytes that one reply may unpack to: far more than any answer that a .qsf could hold.
@@ -97,14 +98,18 @@ def client(kind="base", wanted=None, solver_name=None, **options):
 
 
 def configuration():
-    """Token and endpoint of the user's configuration, where it has them, after a look at both."""
+    """Token and, where it has one, endpoint of the user's configuration, after a look at both.
+
+    Raises SolverError for a configuration that cannot be meant.
+    """
     from dwave.cloud.config import load_config
 
     hide_tokens()
     config = load_config()
     found = {key: config[key].strip() for key in ("token", "endpoint") if config.get(key)}
-    if "token" in config and not found.get("token"):
-        raise SolverError(f"the token of your D-Wave account is empty; {CONFIGURE}")
+    if "token" not in found or not found["token"]:
+        raise SolverError(f"the token of your D-Wave account is empty; {CONFIGURE}"
+                          if "token" in config else NO_ACCOUNT)
     scheme, _, place = found.get("endpoint", "https://").partition("://")
     if scheme not in ("http", "https"):
         raise SolverError(f"D-Wave's endpoint {text.line(found['endpoint'])} does not begin with "
@@ -246,7 +251,7 @@ def explain(error):
     hide_tokens()
     said = text.line(str(error)) or type(error).__name__
     if "API token not defined" in said:
-        return f"no D-Wave account is configured; {CONFIGURE}"
+        return NO_ACCOUNT
     if "Config profile" in said:
         return f"{said}; `dwave config ls` and `dwave config inspect` show those that there are"
     for classes, sentence in SENTENCES:

@@ -87,6 +87,7 @@ def test_endpoints_that_are_taken(endpoint, monkeypatch):
 
 
 def test_plain_http_where_it_is_asked_for(monkeypatch):
+    monkeypatch.setenv("DWAVE_API_TOKEN", TOKEN)
     monkeypatch.setenv("DWAVE_API_ENDPOINT", "http://example.com")
     for allowed, takes in (("", False), ("0", False), ("1", True)):
         monkeypatch.setenv("QSTEREO_PLAIN_HTTP", allowed)
