@@ -26,6 +26,22 @@ static const uint8_t paper_left[12] = {0, 0, 100, 100, 0, 0, 0, 100, 0, 0, 100, 
 static const uint8_t paper_right[12] = {0, 50, 100, 100, 0, 0, 50, 100, 0, 50, 100, 100};
 
 static uint8_t left[WIDTH * HEIGHT], right[WIDTH * HEIGHT];
+/* Constant, so that they take no stack. */
+static const job paper = {
+    .name = "paper.qcf",
+    .stereo = {.left = {paper_left, 4, 3, 4},
+               .right = {paper_right, 4, 3, 4},
+               .disparity_max = 1,
+               .scale = 1,
+               .weight = 10},
+    .options = {.encoding = QS_ONE_HOT, .penalty = QS_PENALTY_GIVEN, .alpha = 200}};
+static const job pattern = {.name = "pattern.qcf",
+                            .stereo = {.left = {left, WIDTH, HEIGHT, WIDTH},
+                                       .right = {right, WIDTH, HEIGHT, WIDTH},
+                                       .disparity_max = LABELS - 1,
+                                       .scale = 1,
+                                       .weight = 20}};
+
 static uint32_t workspace[320]; /* the rest of RAM_MAX is stack */
 static size_t workspace_used;
 
@@ -71,34 +87,6 @@ static qs_status encode(const job *todo)
     return status;
 }
 
-static qs_image picture(const uint8_t *pixels, size_t width, size_t height)
-{
-    return (qs_image){pixels, width, height, width};
-}
-
-static bool encode_paper(void)
-{
-    job paper = {.name = "paper.qcf",
-                 .stereo = {.left = picture(paper_left, 4, 3),
-                            .right = picture(paper_right, 4, 3),
-                            .disparity_max = 1,
-                            .scale = 1,
-                            .weight = 10},
-                 .options = {.encoding = QS_ONE_HOT, .penalty = QS_PENALTY_GIVEN, .alpha = 200}};
-    return encode(&paper) == QS_OK;
-}
-
-static bool encode_pattern(void)
-{
-    job pattern = {.name = "pattern.qcf",
-                   .stereo = {.left = picture(left, WIDTH, HEIGHT),
-                              .right = picture(right, WIDTH, HEIGHT),
-                              .disparity_max = LABELS - 1,
-                              .scale = 1,
-                              .weight = 20}};
-    return encode(&pattern) == QS_OK;
-}
-
 static bool within(const char *what, size_t bytes, size_t most)
 {
     machine_say(what);
@@ -113,7 +101,7 @@ int main(void)
 {
     draw();
     machine_paint_stack();
-    bool written = encode_paper() && encode_pattern();
+    bool written = encode(&paper) == QS_OK && encode(&pattern) == QS_OK;
     size_t stack = machine_stack_used();
     bool small = within("code and constants: ", machine_library_size(), CODE_MAX);
     machine_say("workspaces: ");

@@ -26,7 +26,7 @@ QS_KERNEL ptrdiff_t head(const qs_cut *cut, uint32_t ways, uint32_t node, uint32
 {
     ptrdiff_t p = (ptrdiff_t)node;
     if (ways == GRAPH) {
-        return cut->links[cut->start[node] + a].site;
+        return (ptrdiff_t)cut->links[cut->start[node] + a].site;
     }
     ptrdiff_t step = a < QS_CUT_DOWN    ? 1
                      : a < QS_CUT_ABOVE ? (ptrdiff_t)cut->width
