@@ -247,7 +247,7 @@ bool output_sink(void *out, const void *bytes, size_t size)
 static int close_output(output *out)
 {
     int status = DONE;
-    /* Some file systems cannot sync (EINVAL): that is no failure. */
+    /* Some file systems cannot sync (EINVAL): that is not a failure. */
     if (out->error == 0 &&
         (fflush(out->file) != 0 ||
          (out->target != NULL && fsync(fileno(out->file)) != 0 && errno != EINVAL))) {

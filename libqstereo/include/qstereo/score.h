@@ -24,7 +24,7 @@ extern "C" {
  * Returns
  *   QS_OK
  *   QS_E_ARGUMENT  a null pointer, or a label that there is not
- *   QS_E_GEOMETRY  the problem is no grid, or its window leaves the picture
+ *   QS_E_GEOMETRY  the problem is not a grid, or its window leaves the picture
  *   QS_E_OVERFLOW  the largest disparity is above 2^31 - 1 */
 QS_MUST_CHECK qs_status qs_map_of_labelling(const qs_labels *labels,
                                             const uint16_t *labelling,

@@ -88,12 +88,13 @@ QS_MUST_CHECK qs_status qs_anneal(const qs_model *model,
                                   uint16_t *labelling, qs_solution *solution);
 size_t qs_anneal_workspace(const qs_model *model);
 
-/* Alpha-expansion (Boykov, Veksler and Zabih 2001): for each label in turn the
- * best move, in which any sites may change to that label, found by a minimum
- * cut; until no move lowers the energy. Where the pairwise cost is no metric,
- * terms of a move are cut down as far as a cut needs (Rother, Kumar, Kolmogorov
- * and Blake 2005): the move is then not always the best one, but never a rise.
- * An iteration is a cycle over the labels; default: no limit. */
+/* Alpha-expansion (Boykov, Veksler and Zabih 2001). For each label in turn it
+ * makes the best move in which any sites may change to that label; a minimum
+ * cut finds it. It ends when no move lowers the energy. If the pairwise cost is
+ * not a metric, terms of a move are lowered as far as a cut needs (Rother,
+ * Kumar, Kolmogorov and Blake 2005). Then the move is not always the best one,
+ * but it never raises the energy. An iteration is a cycle over the labels;
+ * default: no limit. */
 QS_MUST_CHECK qs_status qs_expansion(const qs_model *model,
                                      const qs_solve_options *options,
                                      void *workspace, size_t workspace_size,
@@ -101,10 +102,10 @@ QS_MUST_CHECK qs_status qs_expansion(const qs_model *model,
                                      qs_solution *solution);
 size_t qs_expansion_workspace(const qs_model *model);
 
-/* Alpha-beta-swap (the same paper): the same with moves in which sites of two
- * labels may change to the other one. Terms are cut down where the pairwise
- * cost is no semi-metric (V(a, b) = V(b, a), V(a, a) = 0). An iteration is a
- * cycle over the pairs of labels; default: no limit. */
+/* Alpha-beta-swap (the same paper): like expansion, with moves in which each
+ * site of two labels may change to the other one. Terms are lowered if the
+ * pairwise cost is not a semi-metric (V(a, b) = V(b, a), V(a, a) = 0). An
+ * iteration is a cycle over the pairs of labels; default: no limit. */
 QS_MUST_CHECK qs_status qs_swap(const qs_model *model,
                                 const qs_solve_options *options,
                                 void *workspace, size_t workspace_size,
@@ -166,14 +167,14 @@ QS_MUST_CHECK qs_status qs_min_cut(const qs_model *model,
                                    uint16_t *labelling, qs_solution *solution);
 size_t qs_min_cut_workspace(const qs_model *model);
 
-/* The best of these together: TRW-S, and after its iterations 8, 16, 32 and so
- * on moves that improve its labelling: expansion, or, where the pairwise cost
- * is no metric, jumps of the labels and moves to each; until the bound proves
- * the best labelling. TRW-S comes first because in any given time it gets lower
- * than expansion from the winner's labelling. What a cut decides quickly is
- * left to qs_min_cut: two labels, convex costs, linear costs on a grid. Works
- * with every pairwise cost. An iteration is one of TRW-S, or of qs_min_cut;
- * default 2000. */
+/* The best of these together. It runs TRW-S. After iterations 8, 16, 32 and so
+ * on, moves improve the labelling that TRW-S has reached: expansion, or, if the
+ * pairwise cost is not a metric, jumps of all labels and moves to each label.
+ * It ends when the bound proves the best labelling. TRW-S comes first because
+ * in any given time it gets lower than expansion from the winner's labelling.
+ * What a cut decides quickly is left to qs_min_cut: two labels, convex costs,
+ * and linear costs on a grid. Works with every pairwise cost. An iteration is
+ * one of TRW-S, or of qs_min_cut; default 2000. */
 QS_MUST_CHECK qs_status qs_best(const qs_model *model,
                                 const qs_solve_options *options,
                                 void *workspace, size_t workspace_size,

@@ -50,7 +50,7 @@ static bool watch_moves(void *context, const qs_progress *progress)
     return !s->stopped;
 }
 
-/* Improves a labelling by expansion, where the pairwise cost is no metric by fusion moves, and
+/* Improves a labelling by expansion, where the pairwise cost is not a metric by fusion moves, and
  * where the costs are too large for cuts by icm. */
 static qs_status improve(supervisor *s, uint16_t *labelling)
 {
