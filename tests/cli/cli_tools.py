@@ -31,12 +31,23 @@ class Result:
         self.err = process.stderr.decode()
 
 
+# Seconds. No test is this slow, however busy the machine is: only one that hangs.
+LONG = 600
+
+
 def run(*arguments, program=None, **options):
     """Runs qstereo and returns its Result."""
-    options = {"capture_output": True, "timeout": 60, "stdin": subprocess.DEVNULL, **options}
+    options = {"capture_output": True, "timeout": LONG, "stdin": subprocess.DEVNULL, **options}
     if "input" in options:
         del options["stdin"]
     return Result(subprocess.run([program or PROGRAM, *map(str, arguments)], **options))
+
+
+def succeed(*arguments, **options):
+    """Runs qstereo, which has to succeed, and returns its Result."""
+    done = run(*arguments, **options)
+    assert done.status == 0, done.err
+    return done
 
 
 def has_opencv():
@@ -230,7 +241,7 @@ def on_terminal(*arguments, interrupt_at=None):
     except OSError:  # Linux ends a terminal that nobody has open with EIO
         pass
     os.close(master)
-    return process.wait(60), shown.decode()
+    return process.wait(LONG), shown.decode()
 
 
 def reseal(data):

@@ -7,12 +7,14 @@ import signal
 import numpy as np
 import pytest
 from cli_tools import (
+    LONG,
     ROOT,
     SOLVERS,
     random_pair,
     run,
     signal_at_output,
     started,
+    succeed,
     without_chunk,
     write_pgm,
     write_qsf,
@@ -38,8 +40,7 @@ KEYS = {
 
 
 def compare(problem, *options):
-    done = run("compare", problem, "--json", *options)
-    assert done.status == 0, done.err
+    done = succeed("compare", problem, "--json", *options)
     facts = json.loads(done.out)
     assert set(facts) == {"schema", "lower_bound", "results"} and all(
         set(result) == KEYS for result in facts["results"]
@@ -289,7 +290,7 @@ def test_a_signal_leaves_no_folder(folder, large):
         folder / "maps",
     )
     signal_at_output(process, folder, 2, signal.SIGINT)
-    out, _ = process.communicate(timeout=20)
+    out, _ = process.communicate(timeout=LONG)
     assert (process.returncode, out) == (130, b"")
     assert not list(folder.iterdir())
 
@@ -324,7 +325,7 @@ def test_a_truth_that_does_not_fit(tmp_path, solved):
 
 def test_memory_limit(tmp_path):
     _, _, *paths = random_pair(tmp_path, 400, 300)
-    assert run("encode", *paths, "-o", tmp_path / "p.qcf").status == 0
+    succeed("encode", *paths, "-o", tmp_path / "p.qcf")
     done = run("compare", tmp_path / "p.qcf", "--solvers", "icm", "--memory-limit", "10")
     assert (done.status, done.out, "raise --memory-limit" in done.err) == (4, b"", True)
 

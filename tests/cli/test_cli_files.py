@@ -9,7 +9,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from cli_tools import random_pair, run, signal_at_output, started, write_pgm
+from cli_tools import LONG, random_pair, run, signal_at_output, started, succeed, write_pgm
 
 ENCODE = ["--disparity", "0:3"]
 
@@ -32,19 +32,14 @@ class TestOutputs:
         output = folder / f"out{ending}"
         output.write_text("as it was")
         output.chmod(0o640)
-        assert run(name, *arguments, "-o", output).status == 0
+        succeed(name, *arguments, "-o", output)
         assert output.read_bytes()[:2] in (b"\x89Q", b"P5")
         assert stat.S_IMODE(output.stat().st_mode) == 0o640
         assert list(folder.iterdir()) == [output]
 
     def test_new_files_obey_the_umask(self, commands, folder, name):
         arguments, ending = commands[name]
-        assert (
-            run(
-                name, *arguments, "-o", folder / f"out{ending}", preexec_fn=lambda: os.umask(0o027)
-            ).status
-            == 0
-        )
+        succeed(name, *arguments, "-o", folder / f"out{ending}", preexec_fn=lambda: os.umask(0o027))
         assert stat.S_IMODE((folder / f"out{ending}").stat().st_mode) == 0o640
 
     def test_follows_links(self, commands, folder, name):
@@ -52,14 +47,14 @@ class TestOutputs:
         (folder / "real").write_text("as it was")
         link = folder / f"link{ending}"
         link.symlink_to("real")
-        assert run(name, *arguments, "-o", link).status == 0
+        succeed(name, *arguments, "-o", link)
         assert link.is_symlink() and (folder / "real").read_bytes() != b"as it was"
 
     def test_replaces_links_that_lead_nowhere(self, commands, folder, name):
         arguments, ending = commands[name]
         link = folder / f"link{ending}"
         link.symlink_to("none")
-        assert run(name, *arguments, "-o", link).status == 0
+        succeed(name, *arguments, "-o", link)
         assert link.is_file() and list(folder.iterdir()) == [link] and not link.is_symlink()
 
     @pytest.mark.parametrize("operand", [0, -1])
@@ -218,7 +213,7 @@ def test_a_signal_while_reading(folder, pair, number, status):
         writer.write(b"P5\n12 5\n")
         writer.flush()
         process.send_signal(number)
-        assert process.wait(20) == status
+        assert process.wait(LONG) == status
     assert not list(folder.iterdir())
 
 
@@ -242,7 +237,7 @@ def test_a_signal_while_writing(folder, number, status):
     (folder / "p.qcf").write_text("as it was")
     process = started("encode", *paths, "-o", folder / "p.qcf", "--disparity", "0:255")
     signal_at_output(process, folder, 2, number)
-    assert process.wait(20) == status
+    assert process.wait(LONG) == status
     assert [path.name for path in folder.iterdir()] == ["p.qcf"]
     assert (folder / "p.qcf").read_text() == "as it was"
 
@@ -263,7 +258,7 @@ def test_an_ignored_signal_stays_ignored(folder, pair):
     with open(fifo, "wb") as writer:
         process.send_signal(signal.SIGHUP)
         writer.write(pair.paths[0].read_bytes())
-    assert process.wait(20) == 0
+    assert process.wait(LONG) == 0
     process.stdout.close()
 
 
@@ -289,6 +284,5 @@ def test_refuses_inputs_that_are_no_operands(tmp_path, solved):
 def test_names_that_look_like_options(tmp_path):
     left, right, left_path, right_path = random_pair(tmp_path, 5, 2)
     left_path.rename(tmp_path / "--left.pgm")
-    done = run("encode", "-o", "p.qcf", *ENCODE, "--", "--left.pgm", "right.pgm", cwd=tmp_path)
-    assert done.status == 0, done.err
+    done = succeed("encode", "-o", "p.qcf", *ENCODE, "--", "--left.pgm", "right.pgm", cwd=tmp_path)
     assert (tmp_path / "p.qcf").exists()

@@ -6,6 +6,7 @@ import signal
 import numpy as np
 import pytest
 from cli_tools import (
+    LONG,
     SOLVERS,
     random_pair,
     read_pfm,
@@ -13,6 +14,7 @@ from cli_tools import (
     run,
     signal_at_output,
     started,
+    succeed,
     write_pgm,
 )
 
@@ -34,9 +36,7 @@ KEYS = {
 
 
 def match(paths, output, *options):
-    done = run("match", *paths, "-o", output, "--json", *options)
-    assert done.status == 0, done.err
-    return json.loads(done.out)
+    return json.loads(succeed("match", *paths, "-o", output, "--json", *options).out)
 
 
 @pytest.fixture
@@ -58,7 +58,7 @@ PROBLEMS = [
 def test_the_same_as_the_three_commands(tmp_path, folder, pair, options, solver):
     search = ["--solver", solver, "--seed", "3", "--iterations", "20"]
     problem, samples = tmp_path / "p.qcf", tmp_path / "s.qsf"
-    assert run("encode", *pair.paths, "-o", problem, *options).status == 0
+    succeed("encode", *pair.paths, "-o", problem, *options)
     solved = json.loads(run("solve", problem, "-o", samples, "--json", *search).out)
     decoded = json.loads(
         run(
@@ -271,7 +271,7 @@ def test_a_signal_while_solving(folder, tmp_path):
         10**9,
     )
     signal_at_output(process, folder, 2, signal.SIGINT)
-    assert process.wait(20) == 130
+    assert process.wait(LONG) == 130
     process.communicate()
     assert not list(folder.iterdir())
 

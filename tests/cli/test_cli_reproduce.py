@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from cli_tools import QSTEREO, ROOT, SOLVERS
+from cli_tools import LONG, QSTEREO, ROOT, SOLVERS
 
 
 def reproduce(*arguments):
@@ -20,7 +20,7 @@ def reproduce(*arguments):
         ],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=LONG,
     )
 
 

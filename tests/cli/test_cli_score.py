@@ -5,13 +5,11 @@ import struct
 
 import numpy as np
 import pytest
-from cli_tools import run, write_pgm
+from cli_tools import run, succeed, write_pgm
 
 
 def score(*arguments):
-    done = run("score", *arguments, "--json")
-    assert done.status == 0, done.err
-    return json.loads(done.out)
+    return json.loads(succeed("score", *arguments, "--json").out)
 
 
 def write_pfm(path, values, order="<"):
@@ -175,7 +173,7 @@ def test_round_trip(folder, solved):
     """A map scores 0 against itself in each format, and its own error against another sample."""
     for sample in ("1", "2"):
         for name in (f"{sample}.pgm", f"{sample}.pfm"):
-            done = run(
+            done = succeed(
                 "decode",
                 solved.problem,
                 solved.samples,
@@ -186,7 +184,6 @@ def test_round_trip(folder, solved):
                 "--scale",
                 "16",
             )
-            assert done.status == 0, done.err
     assert score(folder / "1.pgm", folder / "1.pfm", "--scale", "16") == {
         "schema": 1,
         "pixels": 40,

@@ -136,7 +136,7 @@ def test_a_small_address_space(line, inputs, tmp_path):
             cwd=folder,
             capture_output=True,
             stdin=subprocess.DEVNULL,
-            timeout=60,
+            timeout=600,
             preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (kib << 10, kib << 10)),
         )
         if (
