@@ -55,7 +55,7 @@ static uint64_t count_edges(const qs_model *model)
     return count;
 }
 
-static uint64_t labels_to_open(const qs_labels *labels)
+static uint64_t labels_of_undecided(const qs_labels *labels)
 {
     return labels_left(labels) - (labels->sites - labels->undecided);
 }
@@ -67,8 +67,9 @@ static void count(const laid_out *problem, qs_encoding encoding, figures *counte
     const qs_labels *labels = &problem->labels;
     bool cut = is_st_cut(encoding);
     uint64_t edges = cut ? count_edges(&problem->model) : 0;
-    const qs_encoding_counts counts = {labels->labels, labels->undecided, labels_to_open(labels),
-                                       edges, edges * ((uint64_t)labels->labels + 1)};
+    const qs_encoding_counts counts = {labels->labels, labels->undecided,
+                                       labels_of_undecided(labels), edges,
+                                       edges * ((uint64_t)labels->labels + 1)};
     if (!cut || problem->model.kept == NULL) {
         const qs_encoding_size size = qs_encoding_measure(encoding, &counts);
         counted->variables = size.variables;
@@ -228,7 +229,7 @@ void complexity_print(const laid_out *problem, const budget *limit)
            "with the gap %" PRIu32 " of the file.\n"
            "unit: what an energy of 1 becomes when h is scaled into [-4, 4] and J into [-2, 1].\n"
            "truncated: the unit with --truncate.\n\n",
-           problem->name, labels->undecided, labels_to_open(labels), smoothness, labels->gap);
+           problem->name, labels->undecided, labels_of_undecided(labels), smoothness, labels->gap);
     memcpy(cells, heading, sizeof heading);
     for (size_t form = 0; form < FORMS; form++) {
         measure(problem, form, false, limit, &whole[form]);

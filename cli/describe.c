@@ -61,11 +61,13 @@ static penalties chain_penalties(const qs_index *index)
 static penalties find_penalties(const problem_file *described, const qs_qubo_summary *summary)
 {
     const qs_qubo *qubo = &described->qubo;
-    qs_encoding encoding = qubo->has_labels ? qubo->labels.encoding : QS_ENCODING_DEFAULT;
-    if (encoding == QS_DOMAIN_WALL) {
+    /* Groups without labels have the penalties of one-hot. */
+    qs_encoding encoding = qubo->has_labels ? qubo->labels.encoding : QS_ONE_HOT;
+    qs_site_code code = qs_encoding_facts_of(encoding)->code;
+    if (code == QS_CODE_WALL) {
         return chain_penalties(&described->index);
     }
-    bool there = encoding != QS_ST_CUT && encoding != QS_ST_CUT_ARCS;
+    bool there = code == QS_CODE_ONE_HOT;
     return (penalties){there,
                        there,
                        summary->penalty_min,

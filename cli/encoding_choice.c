@@ -32,17 +32,17 @@ static bool can_be_default(qs_penalty penalty, qs_encoding encoding, const coded
            qs_encoding_allows_penalty(encoding, penalty, &of->pairwise);
 }
 
+static bool holds(qs_encoding encoding, const void *context)
+{
+    const coded_problem *of = context;
+    return qs_encoding_holds(encoding, &of->pairwise, of->labels);
+}
+
 static int fail_encoding(qs_encoding encoding, const coded_problem *of)
 {
-    char smoothness[SMOOTHNESS_SIZE], list[256] = "", reason[512];
+    char smoothness[SMOOTHNESS_SIZE], list[ENCODING_LIST_SIZE], reason[512];
     smoothness_write(&of->pairwise, smoothness);
-    for (int i = 1; i <= QS_ENCODINGS; i++) {
-        if (qs_encoding_holds((qs_encoding)i, &of->pairwise, of->labels)) {
-            size_t used = strlen(list);
-            (void)snprintf(list + used, sizeof list - used, "%s%s", used > 0 ? ", " : "",
-                           encoding_name((qs_encoding)i));
-        }
-    }
+    encodings_write(holds, of, list);
     (void)snprintf(reason, sizeof reason,
                    "--encoding %s cannot hold %s smoothness, but these can: %s",
                    encoding_name(encoding), smoothness, list);

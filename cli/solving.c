@@ -67,6 +67,16 @@ int solvers_read(const char *text, size_t length, const solver **chosen)
     return read_name("solvers", name, chosen);
 }
 
+static int fail_cut(const char *name)
+{
+    char list[ENCODING_LIST_SIZE];
+    encodings_with_model_write(list);
+    return fail(BAD_INPUT, name,
+                "is a cut of a graph, from which the costs cannot be read back: for this command "
+                "encode the pair in one of these encodings: %s",
+                list);
+}
+
 static int fail_model(const char *name, qs_status status)
 {
     switch (status) {
@@ -78,10 +88,7 @@ static int fail_model(const char *name, qs_status status)
         return fail(BAD_INPUT, name,
                     "its couplings are not those of the labelling problem that it says it is: "
                     "solve it with qstereo-bridge, which takes any QUBO");
-    case QS_E_ENCODING:
-        return fail(BAD_INPUT, name,
-                    "is a cut of a graph, from which the costs cannot be read back: encode the "
-                    "pair as one-hot, one-hot-sparse or domain-wall for this command");
+    case QS_E_ENCODING: return fail_cut(name);
     case QS_E_OVERFLOW:
         return fail(BAD_INPUT, name,
                     "has costs above 2^31 - 1 units, too large for these solvers: encode the pair "

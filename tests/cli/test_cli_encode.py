@@ -589,7 +589,7 @@ USAGE = {
     "target zero": (["--reduce", "--target", "0"], "--target 0 is not a whole number from 1"),
     "target of a cut": (
         ["--reduce", "--target", "9", "--encoding", "multiway-cut"],
-        "--target goes with --encoding one-hot",
+        "--target does not go with --encoding multiway-cut, but with these: one-hot, ",
     ),
     "time limit": (["--reduce", "--time-limit", "0"], "--time-limit 0"),
     "memory": (["--memory-limit", "0"], "--memory-limit 0 is not a whole number from 1"),

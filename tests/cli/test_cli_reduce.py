@@ -536,7 +536,8 @@ USAGE = {
     "target zero": (["-o", "s", "--target", "0"], "--target 0 is not a whole number from 1"),
     "target of a cut": (
         ["-o", "s", "--target", "9", "--encoding", "multiway-cut"],
-        "--target goes with --encoding one-hot, one-hot-sparse",
+        "--target does not go with --encoding multiway-cut, but with these: one-hot, "
+        "one-hot-sparse, domain-wall",
     ),
     "time limit": (["-o", "s", "--time-limit", "-1"], "--time-limit -1"),
     "iterations": (["-o", "s", "--iterations", "0"], "--iterations 0 is not a whole number from 1"),
@@ -611,7 +612,7 @@ def test_problems_that_are_not_read(folder, tmp_path, solved):
         done = run(*command)
         assert (done.status, done.out) == (3, b"")
         assert (
-            "encode the pair as one-hot, one-hot-sparse or domain-wall" in done.err
+            "in one of these encodings: one-hot, one-hot-sparse, domain-wall" in done.err
             and done.err.count("\n") == 1
         )
     done = run("reduce", solved.samples, "-o", folder / "s.qcf")

@@ -11,7 +11,7 @@
 
 #define RANGE ((int64_t)1 << 30) /* of an excess, whatever flows, and of capacities */
 
-enum { FINEST = 12, PASSES = 20, DECODE_EVERY = 5 };
+enum { FINEST = 12, PASSES = 20, LABEL_EVERY = 5 };
 
 /* Levels i of an edge's first site and j of its second that gain by being 1 together. */
 typedef struct product {
@@ -413,7 +413,7 @@ static void take_message(levels *l, const int32_t *message, uint32_t p, uint32_t
 }
 
 /* What the messages say of the labels, where that is better: a stopped solver has it. */
-static void take_decoded(levels *l, const qs_trws_state *state, uint16_t *labelling)
+static void take_messages_labelling(levels *l, const qs_trws_state *state, uint16_t *labelling)
 {
     uint16_t *trial = (uint16_t *)l->cut.queue; /* not in use yet, and twice as long or more */
     qs_trws_grid_labels(state, false, trial);
@@ -436,8 +436,8 @@ static bool send_messages(levels *l, uint16_t *labelling)
     memset(l->messages, 0, sizeof *l->messages * (padding + (size_t)qs_trws_messages(model)));
     for (int i = 1; i <= PASSES; i++) {
         qs_trws_iterate(&state, 1);
-        if (i % DECODE_EVERY == 0) {
-            take_decoded(l, &state, labelling);
+        if (i % LABEL_EVERY == 0) {
+            take_messages_labelling(l, &state, labelling);
         }
         if (!watch_cut(l)) {
             return false;
