@@ -137,30 +137,31 @@ QS_MUST_CHECK qs_status qs_trws(const qs_model *model,
                                 uint16_t *labelling, qs_solution *solution);
 size_t qs_trws_workspace(const qs_model *model);
 
-/* The optimum by minimum cuts, proven unless a watch or a limit stops it, for
- * costs that cuts solve; else QS_E_ENCODING. V must be submodular:
+/* The optimum by minimum cuts. It is proven, unless a watch or a limit stops
+ * the solver. V must be submodular, for all labels
  *
- *     V(a, b) + V(a + 1, b + 1) <= V(a + 1, b) + V(a, b + 1)
+ *     V(a, b) + V(a + 1, b + 1) <= V(a + 1, b) + V(a, b + 1),
  *
- * for all labels. Potts is with two labels, linear and quadratic are where they
- * are not truncated (or beyond the labels), and so are many tables. Then
+ * else QS_E_ENCODING. These are submodular: linear and quadratic costs without
+ * truncation (or with one that no two labels reach), Potts with two labels, and
+ * many tables. There are two ways:
  *
- * - where V(a, b) = g(a - b) and the unary costs are convex too: steepest
- *   descent by cuts (Murota 2003; Kolmogorov and Shioura 2009). It starts from
- *   the labelling; about 40 bytes a site. An iteration is a cut.
- * - else one cut of a graph with a node for each site and label (Boykov and
+ * - If V(a, b) = g(a - b) and the unary costs are convex too: steepest descent
+ *   by cuts (Murota 2003; Kolmogorov and Shioura 2009). It starts from the
+ *   labelling and takes about 40 bytes a site. An iteration is a cut.
+ * - Else one cut of a graph with a node for each site and label (Boykov and
  *   Jolly 2001 for two labels; Ishikawa 2003; Schlesinger and Flach 2006). On a
- *   grid with linear costs about 50 bytes a node; where V couples many pairs of
- *   labels, as quadratic costs do, 40 bytes for each of them and each edge. On
- *   grids with linear costs messages go before the flow (a few iterations of
- *   TRW-S), which leave little for it to do. Its one iteration is the cut;
- *   stopped, it returns the messages' labelling or, without them, that which
- *   it was given, and the bound that it has reached.
+ *   grid with linear costs it takes about 50 bytes a node. If V couples many
+ *   pairs of labels, as quadratic costs do, it takes 40 bytes for each of them
+ *   and each edge. On grids with linear costs a few iterations of TRW-S come
+ *   first and leave little flow to find. The cut is the only iteration. If the
+ *   watch stops it, it returns the labelling of the messages (without messages,
+ *   the labelling that it was given) and the bound that it has reached.
  *
- * The workspace is SIZE_MAX where that graph would have 2^32 nodes or arcs; 0
- * where V is not submodular. QS_E_OVERFLOW: a cost, or what the edges of a site
- * can cost, times the number of labels, comes to 2^28 or more (of the descent,
- * without the number of labels). */
+ * The workspace is SIZE_MAX if that graph would have 2^32 nodes or arcs, and 0
+ * if V is not submodular. QS_E_OVERFLOW: a cost, or what the edges of a site
+ * can cost, times the number of labels, is 2^28 or more. (The descent does not
+ * multiply by the number of labels.) */
 QS_MUST_CHECK qs_status qs_min_cut(const qs_model *model,
                                    const qs_solve_options *options,
                                    void *workspace, size_t workspace_size,
