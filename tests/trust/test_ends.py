@@ -88,7 +88,7 @@ def test_signals_while_writing(line, inputs, tmp_path):
 
 @pytest.mark.parametrize("line", COMMANDS)
 def test_a_full_disk(line, inputs, tmp_path):
-    """A file may have no more than so many bytes: for each size but the whole one the command
+    """The size of files is limited. With every limit below the size of the whole file the command
     fails and leaves nothing."""
     folder, target = tmp_path / "work", target_of(line)
     shutil.copytree(inputs, folder)

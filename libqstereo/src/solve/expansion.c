@@ -131,7 +131,7 @@ static void start_graph_edges(expansion *e)
     }
 }
 
-/* Sets all duals anew, from the present labelling. Every chunk counts as changed. */
+/* Sets all duals from the present labelling. Every chunk counts as changed. */
 static void start_duals(expansion *e)
 {
     const qs_model *model = e->m.model;

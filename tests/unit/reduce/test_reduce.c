@@ -301,25 +301,25 @@ static qs_trws_state state_of(void)
     return s;
 }
 
-/* The bound and the excess of each label, beside the least energy with that label; the messages are
- * those of an iteration without. On a chain of which all is in the row both meet, once an iteration
- * was made. */
-static void check_excess(uint64_t *random, bool chain)
+/* The bound plus the marginal of a label is not above the least energy with that label. On a single
+ * chain the two are equal after one iteration. The messages are those of an iteration that finds no
+ * marginals. */
+static void check_marginals(uint64_t *random, bool chain)
 {
-    static uint32_t excess[MEMORY / 4];
+    static uint32_t marginal[MEMORY / 4];
     static int32_t once[2 * TINY_SITES * TINY_LABELS];
     b.model.kept = b.model.kept ? b.model.kept : memset(b.kept, 1, sizeof b.kept);
     qs_trws_state s = state_of();
     uint32_t iterations = tiny_random(random, 10) + chain;
     size_t size = sizeof *once * qs_trws_messages(&b.model);
-    assert_true(sizeof(uint32_t) * qs_trws_marginal_numbers(&b.model) <= sizeof excess);
+    assert_true(sizeof(uint32_t) * qs_trws_marginal_numbers(&b.model) <= sizeof marginal);
     qs_trws_iterate(&s, iterations + 1);
     memcpy(once, s.messages, size);
     s = state_of();
     qs_trws_iterate(&s, iterations);
-    memset(excess, 0xa5, sizeof excess);
+    memset(marginal, 0xa5, sizeof marginal);
     int64_t bound = 0, shares[TINY_SITES];
-    qs_trws_marginals(&s, excess, shares);
+    qs_trws_marginals(&s, marginal, shares);
     for (uint32_t p = 0; p < b.model.sites; p++) {
         bound += shares[p];
     }
@@ -329,7 +329,7 @@ static void check_excess(uint64_t *random, bool chain)
             if (!is_there(p, d) || is_masked(p)) {
                 continue;
             }
-            int64_t above = bound + excess[p * b.model.labels + d],
+            int64_t above = bound + marginal[p * b.model.labels + d],
                     scaled = (b.least[p][d] - b.model.constant) * ((int64_t)1 << s.scale.shift);
             assert_true(above <= scaled);
             assert_true(!chain || above == scaled ||
@@ -344,7 +344,7 @@ static void excess_is_below_what_labels_cost(void **unused)
     uint64_t state = 33;
     for (int round = 0; round < 2 * ROUNDS; round++) {
         make(&state);
-        check_excess(&state, false);
+        check_marginals(&state, false);
     }
 }
 
@@ -372,13 +372,13 @@ static void excess_is_exact_on_chains(void **unused)
         }
         build();
         enumerate();
-        check_excess(&state, true);
+        check_marginals(&state, true);
     }
 }
 
-/* What is charged at each site to the row (or column) in a pass forward from `before` to `after`,
- * as trws.h says: two halves where two chains go through, else all to the one that goes on, to the
- * row where none does. */
+/* What each site charges to its row (or column) in a pass forward from `before` to `after`, as
+ * trws.h says. If both its chains go on, each gets a half. If one goes on, it gets all. If none
+ * does, the row gets all. */
 static void charge(const int32_t *before, const int32_t *after, bool column, qs_scale scale,
                    int32_t charged[TINY_SITES][TINY_LABELS])
 {
@@ -402,11 +402,11 @@ static void charge(const int32_t *before, const int32_t *after, bool column, qs_
     }
 }
 
-/* Adds to the excess of each label of a line of sites what the best labelling of the line with it
+/* Adds to the marginal of each label of a line of sites what the best labelling of the line with it
  * costs above the line's best. */
 static void add_line(int32_t charged[TINY_SITES][TINY_LABELS], uint32_t first, uint32_t length,
                      uint32_t by, const int32_t *weight, unsigned shift,
-                     int64_t excess[TINY_SITES][TINY_LABELS])
+                     int64_t marginal[TINY_SITES][TINY_LABELS])
 {
     uint32_t labels = b.model.labels, labelling[TINY_SITES] = {0};
     int64_t least[TINY_SITES][TINY_LABELS], all = INT64_MAX;
@@ -432,7 +432,7 @@ static void add_line(int32_t charged[TINY_SITES][TINY_LABELS], uint32_t first, u
     }
     for (uint32_t i = 0; i < length; i++) {
         for (uint32_t d = 0; d < labels; d++) {
-            excess[first + i * by][d] += least[i][d] - all;
+            marginal[first + i * by][d] += least[i][d] - all;
         }
     }
 }
@@ -440,7 +440,7 @@ static void add_line(int32_t charged[TINY_SITES][TINY_LABELS], uint32_t first, u
 static void excess_by_definition(void **unused)
 {
     (void)unused;
-    static uint32_t excess[MEMORY / 4];
+    static uint32_t marginal[MEMORY / 4];
     static int32_t before[2 * TINY_SITES * TINY_LABELS];
     static int32_t charged[TINY_SITES][TINY_LABELS];
     uint64_t state = 38;
@@ -454,7 +454,7 @@ static void excess_by_definition(void **unused)
         qs_trws_state s = state_of();
         qs_trws_iterate(&s, tiny_random(&state, 10));
         memcpy(before, s.messages, sizeof *before * qs_trws_messages(&b.model));
-        qs_trws_grid_marginals(&s, excess, shares);
+        qs_trws_grid_marginals(&s, marginal, shares);
         charge(before, s.messages, false, s.scale, charged);
         for (uint32_t y = 0; y < b.model.height; y++) {
             add_line(charged, y * b.model.width, b.model.width, 1, b.model.right, s.scale.shift,
@@ -467,7 +467,7 @@ static void excess_by_definition(void **unused)
         }
         for (uint32_t p = 0; p < b.model.sites; p++) {
             for (uint32_t d = 0; d < b.model.labels; d++) {
-                assert_int_equal(excess[p * b.model.labels + d], expected[p][d]);
+                assert_int_equal(marginal[p * b.model.labels + d], expected[p][d]);
             }
         }
     }
@@ -487,9 +487,9 @@ static uint32_t links_of(uint32_t site, bool later, uint32_t i, const qs_link **
     return count;
 }
 
-/* Follows chain `i` from where it begins, part by part, and adds its excess. */
+/* Follows chain `i` from where it begins, part by part, and adds its marginal. */
 static void add_chain(const int32_t *before, const int32_t *after, qs_scale scale, uint32_t site,
-                      uint32_t i, int64_t excess[TINY_SITES][TINY_LABELS])
+                      uint32_t i, int64_t marginal[TINY_SITES][TINY_LABELS])
 {
     static int32_t charged[TINY_SITES][TINY_LABELS];
     int64_t line[TINY_SITES][TINY_LABELS] = {{0}};
@@ -531,7 +531,7 @@ static void add_chain(const int32_t *before, const int32_t *after, qs_scale scal
     add_line(charged, 0, length, 1, weights, scale.shift, line);
     for (uint32_t at = 0; at < length; at++) {
         for (uint32_t d = 0; d < labels; d++) {
-            excess[sites[at]][d] += line[at][d];
+            marginal[sites[at]][d] += line[at][d];
         }
     }
 }
@@ -539,7 +539,7 @@ static void add_chain(const int32_t *before, const int32_t *after, qs_scale scal
 static void graph_excess_by_definition(void **unused)
 {
     (void)unused;
-    static uint32_t excess[MEMORY / 4];
+    static uint32_t marginal[MEMORY / 4];
     static int32_t before[TINY_EDGES * TINY_LABELS];
     uint64_t state = 43;
     for (int round = 0; round < 4 * ROUNDS; round++) {
@@ -552,7 +552,7 @@ static void graph_excess_by_definition(void **unused)
         qs_trws_state s = state_of();
         qs_trws_iterate(&s, tiny_random(&state, 10));
         memcpy(before, s.messages, sizeof *before * qs_trws_messages(&b.model));
-        qs_trws_graph_marginals(&s, excess, shares);
+        qs_trws_graph_marginals(&s, marginal, shares);
         for (uint32_t p = 0; p < b.model.sites; p++) {
             const qs_link *link = NULL;
             uint32_t lower = links_of(p, false, 0, &link), higher = links_of(p, true, 0, &link);
@@ -562,7 +562,7 @@ static void graph_excess_by_definition(void **unused)
         }
         for (uint32_t p = 0; p < b.model.sites; p++) {
             for (uint32_t d = 0; d < b.model.labels; d++) {
-                assert_int_equal(excess[p * b.model.labels + d], expected[p][d]);
+                assert_int_equal(marginal[p * b.model.labels + d], expected[p][d]);
             }
         }
     }
@@ -945,7 +945,7 @@ static void visits_leave_nothing_out(void **unused)
     }
 }
 
-/* With sets of labels there is room for a label that leaves, and for the excess. */
+/* With sets of labels there is room for a label that leaves, and for the marginal. */
 static void scale_has_room(void **unused)
 {
     (void)unused;
