@@ -8,6 +8,7 @@
 #include "base/simd.h"
 #include "model/neighbours.h"
 #include "solve/trws.h"
+#include "wide_grid.h"
 
 enum { ROUNDS = 2000, BITS = 18, MEMORY = 1 << 17 };
 
@@ -338,7 +339,7 @@ static void check_marginals(uint64_t *random, bool chain)
     }
 }
 
-static void excess_is_below_what_labels_cost(void **unused)
+static void marginals_are_below_what_labels_cost(void **unused)
 {
     (void)unused;
     uint64_t state = 33;
@@ -349,7 +350,7 @@ static void excess_is_below_what_labels_cost(void **unused)
 }
 
 /* One row, or a list of edges from each site to the next. */
-static void excess_is_exact_on_chains(void **unused)
+static void marginals_are_exact_on_chains(void **unused)
 {
     (void)unused;
     uint64_t state = 34;
@@ -437,7 +438,7 @@ static void add_line(int32_t charged[TINY_SITES][TINY_LABELS], uint32_t first, u
     }
 }
 
-static void excess_by_definition(void **unused)
+static void marginals_by_definition(void **unused)
 {
     (void)unused;
     static uint32_t marginal[MEMORY / 4];
@@ -536,7 +537,7 @@ static void add_chain(const int32_t *before, const int32_t *after, qs_scale scal
     }
 }
 
-static void graph_excess_by_definition(void **unused)
+static void graph_marginals_by_definition(void **unused)
 {
     (void)unused;
     static uint32_t marginal[MEMORY / 4];
@@ -689,70 +690,6 @@ static void huge_costs(void **unused)
         without += r.lower_bound == QS_NO_BOUND;
     }
     assert_true(without > ROUNDS / 50);
-}
-
-/* Grids too large for all labellings, of labels enough for AVX2: three columns, so that all
- * labellings of three sites in a row, the frontier, are few. */
-enum { COLUMNS = 3, ROWS = 5, WIDE_LABELS = 9, FRONTIER = WIDE_LABELS * WIDE_LABELS * WIDE_LABELS };
-
-typedef struct wide_grid {
-    qs_model model;
-    int32_t unary[COLUMNS * ROWS * WIDE_LABELS], right[COLUMNS * ROWS], down[COLUMNS * ROWS];
-} wide_grid;
-
-static void make_wide(wide_grid *g, uint64_t *state)
-{
-    uint32_t kind = tiny_random(state, 3);
-    g->model = (qs_model){.sites = COLUMNS * ROWS,
-                          .labels = WIDE_LABELS,
-                          .constant = 5,
-                          .unary = g->unary,
-                          .pairwise_max = 1};
-    g->model.width = COLUMNS;
-    g->model.height = ROWS;
-    g->model.right = g->right;
-    g->model.down = g->down;
-    for (uint32_t p = 0; p < g->model.sites; p++) {
-        g->right[p] = (p + 1) % COLUMNS != 0 ? 3 + (int32_t)tiny_random(state, 6) : 0;
-        g->down[p] = p + COLUMNS < g->model.sites ? 3 + (int32_t)tiny_random(state, 6) : 0;
-        for (uint32_t d = 0; d < WIDE_LABELS; d++) {
-            g->unary[p * WIDE_LABELS + d] = (int32_t)tiny_random(state, kind == 0 ? 3 : 25);
-        }
-        g->unary[p * WIDE_LABELS + tiny_random(state, WIDE_LABELS)] = 0;
-    }
-}
-
-/* The least energy of all labellings with a label at a site (or of all: site = the number of
- * sites), site by site: `least` is that of the sites before with each labelling of the last three
- * of them. */
-static int64_t least_with(const wide_grid *g, uint32_t site, uint32_t label)
-{
-    static int64_t least[2][FRONTIER];
-    memset(least[0], 0, sizeof least[0]);
-    for (uint32_t p = 0; p < g->model.sites; p++) {
-        int64_t *from = least[p % 2], *to = least[1 - p % 2];
-        for (uint32_t i = 0; i < FRONTIER; i++) {
-            to[i] = INT64_MAX / 2;
-        }
-        for (uint32_t i = 0; i < FRONTIER;
-             i++) { /* digits: the site above, the one after it, the one to the left */
-            uint32_t above = i / WIDE_LABELS / WIDE_LABELS, before = i % WIDE_LABELS,
-                     rest = i % (WIDE_LABELS * WIDE_LABELS);
-            for (uint32_t d = 0; d < WIDE_LABELS; d++) {
-                int64_t cost = from[i] + g->unary[p * WIDE_LABELS + d] +
-                               (p % COLUMNS > 0 && before != d ? g->right[p - 1] : 0) +
-                               (p >= COLUMNS && above != d ? g->down[p - COLUMNS] : 0) +
-                               (p == site && d != label ? INT32_MAX : 0);
-                int64_t *there = &to[rest * WIDE_LABELS + d];
-                *there = cost < *there ? cost : *there;
-            }
-        }
-    }
-    int64_t all = INT64_MAX;
-    for (uint32_t i = 0; i < FRONTIER; i++) {
-        all = least[g->model.sites % 2][i] < all ? least[g->model.sites % 2][i] : all;
-    }
-    return all + g->model.constant;
 }
 
 static void no_optimum_of_larger_grids_is_lost(void **unused)
@@ -1037,10 +974,10 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_optimum_is_lost),
         cmocka_unit_test(stopped_anywhere),
-        cmocka_unit_test(excess_is_below_what_labels_cost),
-        cmocka_unit_test(excess_is_exact_on_chains),
-        cmocka_unit_test(excess_by_definition),
-        cmocka_unit_test(graph_excess_by_definition),
+        cmocka_unit_test(marginals_are_below_what_labels_cost),
+        cmocka_unit_test(marginals_are_exact_on_chains),
+        cmocka_unit_test(marginals_by_definition),
+        cmocka_unit_test(graph_marginals_by_definition),
         cmocka_unit_test(goldstein_by_definition),
         cmocka_unit_test(huge_costs),
         cmocka_unit_test(no_optimum_of_larger_grids_is_lost),
