@@ -16,7 +16,7 @@ const char *picture_library_name(void);
 /* Returns true if the library writes PNG. */
 bool picture_library_writes_png(void);
 
-/* Decodes a picture that is no PGM, PPM or PFM; picture_free frees it. */
+/* Decodes a picture that is no Netpbm file; picture_free frees it. */
 picture_status picture_library_decode(const file_bytes *file, picture *decoded,
                                       char reason[REASON_SIZE]);
 

@@ -36,11 +36,11 @@ picture_status picture_library_decode(const file_bytes *file, picture *decoded,
                                       char reason[REASON_SIZE])
 {
     (void)decoded;
-    (void)snprintf(
-        reason, REASON_SIZE,
-        "is %s: this build reads PGM and PPM (P2, P3, P5, P6), and PFM maps. Convert it, or build "
-        "qstereo with OpenCV (make OPENCV=1) for PNG, JPEG and TIFF",
-        known_format(file));
+    (void)snprintf(reason, REASON_SIZE,
+                   "is %s: this build reads PGM and PPM, PBM, PAM, and PFM maps. Convert it, or "
+                   "build qstereo with "
+                   "OpenCV (make OPENCV=1) for PNG, JPEG, TIFF, BMP and WebP",
+                   known_format(file));
     return PICTURE_BAD;
 }
 

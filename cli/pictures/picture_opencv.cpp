@@ -99,7 +99,7 @@ static picture_status copy_picture(const cv::Mat &from, picture *to, char *reaso
         std::snprintf(
             reason, REASON_SIZE, "%s",
             from.empty()
-                ? "is not a picture that can be read (PNG, JPEG, TIFF, PGM, PPM), or a damaged one"
+                ? "is not a picture that can be read (PNG, JPEG, TIFF, BMP, WebP or Netpbm), or a damaged one"
                 : "is a picture of another kind than 8 or 16 bits, grey or RGB");
         return PICTURE_BAD;
     }

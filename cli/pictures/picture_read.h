@@ -1,6 +1,6 @@
 /* Reading pictures of any kind.
  *
- * PGM, PPM and PFM are read and written by qstereo itself in every build, so that every build
+ * The Netpbm formats are read and written by qstereo itself in every build, so that every build
  * makes the same bytes. All other formats are left to the picture library of the build
  * (picture_library.h). Each function returns an exit status: DONE, BAD_INPUT or NO_RESOURCE. It
  * has printed why it failed. */

@@ -55,16 +55,26 @@ def alpha(samples):
     return np.dstack([samples, RANDOM.integers(0, 256, (4, 8, 1)).astype(samples.dtype)])
 
 
+def pam(samples, kind):
+    depth = samples.size // GREY.size
+    head = f"P7\n# a comment\nWIDTH 8\nHEIGHT 4\nDEPTH {depth}\nMAXVAL 255\nTUPLTYPE {kind}\nENDHDR\n"
+    return head.encode() + samples.tobytes()
+
+
 PNM_GREY = {
     "P2": ascii_pnm("P2", GREY),
     "P2 of 16 bits": ascii_pnm("P2", GREY.astype(int) * 257, 65535),
     "P5 of 16 bits": binary_pnm("P5", GREY.astype(int) * 257, 65535, ">u2"),
     "P3 of grey": ascii_pnm("P3", np.dstack([GREY] * 3)),
+    "PAM": pam(GREY, "GRAYSCALE"),
+    "PAM with alpha": pam(alpha(GREY), "GRAYSCALE_ALPHA"),
 }
 PNM_RGB = {
     "P3": ascii_pnm("P3", RGB),
     "P6": binary_pnm("P6", RGB, 255, "u1"),
     "P6 of 16 bits": binary_pnm("P6", RGB.astype(int) * 257, 65535, ">u2"),
+    "PAM": pam(RGB, "RGB"),
+    "PAM with alpha": pam(alpha(RGB), "RGB_ALPHA"),
 }
 OTHER_GREY = {
     "PNG": saved(GREY, "PNG"),
@@ -181,3 +191,49 @@ def test_versions_name_the_library(pnm_only):
         run("--version", program=pnm_only).out
         == b"qstereo 0.1.0 (file format 1, pictures: PNM only)\n"
     )
+
+
+LINE_ENDS = {
+    "CR LF": b"P5\r\n8 4\r\n255\r\n%s",
+    "CR": b"P5\r8 4\r255\r%s",
+    "blank": b"P5 8 4 255 %s",
+    "comment that touches maxval": b"P5\n8 4\n255# a comment\n%s",
+    "comment and CR LF": b"P5\r\n# one\r\n8 4\r\n255# another\r\n%s",
+    "LF behind": b"P5\n8 4\n255\n%s\n",
+    "CR LF behind": b"P5\r\n8 4\r\n255\r\n%s\r\n",
+}
+
+
+@pytest.mark.parametrize("first", [b"\n", b"\r", b" ", b"#", b"\x08"])
+@pytest.mark.parametrize("last", [b"\n", b" ", b"#", b"\x08"])
+@pytest.mark.parametrize("name", LINE_ENDS)
+def test_line_ends_of_a_binary_header(tmp_path, name, first, last):
+    """Samples that look like blanks or comments are samples. A lone CR before a sample of 10 reads
+    as CR LF only where the file is longer by that byte.
+    """
+    samples = first + GREY.tobytes()[1:-1] + last
+    (tmp_path / "picture").write_bytes(LINE_ENDS[name].replace(b"%s", samples))
+    expected = write_pgm(tmp_path / "plain.pgm", np.frombuffer(samples, "u1").reshape(4, 8))
+    assert problem(tmp_path / "picture") == problem(expected)
+
+
+@pytest.mark.parametrize("kind", ["P5", "P6"])
+def test_line_ends_of_other_headers(tmp_path, kind):
+    data = PNM_GREY["P5 of 16 bits"] if kind == "P5" else PNM_RGB["P6"]
+    start = len(data) - GREY.size * (2 if kind == "P5" else 3)
+    head, pixels = data[:start], data[start:]
+    pixels = b"\n" + pixels[1:-1] + b" "
+    (tmp_path / "lf").write_bytes(head + pixels)
+    (tmp_path / "crlf").write_bytes(head.replace(b"\n", b"\r\n") + pixels)
+    assert problem(tmp_path / "crlf") == problem(tmp_path / "lf")
+
+
+@pytest.mark.parametrize("kind", ["P1", "P4"])
+def test_bitmaps(tmp_path, kind):
+    """1 is black. A binary row begins a byte."""
+    black = RANDOM.integers(0, 2, (4, 9))
+    text = "\n".join("".join(map(str, row)) for row in black).encode()
+    data = {"P1": text, "P4": np.packbits(black, axis=1).tobytes()}[kind]
+    (tmp_path / "picture").write_bytes(kind.encode() + b"\n# a comment\n9 4\n" + data)
+    expected = write_pgm(tmp_path / "expected.pgm", (1 - black) * 255)
+    assert problem(tmp_path / "picture") == problem(expected)

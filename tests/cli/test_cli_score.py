@@ -92,6 +92,18 @@ def test_floats_are_rounded_to_the_nearest(tmp_path):
     )
 
 
+@pytest.mark.parametrize("behind", [b"", b"\n", b"\r\n"])
+@pytest.mark.parametrize("end", [b"\n", b"\r\n"])
+def test_line_ends_of_a_pfm(tmp_path, end, behind):
+    values = np.frombuffer(b"\n \r#" + struct.pack("<f", 2) + b"#\n\r\n", "<f4")[None]
+    whole = write_pfm(tmp_path / "m.pfm", values)
+    (tmp_path / "n.pfm").write_bytes(
+        b"Pf" + end + b"3 1" + end + b"-1.0" + end + values.tobytes() + behind
+    )
+    assert score(tmp_path / "n.pfm", whole)["pixels"] == 3
+    assert score(tmp_path / "n.pfm", whole)["rms"] == 0
+
+
 @pytest.mark.parametrize(
     "option, limit, status",
     [
