@@ -181,7 +181,7 @@ qs_status recode_quietly(const laid_out *problem, const qs_recode_options *optio
     qs_status status = recode(problem, options, limit->left, &grown);
     if (status != QS_OK) {
         file_free(&grown.file);
-        return status == QS_E_IO ? QS_E_LIMIT : status;
+        return status == QS_E_IO && grown.over ? QS_E_LIMIT : status;
     }
     *made = grown.file;
     return QS_OK;

@@ -209,6 +209,7 @@ bool growing_append(void *grown, const void *bytes, size_t size)
     }
     if (to->capacity - to->file.size < size) {
         size_t larger = (to->capacity + size) * 2;
+        larger = larger > to->most ? (size_t)to->most : larger;
         uint8_t *moved = realloc(to->file.bytes, larger);
         if (moved == NULL) {
             to->refused = true;

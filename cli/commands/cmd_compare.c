@@ -96,17 +96,21 @@ static map_format map_format_here(void)
     return picture_library_writes_png() ? MAP_PNG : MAP_PGM;
 }
 
-/* Names the map DIR/SOLVER.png. A letter that would be awkward in the name of a file becomes _, and
- * a name that is taken gets a number. */
+/* With a number and an ending the name of a file must not pass the usual limit of 255 bytes. */
+enum { STEM_SIZE = 201 };
+
+/* Names the map DIR/SOLVER.png. A letter that would be awkward in the name of a file becomes _, a
+ * long name is cut, and a name that is taken gets a number. */
 static int name_map(comparing *with, result *of)
 {
-    char stem[sizeof of->solver];
+    char stem[STEM_SIZE];
     size_t size = strlen(with->asked.maps) + sizeof stem + 32;
     char *name = budget_take(&with->at->limit, with->asked.maps, size);
     if (name == NULL) {
         return NO_RESOURCE;
     }
-    for (size_t i = 0; i < sizeof stem; i++) {
+    stem[STEM_SIZE - 1] = '\0';
+    for (size_t i = 0; i + 1 < sizeof stem; i++) {
         char c = of->solver[i];
         bool fits = c == '\0' || isalnum((unsigned char)c) || strchr("-_", c) != NULL ||
                     (c == '.' && i > 0);
@@ -274,6 +278,7 @@ static int compare(comparing *with)
     with->table.scored = with->asked.truth != NULL;
     TRY(open_options(with));
     TRY(fill_table(with));
+    TRY(job_commit(at));
     (at->json ? comparison_json : comparison_print)(&with->table);
     return DONE;
 }

@@ -233,6 +233,7 @@ static int run_decode(job *at)
     TRY(map_of_labelling(problem->name, &problem->qubo.labels, taken.labelling, &at->limit, &map));
     TRY(map_request_open(&asked.map, at));
     TRY(map_request_write(&asked.map, &map));
+    TRY(job_commit(at));
     if (!output_is_standard(asked.map.output)) {
         print_result(at, &asked, &taken);
     }

@@ -12,6 +12,7 @@
 #include "text/json.h"
 #include "text/names.h"
 #include "text/numbers.h"
+#include "text/plain.h"
 
 enum {
     OUTPUT,
@@ -88,7 +89,7 @@ static void print_outside(const encode_request *asked, uint32_t first)
     if (first > left) {
         printf("%" PRIu32 " column%s on the left %s left out: a match would fall outside %s\n",
                first - left, plural(first - left), first - left == 1 ? "is" : "are",
-               asked->pair.right);
+               plain(asked->pair.right));
     }
 }
 
@@ -116,8 +117,8 @@ static void print_stream(const job *at, const encode_request *asked, const qs_pr
     uint64_t variables = (uint64_t)sites * problem->labels;
     printf("%s: %" PRIu32 " site%s x %" PRIu32 " label%s = %" PRIu64 " variable%s, %" PRIu64
            " bytes\n",
-           at->values[OUTPUT], sites, plural(sites), problem->labels, plural(problem->labels),
-           variables, plural(variables), size);
+           plain(at->values[OUTPUT]), sites, plural(sites), problem->labels,
+           plural(problem->labels), variables, plural(variables), size);
     print_outside(asked, problem->frame.x);
 }
 
@@ -135,16 +136,14 @@ static int describe_kept(const char *path, file_bytes file)
     return status;
 }
 
-static int stream_to(const job *at, const encode_request *asked, const qs_problem *problem,
+static int stream_to(job *at, const encode_request *asked, const qs_problem *problem,
                      destination *to)
 {
     const char *path = at->values[OUTPUT];
     const qs_sink sink = {write_bytes, to};
     uint64_t size = 0;
     TRY(pair_encode(&asked->pair, problem, &asked->options.encode, &sink, &size));
-    if (to->out->error != 0) {
-        return DONE; /* the end of the command reports refused bytes */
-    }
+    TRY(job_commit(at));
     if (at->json) {
         return describe_kept(path, to->kept.file);
     }
@@ -177,7 +176,7 @@ static void print_built(const job *at, const encode_request *asked, const buildi
     uint32_t variables = built->written.qubo.variables;
     printf("%s: %" PRIu32 " site%s x %" PRIu32 " label%s, %" PRIu32
            " variable%s in %s, %zu bytes\n",
-           at->values[OUTPUT], labels->sites, plural(labels->sites), labels->labels,
+           plain(at->values[OUTPUT]), labels->sites, plural(labels->sites), labels->labels,
            plural(labels->labels), variables, plural(variables), encoding_name(labels->encoding),
            built->written.file.size);
     print_outside(asked, labels->frame.x);
@@ -212,6 +211,7 @@ static int write_built(job *at, const encode_request *asked, const qs_problem *p
     }
     TRY(recode_problem(&built.whole, &coding, ENCODE_WEIGHTS, &at->limit, &built.written));
     output_write_file(out, &built.written.file);
+    TRY(job_commit(at));
     if (at->json) {
         return describe_built(at, asked, &built);
     }

@@ -86,6 +86,7 @@ static int write_found(job *at, request *asked, const laid_out *laid, const solv
         TRY(truth_compare(&asked->truth, &map, &errors));
     }
     TRY(map_request_write(&asked->map, &map));
+    TRY(job_commit(at));
     if (!output_is_standard(asked->map.output)) {
         print_result(at, asked, found, &errors);
     }

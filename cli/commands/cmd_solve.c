@@ -7,6 +7,7 @@
 #include "text/fail.h"
 #include "text/json.h"
 #include "text/numbers.h"
+#include "text/plain.h"
 
 enum { OUTPUT, SOLVER, SEARCH, JSON = SEARCH + SEARCH_OPTIONS, MEMORY_LIMIT };
 
@@ -69,7 +70,7 @@ static int write_samples(const request *asked, const problem_file *problem, cons
     const qs_sink sink = {output_sink, out};
     qs_digest(problem->file.bytes, problem->file.size, samples.problem);
     qs_status written = qs_samples_write(&samples, &sink, NULL);
-    /* The end of the command reports refused bytes. */
+    /* job_commit reports refused bytes. */
     return written == QS_OK || written == QS_E_IO ? DONE : fail_status(out->name, written);
 }
 
@@ -82,7 +83,7 @@ static void print_result(const job *at, const solved *found)
         solved_json(found, scale);
         json_end();
     } else if (!output_is_standard(path)) {
-        printf("%s: ", path);
+        printf("%s: ", plain(path));
         solved_print(found, scale);
     }
 }
@@ -101,6 +102,7 @@ static int run_solve(job *at)
     TRY(solve_problem(&laid, asked.by, &asked.how, &at->limit, &found));
     TRY(solved_check(&laid, &found));
     TRY(write_samples(&asked, &at->both.problem, &found, out));
+    TRY(job_commit(at));
     print_result(at, &found);
     return DONE;
 }

@@ -12,6 +12,7 @@
 #include "text/fail.h"
 #include "text/json.h"
 #include "text/numbers.h"
+#include "text/plain.h"
 
 /* In units of 1/PFM_SCALE pixel. Returns false if the value is too large for a disparity. */
 static bool hold_float(float value, int32_t *held)
@@ -338,6 +339,6 @@ void map_request_json(const map_request *asked)
 
 void map_request_print(const map_request *asked)
 {
-    printf("%s%s%s: ", asked->output, asked->colour != NULL ? ", " : "",
-           asked->colour != NULL ? asked->colour : "");
+    printf("%s%s%s: ", plain(asked->output), asked->colour != NULL ? ", " : "",
+           asked->colour != NULL ? plain(asked->colour) : "");
 }
