@@ -215,6 +215,14 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
     return ran == QS_OK ? check_found(problem, work, found) : fail_status(name, ran);
 }
 
+uint64_t solve_bytes(const laid_out *problem, const solver *by)
+{
+    uint64_t labelling = sizeof(uint16_t) * (uint64_t)problem->model.sites;
+    uint64_t check = problem->file != NULL ? ((uint64_t)problem->variables + 7) / 8
+                                           : qs_problem_workspace(problem->problem);
+    return bytes_sum(by->workspace(&problem->model), labelling + check);
+}
+
 int solve_problem(const laid_out *problem, const solver *by, const search *how, budget *limit,
                   solved *found)
 {

@@ -133,16 +133,10 @@ static int add_result(comparing *with, const char *name, size_t size, result **a
 
 static int write_map(comparing *with, result *of, const pixel_map *map)
 {
-    file_bytes file = {NULL, 0};
     output *out;
-    TRY(map_encode(map, map_format_here(), with->asked.scale, of->map, &file));
-    int status = job_open_output(with->at, of->map, &out);
-    if (status == DONE) {
-        output_write_file(out, &file);
-        of->has_map = true;
-    }
-    file_free(&file);
-    return status;
+    TRY(job_open_output(with->at, of->map, &out));
+    of->has_map = true;
+    return map_write(map, map_format_here(), with->asked.scale, of->map, out);
 }
 
 /* Makes the map of a labelling, if the truth or the maps ask for it: its errors, and its file. */
@@ -263,9 +257,27 @@ static int open_options(comparing *with)
     }
     if (asked->truth != NULL) {
         TRY(truth_open(asked->truth, asked->truth_scale, frame->picture_width,
-                       frame->picture_height, &with->truth));
+                       frame->picture_height, &with->at->limit, &with->truth));
     }
     return asked->maps != NULL ? output_make_folder(asked->maps) : DONE;
+}
+
+/* Finds out before the work whether there is memory for each solver, and for a map after it. */
+static int check_memory(const comparing *with)
+{
+    const request *asked = &with->asked;
+    const map_request maps = {.format = map_format_here()};
+    uint64_t most = 0;
+    for (size_t i = 0; i < asked->solver_count; i++) {
+        uint64_t bytes = solve_bytes(&with->laid, asked->by[i]);
+        most = bytes > most ? bytes : most;
+    }
+    if (asked->maps != NULL || asked->truth != NULL) {
+        uint64_t sites = with->laid.model.sites;
+        uint64_t map = bytes_sum(map_bytes(&maps, &with->laid.labels), 2 * sites);
+        most = map > most ? map : most;
+    }
+    return budget_need(&with->at->limit, with->laid.name, most);
 }
 
 static int compare(comparing *with)
@@ -277,6 +289,7 @@ static int compare(comparing *with)
     with->table.scale = at->both.problem.scale;
     with->table.scored = with->asked.truth != NULL;
     TRY(open_options(with));
+    TRY(check_memory(with));
     TRY(fill_table(with));
     TRY(job_commit(at));
     (at->json ? comparison_json : comparison_print)(&with->table);
@@ -288,9 +301,7 @@ static int run_compare(job *at)
     comparing with;
     memset(&with, 0, sizeof with);
     with.at = at;
-    int status = compare(&with);
-    truth_close(&with.truth);
-    return status;
+    return compare(&with);
 }
 
 const command cmd_compare = {

@@ -93,17 +93,36 @@ static int write_found(job *at, request *asked, const laid_out *laid, const solv
     return DONE;
 }
 
+/* Finds out before the work whether there is memory for all of it. The workspaces depend on the
+ * size and the pairwise cost of the model, which is not laid out yet. */
+static int check_memory(const job *at, const request *asked, const qs_problem *problem)
+{
+    const qs_labels labels = {.frame = problem->frame};
+    const laid_out planned = {.model = {.sites = qs_problem_sites(problem),
+                                        .labels = problem->labels,
+                                        .pairwise = problem->pairwise,
+                                        .width = problem->grid.width,
+                                        .height = problem->grid.height},
+                              .problem = problem};
+    uint64_t model = qs_model_of_problem_workspace(problem);
+    uint64_t work = solve_bytes(&planned, asked->by), map = map_bytes(&asked->map, &labels);
+    /* The map is made after the solver's work is freed. */
+    return budget_need(&at->limit, input_name(asked->pair.left),
+                       bytes_sum(model, work > map ? work : map));
+}
+
 static int match(job *at, request *asked)
 {
     const qs_image *left = &asked->pair.stereo.left;
     qs_problem problem;
     laid_out laid;
     solved found;
-    TRY(pair_open(&asked->pair, &problem));
+    TRY(pair_open(&asked->pair, &at->limit, &problem));
     if (asked->scored) {
         TRY(truth_open(at->values[TRUTH], asked->truth_scale, (uint32_t)left->width,
-                       (uint32_t)left->height, &asked->truth));
+                       (uint32_t)left->height, &at->limit, &asked->truth));
     }
+    TRY(check_memory(at, asked, &problem));
     TRY(pair_lay_out(&asked->pair, &problem, &at->limit, &laid));
     TRY(map_check(laid.name, &laid.labels));
     TRY(map_request_open(&asked->map, at));
@@ -116,10 +135,7 @@ static int run_match(job *at)
 {
     request asked;
     TRY(read_request(at, &asked));
-    int status = match(at, &asked);
-    truth_close(&asked.truth);
-    pair_close(&asked.pair);
-    return status;
+    return match(at, &asked);
 }
 
 const command cmd_match = {

@@ -1,5 +1,4 @@
 #include <stdio.h>
-#include <stdlib.h>
 
 #include "command.h"
 #include "pictures/map_errors.h"
@@ -7,7 +6,7 @@
 #include "text/json.h"
 #include "text/numbers.h"
 
-enum { SCALE, TRUTH_SCALE, MAX_RMS, MAX_BAD_HALF, MAX_BAD_ONE, JSON };
+enum { SCALE, TRUTH_SCALE, MAX_RMS, MAX_BAD_HALF, MAX_BAD_ONE, JSON, MEMORY_LIMIT };
 
 static const option options[] = {
     [SCALE] = {"scale", 0, false, "S", "8", "MAP holds disparity x S; a .pfm always holds pixels"},
@@ -18,6 +17,7 @@ static const option options[] = {
     [MAX_BAD_ONE] = {"max-bad-1.0", 0, false, "P", NULL,
                      "exit with 1 if more than P percent are wrong by more than 1"},
     [JSON] = JSON_OPTION,
+    [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
 
 /* The limits of the errors are in the order of the errors. Returns ANSWER_NO if an error is above
@@ -57,27 +57,10 @@ static int score_maps(const job *at, const qs_map *map, const qs_map *truth,
     return check_limits(name, at, errors.of, most);
 }
 
-static int read_and_score(const job *at, uint32_t scale, uint32_t truth_scale,
-                          const double most[ERRORS])
-{
-    const char *const *operands = at->given->operands;
-    qs_map map, truth;
-    int32_t *values = NULL, *truth_values = NULL;
-    int status = map_read(operands[0], scale, &map, &values);
-    if (status == DONE) {
-        status = map_read(operands[1], truth_scale, &truth, &truth_values);
-    }
-    if (status == DONE) {
-        status = score_maps(at, &map, &truth, most);
-    }
-    free(values);
-    free(truth_values);
-    return status;
-}
-
 static int run_score(job *at)
 {
     uint32_t scale, truth_scale;
+    qs_map map, truth;
     double most[ERRORS] = {0, 0, 0};
     char spelled[32];
     TRY(number_read("--scale", at->values[SCALE], 1, 65536, &scale));
@@ -88,7 +71,9 @@ static int run_score(job *at)
             TRY(threshold_read(spelled, at->values[MAX_RMS + i], &most[i]));
         }
     }
-    return read_and_score(at, scale, truth_scale, most);
+    TRY(map_read(at->given->operands[0], scale, &at->limit, &map));
+    TRY(map_read(at->given->operands[1], truth_scale, &at->limit, &truth));
+    return score_maps(at, &map, &truth, most);
 }
 
 const command cmd_score = {

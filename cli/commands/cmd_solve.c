@@ -98,6 +98,7 @@ static int run_solve(job *at)
     TRY(search_read(&at->values[SEARCH], &asked.how));
     TRY(job_open_problem(at));
     TRY(lay_out(&at->both.problem, &at->limit, &laid));
+    TRY(budget_need(&at->limit, laid.name, solve_bytes(&laid, asked.by)));
     TRY(job_open_output(at, at->values[OUTPUT], &out));
     TRY(solve_problem(&laid, asked.by, &asked.how, &at->limit, &found));
     TRY(solved_check(&laid, &found));

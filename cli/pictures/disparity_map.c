@@ -40,168 +40,66 @@ static int hold_floats(const char *path, const float_picture *floats, int32_t *v
     return DONE;
 }
 
-static int read_pfm(const char *path, const file_bytes *file, qs_map *map, int32_t **values)
+static int32_t *take_values(const char *path, budget *limit, size_t width, size_t height)
+{
+    return budget_take(limit, input_name(path), width * height * sizeof(int32_t));
+}
+
+static int read_pfm(const char *path, const file_bytes *file, budget *limit, qs_map *map)
 {
     float_picture floats;
     char reason[REASON_SIZE] = "";
-    int status = picture_fail(path, pfm_decode(file, &floats, reason), reason);
-    if (status != DONE) {
-        return status;
-    }
-    *values = malloc(floats.width * floats.height * sizeof **values);
-    status = *values != NULL ? hold_floats(path, &floats, *values) : fail_memory(input_name(path));
-    *map = (qs_map){*values, floats.width, floats.height, PFM_SCALE};
+    /* The floats are as large as the file. */
+    TRY(budget_need(limit, input_name(path), bytes_product(file->size, 2)));
+    TRY(picture_fail(path, pfm_decode(file, &floats, reason), reason));
+    int32_t *values = take_values(path, limit, floats.width, floats.height);
+    int status = values != NULL ? hold_floats(path, &floats, values) : NO_RESOURCE;
+    *map = (qs_map){values, floats.width, floats.height, PFM_SCALE};
     free(floats.values);
     return status;
 }
 
-static int read_integers(const char *path, const file_bytes *file, uint32_t scale, qs_map *map,
-                         int32_t **values)
+static int hold_samples(const char *path, const picture *integers, uint32_t scale, budget *limit,
+                        qs_map *map)
+{
+    size_t count = integers->width * integers->height;
+    if (integers->channels != 1) {
+        return fail(BAD_INPUT, input_name(path),
+                    "is a picture in colours: give a grey one, with one value per pixel");
+    }
+    int32_t *values = take_values(path, limit, integers->width, integers->height);
+    if (values == NULL) {
+        return NO_RESOURCE;
+    }
+    for (size_t i = 0; i < count; i++) {
+        values[i] = qs_disparity_read(integers->samples[i], scale);
+    }
+    *map = (qs_map){values, integers->width, integers->height, scale};
+    return DONE;
+}
+
+static int read_integers(const char *path, const file_bytes *file, uint32_t scale, budget *limit,
+                         qs_map *map)
 {
     picture integers;
-    int status = picture_decode(path, file, &integers);
-    if (status != DONE) {
-        return status;
-    }
-    size_t count = integers.width * integers.height;
-    if (integers.channels != 1) {
-        status = fail(BAD_INPUT, input_name(path),
-                      "is a picture in colours: give a grey one, with one value per pixel");
-    } else if ((*values = malloc(count * sizeof **values)) == NULL) {
-        status = fail_memory(input_name(path));
-    }
-    for (size_t i = 0; i < count && status == DONE; i++) {
-        (*values)[i] = qs_disparity_read(integers.samples[i], scale);
-    }
-    *map = (qs_map){*values, integers.width, integers.height, scale};
+    TRY(picture_decode(path, file, limit, &integers));
+    int status = hold_samples(path, &integers, scale, limit, map);
     picture_free(&integers);
     return status;
 }
 
-int map_read(const char *path, uint32_t scale, qs_map *map, int32_t **values)
+int map_read(const char *path, uint32_t scale, budget *limit, qs_map *map)
 {
-    budget owner;
+    budget work = budget_inside(limit);
     file_bytes file;
-    *values = NULL;
-    int status = picture_read_file(path, &owner, &file);
+    int status = file_read(path, &work, &file);
     if (status == DONE) {
-        status = pfm_is(&file) ? read_pfm(path, &file, map, values)
-                               : read_integers(path, &file, scale, map, values);
+        limit->left -= file.size; /* while the file is there */
+        status = pfm_is(&file) ? read_pfm(path, &file, limit, map)
+                               : read_integers(path, &file, scale, limit, map);
+        limit->left += file.size;
     }
-    budget_free(&owner);
-    if (status != DONE) {
-        free(*values);
-        *values = NULL;
-    }
-    return status;
-}
-
-static int fail_too_large(const char *path, uint32_t disparity, uint32_t scale)
-{
-    if (disparity > 65535 / 2) {
-        return fail(BAD_INPUT, path,
-                    "disparity %" PRIu32 " does not fit 16 bits at any --scale: write a .pfm",
-                    disparity);
-    }
-    return fail(BAD_INPUT, path,
-                "disparity %" PRIu32 " does not fit 16 bits at --scale %" PRIu32 ": %" PRIu32
-                " is the largest scale that does",
-                disparity, scale, 65535 / disparity);
-}
-
-static int hold_integers(const pixel_map *map, uint32_t scale, const char *path, picture *made)
-{
-    size_t count = made->width * made->height;
-    int32_t largest = 0; /* QS_NO_DISPARITY is less */
-    for (size_t i = 0; i < count; i++) {
-        largest = map->disparities[i] > largest ? map->disparities[i] : largest;
-    }
-    uint64_t most = qs_disparity_hold((uint32_t)largest, scale);
-    if (most > 65535) {
-        return fail_too_large(path, (uint32_t)largest, scale);
-    }
-    made->maxval = most > 255 ? 65535 : 255;
-    for (size_t i = 0; i < count; i++) {
-        int32_t disparity = map->disparities[i];
-        made->samples[i] = disparity == QS_NO_DISPARITY
-                               ? 0
-                               : (uint16_t)qs_disparity_hold((uint32_t)disparity, scale);
-    }
-    return DONE;
-}
-
-static int encode_picture(const picture *made, bool png, const char *path, file_bytes *file)
-{
-    picture_status status = png ? picture_library_encode_png(made, file) : pnm_encode(made, file);
-    return picture_fail(path, status, "cannot be made");
-}
-
-static int encode_pfm(const pixel_map *map, const char *path, file_bytes *file)
-{
-    size_t count = (size_t)map->width * map->height;
-    float_picture made = {map->width, map->height, malloc(count * sizeof *made.values)};
-    if (made.values == NULL) {
-        return fail_memory(path);
-    }
-    for (size_t i = 0; i < count; i++) {
-        made.values[i] =
-            map->disparities[i] == QS_NO_DISPARITY ? INFINITY : (float)map->disparities[i];
-    }
-    int status = picture_fail(path, pfm_encode(&made, file), "cannot be made");
-    free(made.values);
-    return status;
-}
-
-int map_encode(const pixel_map *map, map_format format, uint32_t scale, const char *path,
-               file_bytes *file)
-{
-    picture made = {map->width, map->height, 1, 255, NULL};
-    if (format == MAP_PFM) {
-        return encode_pfm(map, path, file);
-    }
-    if (!picture_allocate(&made)) {
-        return fail_memory(path);
-    }
-    int status = hold_integers(map, scale, path, &made);
-    if (status == DONE) {
-        status = encode_picture(&made, format == MAP_PNG, path, file);
-    }
-    picture_free(&made);
-    return status;
-}
-
-/* The colour of `value` on a scale that ends at `most`: straight lines between nine points of a
- * map after Google's Turbo, in integers, so that every machine draws the same. */
-static void colour_of(uint32_t value, uint32_t most, uint16_t rgb[3])
-{
-    enum { STEPS = 8, PART = 256 };
-    static const uint8_t points[STEPS + 1][3] = {{48, 18, 59},   {70, 107, 227}, {40, 187, 236},
-                                                 {49, 242, 153}, {162, 252, 60}, {237, 208, 58},
-                                                 {251, 128, 34}, {210, 49, 5},   {122, 4, 3}};
-    uint64_t place = most > 0 ? (uint64_t)value * STEPS * PART / most : 0;
-    unsigned step = (unsigned)(place / PART), part = (unsigned)(place % PART);
-    for (unsigned c = 0; c < 3; c++) {
-        unsigned from = points[step][c], to = points[step + (part > 0)][c];
-        rgb[c] = (uint16_t)((from * (PART - part) + to * part + PART / 2) / PART);
-    }
-}
-
-int map_encode_colour(const pixel_map *map, bool png, const char *path, file_bytes *file)
-{
-    picture made = {map->width, map->height, 3, 255, NULL};
-    if (!picture_allocate(&made)) {
-        return fail_memory(path);
-    }
-    memset(made.samples, 0, made.width * made.height * 3 * sizeof *made.samples);
-    for (size_t i = 0; i < made.width * made.height; i++) {
-        int32_t disparity = map->disparities[i];
-        if (disparity != QS_NO_DISPARITY) {
-            colour_of((uint32_t)disparity - map->least, map->most - map->least,
-                      made.samples + 3 * i);
-        }
-    }
-    int status = encode_picture(&made, png, path, file);
-    picture_free(&made);
+    budget_free(&work);
     return status;
 }
 
@@ -219,16 +117,34 @@ int map_check(const char *name, const qs_labels *labels)
     return DONE;
 }
 
+/* A map in colours is a PNG beside everything but a PGM, if PNG can be written. */
+static bool colour_is_png(const map_request *asked)
+{
+    return asked->format != MAP_PGM && picture_library_writes_png();
+}
+
+uint64_t map_bytes(const map_request *asked, const qs_labels *labels)
+{
+    /* Of each sample of a PNG: ours, those of the library in 16 and in 8 bits, the file, and its
+     * copy. The other formats are written row by row. */
+    enum { PNG_BYTES = 2 + 2 + 2 + 2 + 2 };
+    uint64_t pixels = (uint64_t)labels->frame.picture_width * labels->frame.picture_height;
+    uint64_t samples = asked->format == MAP_PNG ? 1 : 0;
+    if (asked->colour != NULL && colour_is_png(asked)) {
+        samples = 3; /* one map after the other */
+    }
+    return bytes_product(pixels, sizeof(int32_t) + samples * PNG_BYTES);
+}
+
 int map_of_labelling(const char *name, const qs_labels *labels, const uint16_t *labelling,
                      budget *limit, pixel_map *map)
 {
     const qs_frame *frame = &labels->frame;
-    if (frame->picture_height > SIZE_MAX / sizeof *map->disparities / frame->picture_width) {
-        return budget_fail(limit, name);
-    }
-    size_t size = sizeof *map->disparities * frame->picture_width * frame->picture_height;
-    *map = (pixel_map){budget_take(limit, name, size), frame->picture_width, frame->picture_height,
-                       frame->first, frame->first + labels->labels - 1};
+    uint64_t size = bytes_product((uint64_t)frame->picture_width * frame->picture_height,
+                                  sizeof *map->disparities);
+    TRY(budget_need(limit, name, size));
+    *map = (pixel_map){budget_take(limit, name, (size_t)size), frame->picture_width,
+                       frame->picture_height, frame->first, frame->first + labels->labels - 1};
     if (map->disparities == NULL) {
         return NO_RESOURCE;
     }
@@ -267,12 +183,6 @@ static int format_of(const char *path, map_format *format)
                           path);
     }
     return DONE;
-}
-
-/* A map in colours is a PNG beside everything but a PGM, if PNG can be written. */
-static bool colour_is_png(const map_request *asked)
-{
-    return asked->format != MAP_PGM && picture_library_writes_png();
 }
 
 static int name_colour(budget *limit, map_request *asked)
@@ -317,18 +227,10 @@ int map_request_open(map_request *asked, job *at)
 
 int map_request_write(const map_request *asked, const pixel_map *map)
 {
-    file_bytes files[2] = {{NULL, 0}, {NULL, 0}};
-    int status = map_encode(map, asked->format, asked->scale, asked->output, &files[0]);
-    if (status == DONE && asked->colour != NULL) {
-        status = map_encode_colour(map, colour_is_png(asked), asked->colour, &files[1]);
-    }
-    for (size_t i = 0; i < 2; i++) {
-        if (status == DONE && asked->files[i] != NULL) {
-            output_write_file(asked->files[i], &files[i]);
-        }
-        file_free(&files[i]);
-    }
-    return status;
+    TRY(map_write(map, asked->format, asked->scale, asked->output, asked->files[0]));
+    return asked->colour != NULL
+               ? map_write_colour(map, colour_is_png(asked), asked->colour, asked->files[1])
+               : DONE;
 }
 
 void map_request_json(const map_request *asked)

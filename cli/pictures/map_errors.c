@@ -3,7 +3,6 @@
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 
 #include "text/json.h"
 #include "text/fail.h"
@@ -66,23 +65,17 @@ int truth_scale_read(const char *text, uint32_t *scale)
     return number_read("--truth-scale", text, 1, 65536, scale);
 }
 
-int truth_open(const char *path, uint32_t scale, uint32_t width, uint32_t height, true_map *opened)
+int truth_open(const char *path, uint32_t scale, uint32_t width, uint32_t height, budget *limit,
+               true_map *opened)
 {
     *opened = (true_map){.name = input_name(path)};
-    int status = map_read(path, scale, &opened->map, &opened->values);
-    if (status == DONE && (opened->map.width != width || opened->map.height != height)) {
-        status = fail(BAD_INPUT, opened->name,
-                      "is %zu x %zu pixels, but the left picture is %" PRIu32 " x %" PRIu32,
-                      opened->map.width, opened->map.height, width, height);
-        truth_close(opened);
+    TRY(map_read(path, scale, limit, &opened->map));
+    if (opened->map.width != width || opened->map.height != height) {
+        return fail(BAD_INPUT, opened->name,
+                    "is %zu x %zu pixels, but the left picture is %" PRIu32 " x %" PRIu32,
+                    opened->map.width, opened->map.height, width, height);
     }
-    return status;
-}
-
-void truth_close(true_map *closed)
-{
-    free(closed->values);
-    closed->values = NULL;
+    return DONE;
 }
 
 int truth_compare(const true_map *with, const pixel_map *map, map_errors *found)

@@ -30,15 +30,15 @@ void map_errors_print(const map_errors *shown);
 typedef struct true_map {
     const char *name;
     qs_map map;
-    int32_t *values;
 } true_map;
 
 /* Reads the argument of --truth-scale. Returns DONE or BAD_USAGE. */
 int truth_scale_read(const char *text, uint32_t *scale);
 
-/* Reads a true map for pictures of a size. Returns DONE, BAD_INPUT or NO_RESOURCE. */
-int truth_open(const char *path, uint32_t scale, uint32_t width, uint32_t height, true_map *opened);
-void truth_close(true_map *closed);
+/* Reads a true map for pictures of a size into memory of the budget. Returns DONE, BAD_INPUT or
+ * NO_RESOURCE. */
+int truth_open(const char *path, uint32_t scale, uint32_t width, uint32_t height, budget *limit,
+               true_map *opened);
 
 /* Compares a map with the truth. Returns DONE. */
 int truth_compare(const true_map *with, const pixel_map *map, map_errors *found);

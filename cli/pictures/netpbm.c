@@ -68,8 +68,10 @@ static bool read_pam(scanner *from, picture *decoded, layout *lies)
             return false;
         }
     }
-    *decoded = (picture){numbers[PAM_WIDTH], numbers[PAM_HEIGHT], numbers[PAM_DEPTH] < 3 ? 1 : 3,
-                         numbers[PAM_MAXVAL], NULL};
+    decoded->width = numbers[PAM_WIDTH];
+    decoded->height = numbers[PAM_HEIGHT];
+    decoded->channels = numbers[PAM_DEPTH] < 3 ? 1 : 3;
+    decoded->maxval = numbers[PAM_MAXVAL];
     *lies = (layout){true, false, numbers[PAM_DEPTH]};
     return strcmp(word, "ENDHDR") == 0 && lies->channels >= 1 && lies->channels <= 4;
 }
@@ -91,6 +93,14 @@ static uint64_t row_bytes(const picture *decoded, const layout *lies)
         return lies->binary ? (width + 7) / 8 : width;
     }
     return width * lies->channels * (lies->binary && decoded->maxval <= 255 ? 1 : 2);
+}
+
+/* Returns true if the file is long enough for the samples. So no header can make the command
+ * allocate more than a small multiple of the file. */
+static bool fits(const scanner *from, const picture *stated, const layout *lies)
+{
+    uint64_t left = (uint64_t)(from->end - from->at) + !lies->binary;
+    return stated->height <= left / row_bytes(stated, lies);
 }
 
 static bool ascii_sample(scanner *from, const layout *lies, uint32_t *sample)
@@ -173,6 +183,13 @@ static const char *read_samples(scanner *from, const layout *lies, picture *deco
     return read_binary(from, lies, decoded);
 }
 
+bool pnm_size(const file_bytes *file, picture *stated)
+{
+    scanner from = scanner_start(file);
+    layout lies;
+    return read_header(&from, (char)file->bytes[1], stated, &lies) && fits(&from, stated, &lies);
+}
+
 picture_status pnm_decode(const file_bytes *file, picture *decoded, char reason[REASON_SIZE])
 {
     scanner from = scanner_start(file);
@@ -180,13 +197,11 @@ picture_status pnm_decode(const file_bytes *file, picture *decoded, char reason[
     if (!read_header(&from, (char)file->bytes[1], decoded, &lies)) {
         return refuse(reason, "its header is not that of a picture of up to 16 bits");
     }
-    /* So no header can make the command allocate more than a small multiple of the file. */
-    uint64_t left = (uint64_t)(from.end - from.at) + !lies.binary, row = row_bytes(decoded, &lies);
-    if (decoded->height > left / row) {
+    if (!fits(&from, decoded, &lies)) {
         return refuse(reason, "it ends before its last sample");
     }
-    const size_t size = decoded->height * (size_t)row;
-    const char *wrong = lies.binary ? scanner_samples(&from, size, (size_t)row) : NULL;
+    size_t row = (size_t)row_bytes(decoded, &lies);
+    const char *wrong = lies.binary ? scanner_samples(&from, decoded->height * row, row) : NULL;
     if (wrong != NULL) {
         return refuse(reason, wrong);
     }
@@ -201,23 +216,33 @@ picture_status pnm_decode(const file_bytes *file, picture *decoded, char reason[
     return PICTURE_OK;
 }
 
+size_t pnm_header(const picture *encoded, uint8_t header[HEADER_SIZE])
+{
+    return (size_t)snprintf((char *)header, HEADER_SIZE, "P%c\n%zu %zu\n%lu\n",
+                            encoded->channels == 3 ? '6' : '5', encoded->width, encoded->height,
+                            (unsigned long)encoded->maxval);
+}
+
+size_t pnm_pack(const uint16_t *samples, size_t count, uint32_t maxval, uint8_t *bytes)
+{
+    uint8_t *at = bytes;
+    for (size_t i = 0; i < count; i++) {
+        if (maxval > 255) {
+            *at++ = (uint8_t)(samples[i] >> 8);
+        }
+        *at++ = (uint8_t)samples[i];
+    }
+    return (size_t)(at - bytes);
+}
+
 picture_status pnm_encode(const picture *encoded, file_bytes *file)
 {
     size_t count = encoded->width * encoded->height * encoded->channels;
-    file->bytes = malloc(64 + 2 * count);
+    file->bytes = malloc(HEADER_SIZE + 2 * count);
     if (file->bytes == NULL) {
         return PICTURE_NO_MEMORY;
     }
-    int header =
-        snprintf((char *)file->bytes, 64, "P%c\n%zu %zu\n%lu\n", encoded->channels == 3 ? '6' : '5',
-                 encoded->width, encoded->height, (unsigned long)encoded->maxval);
-    uint8_t *at = file->bytes + header;
-    for (size_t i = 0; i < count; i++) {
-        if (encoded->maxval > 255) {
-            *at++ = (uint8_t)(encoded->samples[i] >> 8);
-        }
-        *at++ = (uint8_t)encoded->samples[i];
-    }
-    file->size = (size_t)(at - file->bytes);
+    file->size = pnm_header(encoded, file->bytes);
+    file->size += pnm_pack(encoded->samples, count, encoded->maxval, file->bytes + file->size);
     return PICTURE_OK;
 }

@@ -89,18 +89,29 @@ picture_status pfm_decode(const file_bytes *file, float_picture *decoded, char r
     return PICTURE_OK;
 }
 
+size_t pfm_header(size_t width, size_t height, uint8_t header[HEADER_SIZE])
+{
+    return (size_t)snprintf((char *)header, HEADER_SIZE, "Pf\n%zu %zu\n-1.0\n", width, height);
+}
+
+size_t pfm_pack(const float *values, size_t count, uint8_t *bytes)
+{
+    for (size_t i = 0; i < count; i++) {
+        store_float(bytes + 4 * i, values[i]);
+    }
+    return 4 * count;
+}
+
 picture_status pfm_encode(const float_picture *encoded, file_bytes *file)
 {
-    size_t count = encoded->width * encoded->height;
-    file->bytes = malloc(64 + 4 * count);
+    file->bytes = malloc(HEADER_SIZE + 4 * encoded->width * encoded->height);
     if (file->bytes == NULL) {
         return PICTURE_NO_MEMORY;
     }
-    int header =
-        snprintf((char *)file->bytes, 64, "Pf\n%zu %zu\n-1.0\n", encoded->width, encoded->height);
-    for (size_t i = 0; i < count; i++) {
-        store_float(file->bytes + header + 4 * i, encoded->values[upside_down(encoded, i)]);
+    file->size = pfm_header(encoded->width, encoded->height, file->bytes);
+    for (size_t y = encoded->height; y-- > 0;) {
+        file->size += pfm_pack(encoded->values + y * encoded->width, encoded->width,
+                               file->bytes + file->size);
     }
-    file->size = (size_t)header + 4 * count;
     return PICTURE_OK;
 }

@@ -34,6 +34,9 @@ typedef enum picture_status {
 
 enum { REASON_SIZE = 240 };
 
+/* The bytes of all samples. */
+uint64_t picture_bytes(const picture *of);
+
 /* Allocates the samples. Returns false if there is no memory. */
 bool picture_allocate(picture *made);
 void picture_free(picture *freed);

@@ -9,14 +9,14 @@
 
 #include "files.h"
 #include "pictures/picture.h"
+#include "qstereo.h"
 
-/* Reads and decodes a picture; picture_free frees it. */
-int picture_read(const char *path, picture *read);
+/* Decodes the bytes of a file, if the work fits the budget; picture_free frees the picture, which
+ * is not taken from the budget. */
+int picture_decode(const char *path, const file_bytes *file, const budget *limit, picture *decoded);
 
-/* The two halves of that: the bytes of the file, and the picture that they hold. `owner` becomes
- * the owner of the bytes: budget_free frees them, also after a failure. */
-int picture_read_file(const char *path, budget *owner, file_bytes *file);
-int picture_decode(const char *path, const file_bytes *file, picture *decoded);
+/* Reads a picture as grey, 8 bits a pixel, which the budget owns. */
+int picture_read_grey(const char *path, budget *limit, qs_image *grey);
 
 /* Turns a picture_status into an exit status, and prints the reason of a failure. */
 int picture_fail(const char *path, picture_status status, const char *reason);
