@@ -77,6 +77,7 @@ int pair_read(const char *left, const char *right, const char *const *values, co
               pair *asked)
 {
     int cost = QS_COST_AD;
+    uint32_t bits = 0;
     memset(asked, 0, sizeof *asked);
     asked->left = left;
     asked->right = right;
@@ -86,6 +87,10 @@ int pair_read(const char *left, const char *right, const char *const *values, co
     TRY(read_roi(values[PAIR_ROI], asked));
     TRY(name_read(&cost_names, values[PAIR_COST], "", &cost));
     TRY(read_smoothness(values[PAIR_SMOOTHNESS], values[PAIR_TRUNCATION], &asked->pairwise));
+    if (values[PAIR_BITS] != NULL) {
+        TRY(number_read("--bits", values[PAIR_BITS], 9, 16, &bits));
+    }
+    asked->bits = bits;
     asked->stereo.cost = (qs_cost)cost;
     return DONE;
 }
@@ -153,8 +158,8 @@ static int make_problem(pair *opened, budget *limit, qs_problem *problem)
 
 int pair_open(pair *opened, budget *limit, qs_problem *problem)
 {
-    TRY(picture_read_grey(opened->left, limit, &opened->stereo.left));
-    TRY(picture_read_grey(opened->right, limit, &opened->stereo.right));
+    TRY(picture_read_grey(opened->left, opened->bits, limit, &opened->stereo.left));
+    TRY(picture_read_grey(opened->right, opened->bits, limit, &opened->stereo.right));
     TRY(check_geometry(opened));
     return make_problem(opened, limit, problem);
 }

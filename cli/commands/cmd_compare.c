@@ -17,6 +17,7 @@ enum {
     SEARCH,
     TRUTH = SEARCH + SEARCH_OPTIONS,
     TRUTH_SCALE,
+    TRUTH_NO_VALUE,
     MAPS,
     SCALE,
     JSON,
@@ -31,6 +32,7 @@ static const option options[] = {
     [SEARCH] = SEARCH_OPTION_ROWS,
     [TRUTH] = TRUTH_OPTION,
     [TRUTH_SCALE] = TRUTH_SCALE_OPTION,
+    [TRUTH_NO_VALUE] = TRUTH_NO_VALUE_OPTION,
     [MAPS] = {"maps", 0, false, "DIR", NULL,
               "write each map as DIR/SOLVER.png (.pgm in a build without OpenCV)"},
     [SCALE] = SCALE_OPTION,
@@ -43,7 +45,8 @@ typedef struct request {
     size_t solver_count;
     search how;
     const char *truth, *maps; /* NULL = none */
-    uint32_t truth_scale, scale;
+    uint32_t scale;
+    map_form truth_form;
 } request;
 
 /* A comparison under way. */
@@ -76,7 +79,7 @@ static int read_request(const char *const *values, request *asked)
     asked->maps = values[MAPS];
     TRY(read_solvers(values[SOLVER_LIST], asked));
     TRY(search_read(&values[SEARCH], &asked->how));
-    TRY(truth_scale_read(values[TRUTH_SCALE], &asked->truth_scale));
+    TRY(truth_form_read(values[TRUTH_SCALE], values[TRUTH_NO_VALUE], &asked->truth_form));
     return map_scale_read(values[SCALE], &asked->scale);
 }
 
@@ -256,7 +259,7 @@ static int open_options(comparing *with)
         TRY(map_check(problem->name, &problem->qubo.labels));
     }
     if (asked->truth != NULL) {
-        TRY(truth_open(asked->truth, asked->truth_scale, frame->picture_width,
+        TRY(truth_open(asked->truth, &asked->truth_form, frame->picture_width,
                        frame->picture_height, &with->at->limit, &with->truth));
     }
     return asked->maps != NULL ? output_make_folder(asked->maps) : DONE;

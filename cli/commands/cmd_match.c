@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "command.h"
+#include "hints.h"
 #include "pair.h"
 #include "pictures/disparity_map.h"
 #include "pictures/map_errors.h"
@@ -17,16 +18,23 @@ enum {
     COLOR,
     TRUTH,
     TRUTH_SCALE,
+    TRUTH_NO_VALUE,
     JSON,
     MEMORY_LIMIT
 };
 
 static const option options[] = {
-    [OUTPUT] = MAP_OUTPUT_OPTION, [PAIR] = PAIR_OPTION_ROWS,
-    [SOLVER] = SOLVER_OPTION,     [SEARCH] = SEARCH_OPTION_ROWS,
-    [SCALE] = SCALE_OPTION,       [COLOR] = COLOR_OPTION,
-    [TRUTH] = TRUTH_OPTION,       [TRUTH_SCALE] = TRUTH_SCALE_OPTION,
-    [JSON] = JSON_OPTION,         [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
+    [OUTPUT] = MAP_OUTPUT_OPTION,
+    [PAIR] = PAIR_OPTION_ROWS,
+    [SOLVER] = SOLVER_OPTION,
+    [SEARCH] = SEARCH_OPTION_ROWS,
+    [SCALE] = SCALE_OPTION,
+    [COLOR] = COLOR_OPTION,
+    [TRUTH] = TRUTH_OPTION,
+    [TRUTH_SCALE] = TRUTH_SCALE_OPTION,
+    [TRUTH_NO_VALUE] = TRUTH_NO_VALUE_OPTION,
+    [JSON] = JSON_OPTION,
+    [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
 
 typedef struct request {
@@ -35,7 +43,7 @@ typedef struct request {
     const solver *by;
     search how;
     bool scored; /* there is a truth */
-    uint32_t truth_scale;
+    map_form truth_form;
     true_map truth;
 } request;
 
@@ -48,7 +56,7 @@ static int read_request(job *at, request *asked)
                   &asked->pair));
     TRY(solver_read(values[SOLVER], &asked->by));
     TRY(search_read(&values[SEARCH], &asked->how));
-    TRY(truth_scale_read(values[TRUTH_SCALE], &asked->truth_scale));
+    TRY(truth_form_read(values[TRUTH_SCALE], values[TRUTH_NO_VALUE], &asked->truth_form));
     return map_request_read(values[OUTPUT], values[SCALE], values[COLOR] != NULL, &at->limit,
                             &asked->map);
 }
@@ -65,6 +73,7 @@ static void print_result(const job *at, const request *asked, const solved *foun
         map_request_json(&asked->map);
         if (asked->scored) {
             map_errors_json(errors);
+            map_errors_json_more(errors);
         }
         json_end();
         return;
@@ -89,6 +98,10 @@ static int write_found(job *at, request *asked, const laid_out *laid, const solv
     TRY(job_commit(at));
     if (!output_is_standard(asked->map.output)) {
         print_result(at, asked, found, &errors);
+    }
+    hint_range(&asked->pair, &map);
+    if (asked->scored) {
+        map_errors_warn(asked->map.output, &errors);
     }
     return DONE;
 }
@@ -119,10 +132,12 @@ static int match(job *at, request *asked)
     solved found;
     TRY(pair_open(&asked->pair, &at->limit, &problem));
     if (asked->scored) {
-        TRY(truth_open(at->values[TRUTH], asked->truth_scale, (uint32_t)left->width,
+        TRY(truth_open(at->values[TRUTH], &asked->truth_form, (uint32_t)left->width,
                        (uint32_t)left->height, &at->limit, &asked->truth));
+        hint_truth(&asked->pair, &asked->truth);
     }
     TRY(check_memory(at, asked, &problem));
+    hint_swapped(&asked->pair);
     TRY(pair_lay_out(&asked->pair, &problem, &at->limit, &laid));
     TRY(map_check(laid.name, &laid.labels));
     TRY(map_request_open(&asked->map, at));

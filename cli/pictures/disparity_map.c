@@ -9,16 +9,31 @@
 #include "pictures/netpbm.h"
 #include "pictures/picture_library.h"
 #include "pictures/picture_read.h"
+#include "pictures/picture_size.h"
 #include "text/fail.h"
 #include "text/json.h"
 #include "text/numbers.h"
 #include "text/plain.h"
 
+int map_form_read(const char *scale_option, const char *scale, const char *no_value_option,
+                  const char *no_value, map_form *form)
+{
+    *form = (map_form){.has_no_value = no_value != NULL};
+    TRY(number_read(scale_option, scale, 1, 65536, &form->scale));
+    return no_value != NULL ? real_read(no_value_option, no_value, &form->no_value) : DONE;
+}
+
+static bool is_no_value(const map_form *form, double value)
+{
+    return form->has_no_value &&
+           (value == form->no_value || (form->no_value < 0 && value < form->no_value));
+}
+
 /* In units of 1/PFM_SCALE pixel. Returns false if the value is too large for a disparity. */
-static bool hold_float(float value, int32_t *held)
+static bool hold_float(const map_form *form, float value, int32_t *held)
 {
     *held = QS_NO_DISPARITY;
-    if (!isfinite(value)) {
+    if (!isfinite(value) || is_no_value(form, (double)value)) {
         return true;
     }
     if (value <= -32767.0F || value >= 32767.0F) {
@@ -28,13 +43,25 @@ static bool hold_float(float value, int32_t *held)
     return true;
 }
 
-static int hold_floats(const char *path, const float_picture *floats, int32_t *values)
+static int32_t hold_whole(const map_form *form, int32_t value)
+{
+    if (form->has_no_value) {
+        return is_no_value(form, value) ? QS_NO_DISPARITY : value;
+    }
+    return value > 0 ? qs_disparity_read((uint32_t)value, form->scale) : QS_NO_DISPARITY;
+}
+
+static int hold_floats(const char *path, const map_form *form, const float_picture *floats,
+                       int32_t *values)
 {
     for (size_t i = 0; i < floats->width * floats->height; i++) {
-        if (!hold_float(floats->values[i], &values[i])) {
+        float value = floats->values[i];
+        if (floats->whole) {
+            values[i] = hold_whole(form, (int32_t)value);
+        } else if (!hold_float(form, value, &values[i])) {
             return fail(BAD_INPUT, input_name(path),
                         "pixel (%zu, %zu) holds %g, which is not a disparity in pixels",
-                        i % floats->width, i / floats->width, (double)floats->values[i]);
+                        i % floats->width, i / floats->width, (double)value);
         }
     }
     return DONE;
@@ -45,60 +72,114 @@ static int32_t *take_values(const char *path, budget *limit, size_t width, size_
     return budget_take(limit, input_name(path), width * height * sizeof(int32_t));
 }
 
-static int read_pfm(const char *path, const file_bytes *file, budget *limit, qs_map *map)
+static int decode_floats(const char *path, const file_bytes *file, float_picture *floats)
+{
+    char reason[REASON_SIZE] = "";
+    floats->whole = false;
+    picture_status status = pfm_is(file) ? pfm_decode(file, floats, reason)
+                                         : picture_library_decode_floats(file, floats, reason);
+    return picture_fail(path, status, reason);
+}
+
+static int read_floats(const char *path, const file_bytes *file, const map_form *form,
+                       budget *limit, qs_map *map)
 {
     float_picture floats;
-    char reason[REASON_SIZE] = "";
-    /* The floats are as large as the file. */
-    TRY(budget_need(limit, input_name(path), bytes_product(file->size, 2)));
-    TRY(picture_fail(path, pfm_decode(file, &floats, reason), reason));
+    picture stated = {.channels = 1};
+    uint64_t size = file->size; /* of the floats of a PFM */
+    if (!pfm_is(file) && picture_size(file, &stated)) {
+        size = bytes_product(picture_bytes(&stated), 2);
+    }
+    TRY(budget_need(limit, input_name(path), bytes_product(size, 2)));
+    TRY(decode_floats(path, file, &floats));
     int32_t *values = take_values(path, limit, floats.width, floats.height);
-    int status = values != NULL ? hold_floats(path, &floats, values) : NO_RESOURCE;
-    *map = (qs_map){values, floats.width, floats.height, PFM_SCALE};
+    int status = values != NULL ? hold_floats(path, form, &floats, values) : NO_RESOURCE;
+    *map = (qs_map){values, floats.width, floats.height, floats.whole ? form->scale : PFM_SCALE};
     free(floats.values);
     return status;
 }
 
-static int hold_samples(const char *path, const picture *integers, uint32_t scale, budget *limit,
-                        qs_map *map)
+/* Checks that a picture in colours has greys alone, as a palette of greys gives it. */
+static int check_greys(const char *path, const picture *coloured)
+{
+    for (size_t i = 0; coloured->channels == 3 && i < coloured->width * coloured->height; i++) {
+        const uint16_t *pixel = coloured->samples + 3 * i;
+        if (pixel[0] != pixel[1] || pixel[0] != pixel[2]) {
+            return fail(BAD_INPUT, input_name(path),
+                        "is a picture in colours: give a grey one, with one value per pixel");
+        }
+    }
+    return DONE;
+}
+
+static int hold_samples(const char *path, const picture *integers, const map_form *form,
+                        budget *limit, qs_map *map)
 {
     size_t count = integers->width * integers->height;
-    if (integers->channels != 1) {
-        return fail(BAD_INPUT, input_name(path),
-                    "is a picture in colours: give a grey one, with one value per pixel");
-    }
+    TRY(check_greys(path, integers));
     int32_t *values = take_values(path, limit, integers->width, integers->height);
     if (values == NULL) {
         return NO_RESOURCE;
     }
     for (size_t i = 0; i < count; i++) {
-        values[i] = qs_disparity_read(integers->samples[i], scale);
+        values[i] = hold_whole(form, integers->samples[i * integers->channels]);
     }
-    *map = (qs_map){values, integers->width, integers->height, scale};
+    *map = (qs_map){values, integers->width, integers->height, form->scale};
     return DONE;
 }
 
-static int read_integers(const char *path, const file_bytes *file, uint32_t scale, budget *limit,
-                         qs_map *map)
+static int read_integers(const char *path, const file_bytes *file, const map_form *form,
+                         budget *limit, qs_map *map)
 {
     picture integers;
     TRY(picture_decode(path, file, limit, &integers));
-    int status = hold_samples(path, &integers, scale, limit, map);
+    int status = hold_samples(path, &integers, form, limit, map);
     picture_free(&integers);
     return status;
 }
 
-int map_read(const char *path, uint32_t scale, budget *limit, qs_map *map)
+int map_read(const char *path, const map_form *form, budget *limit, qs_map *map)
 {
     budget work = budget_inside(limit);
     file_bytes file;
     int status = file_read(path, &work, &file);
     if (status == DONE) {
         limit->left -= file.size; /* while the file is there */
-        status = pfm_is(&file) ? read_pfm(path, &file, limit, map)
-                               : read_integers(path, &file, scale, limit, map);
+        bool floats = pfm_is(&file) || picture_is_signed(&file);
+        status = (floats ? read_floats : read_integers)(path, &file, form, limit, map);
         limit->left += file.size;
     }
+    budget_free(&work);
+    return status;
+}
+
+/* White is the largest sample that there can be: in the masks of Middlebury, pixels that are
+ * visible in both pictures. */
+static int mask_out(const char *path, const picture *mask, qs_map *map)
+{
+    int32_t *values = (int32_t *)map->values;
+    if (mask->width != map->width || mask->height != map->height) {
+        return fail(BAD_INPUT, input_name(path), "is %zu x %zu pixels, but the truth is %zu x %zu",
+                    mask->width, mask->height, map->width, map->height);
+    }
+    for (size_t i = 0; i < mask->width * mask->height; i++) {
+        if (mask->samples[i * mask->channels] != mask->maxval) {
+            values[i] = QS_NO_DISPARITY;
+        }
+    }
+    return DONE;
+}
+
+int map_apply_mask(const char *path, budget *limit, qs_map *map)
+{
+    budget work = budget_inside(limit);
+    file_bytes file;
+    picture mask = {.samples = NULL};
+    int status = file_read(path, &work, &file);
+    status = status == DONE ? picture_decode(path, &file, &work, &mask) : status;
+    status = status == DONE ? check_greys(path, &mask) : status;
+    status = status == DONE ? mask_out(path, &mask, map) : status;
+    picture_free(&mask);
     budget_free(&work);
     return status;
 }

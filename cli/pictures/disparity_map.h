@@ -12,9 +12,29 @@
 /* The scale at which the floats of a PFM are held. */
 #define PFM_SCALE 65536u
 
-/* Reads a map, whose values the budget owns. `scale` is that of a map of whole numbers; a PFM is in
- * pixels. Returns DONE, BAD_INPUT or NO_RESOURCE. */
-int map_read(const char *path, uint32_t scale, budget *limit, qs_map *map);
+/* What the numbers in the file of a map mean. */
+typedef struct map_form {
+    uint32_t scale; /* whole numbers hold disparity * scale, floats pixels */
+    /* A value that says no value; if it is negative, lower ones say so too. Without it these do: 0
+     * and negative whole numbers, and floats that are not finite. With it 0 and 1 are disparities
+     * like others, but floats that are not finite are none all the same. */
+    bool has_no_value;
+    double no_value;
+} map_form;
+
+#define NO_VALUE_HELP "the number that says no value; if it is negative, so do lower ones"
+
+/* Reads the arguments of options for a form; `no_value` NULL = not given. Returns DONE or
+ * BAD_USAGE. */
+int map_form_read(const char *scale_option, const char *scale, const char *no_value_option,
+                  const char *no_value, map_form *form);
+
+/* Reads a map, whose values the budget owns. Returns DONE, BAD_INPUT or NO_RESOURCE. */
+int map_read(const char *path, const map_form *form, budget *limit, qs_map *map);
+
+/* Takes out of a map what is not white in the mask, a picture of the same size. Returns DONE,
+ * BAD_INPUT or NO_RESOURCE. */
+int map_apply_mask(const char *path, budget *limit, qs_map *map);
 
 /* A map in pixels. */
 typedef struct pixel_map {

@@ -23,6 +23,7 @@ typedef struct picture {
 typedef struct float_picture {
     size_t width, height;
     float *values; /* from malloc */
+    bool whole; /* they are whole numbers, as those of an integer type */
 } float_picture;
 
 /* What reading or writing a picture comes to. */

@@ -15,8 +15,10 @@
  * is not taken from the budget. */
 int picture_decode(const char *path, const file_bytes *file, const budget *limit, picture *decoded);
 
-/* Reads a picture as grey, 8 bits a pixel, which the budget owns. */
-int picture_read_grey(const char *path, budget *limit, qs_image *grey);
+/* Reads a picture as grey, 8 bits a pixel, which the budget owns.
+ *
+ * bits  of a file of 16 bits: white is 2^bits - 1; 0 = it is what the file says */
+int picture_read_grey(const char *path, unsigned bits, budget *limit, qs_image *grey);
 
 /* Turns a picture_status into an exit status, and prints the reason of a failure. */
 int picture_fail(const char *path, picture_status status, const char *reason);

@@ -50,23 +50,39 @@ static void read_jpeg(const file_bytes *file, picture *stated)
     }
 }
 
-/* TIFF 6.0: the first folder of fields. */
-static void read_tiff(const file_bytes *file, picture *stated)
+static bool is_tiff(const file_bytes *file)
 {
-    enum { WIDTH = 256, HEIGHT = 257, SHORT = 3 };
+    return begins_with(file, "II*\0", 4) || begins_with(file, "MM\0*", 4);
+}
+
+/* TIFF 6.0: a field of the first folder, `preset` if it is not there. */
+static uint32_t tiff_field(const file_bytes *file, uint32_t tag, uint32_t preset)
+{
+    enum { SHORT = 3, FIELD_BYTES = 12 };
     const view of = {file, file->bytes[0] == 'M'};
     uint64_t folder = number_at(&of, 4, 4);
     uint32_t fields = number_at(&of, folder, 2);
     for (uint32_t i = 0; i < fields; i++) {
-        uint64_t field = folder + 2 + 12 * (uint64_t)i;
-        uint32_t tag = number_at(&of, field, 2);
-        uint32_t value = number_at(&of, field + 8, number_at(&of, field + 2, 2) == SHORT ? 2 : 4);
-        if (tag == WIDTH) {
-            stated->width = value;
-        } else if (tag == HEIGHT) {
-            stated->height = value;
+        uint64_t field = folder + 2 + FIELD_BYTES * (uint64_t)i;
+        if (number_at(&of, field, 2) == tag) {
+            return number_at(&of, field + 8, number_at(&of, field + 2, 2) == SHORT ? 2 : 4);
         }
     }
+    return preset;
+}
+
+static void read_tiff(const file_bytes *file, picture *stated)
+{
+    enum { WIDTH = 256, HEIGHT = 257 };
+    stated->width = tiff_field(file, WIDTH, 0);
+    stated->height = tiff_field(file, HEIGHT, 0);
+}
+
+bool picture_is_signed(const file_bytes *file)
+{
+    enum { SAMPLE_FORMAT = 339, UNSIGNED = 1, SIGNED = 2, FLOATS = 3 };
+    uint32_t format = is_tiff(file) ? tiff_field(file, SAMPLE_FORMAT, UNSIGNED) : UNSIGNED;
+    return format == SIGNED || format == FLOATS;
 }
 
 /* A negative height says that the rows go from the top. */
@@ -105,7 +121,7 @@ bool picture_size(const file_bytes *file, picture *stated)
         read_png(file, stated);
     } else if (begins_with(file, "\xff\xd8", 2)) {
         read_jpeg(file, stated);
-    } else if (begins_with(file, "II*\0", 4) || begins_with(file, "MM\0*", 4)) {
+    } else if (is_tiff(file)) {
         read_tiff(file, stated);
     } else if (begins_with(file, "BM", 2)) {
         read_bmp(file, stated);

@@ -46,6 +46,17 @@ int fail(int status, const char *place, const char *format, ...)
     return status;
 }
 
+void warn(const char *place, const char *format, ...)
+{
+    va_list arguments;
+    begin(place);
+    fputs("warning: ", stderr);
+    va_start(arguments, format);
+    print_reason(format, arguments);
+    va_end(arguments);
+    fputc('\n', stderr);
+}
+
 int fail_usage(const char *format, ...)
 {
     va_list arguments;

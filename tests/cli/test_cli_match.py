@@ -296,3 +296,38 @@ def test_costs_that_are_too_large(folder, tmp_path):
     assert f"{left}: its costs overflow what the solvers can hold" in done.err
     assert "choose a smaller --lambda or --truncation" in done.err
     assert not list(folder.iterdir())
+
+
+def moved(shift, height=40, width=90, seed=7):
+    """A pair whose every pixel moves by `shift`, right of its left margin."""
+    scene = np.random.default_rng(seed).integers(0, 256, (height, width + shift))
+    return scene[:, :width], scene[:, shift:]
+
+
+def hints(folder, left, right, *options):
+    paths = [
+        write_pgm(folder.parent / f"{name}.pgm", picture)
+        for name, picture in (("l", left), ("r", right))
+    ]
+    done = run("match", *paths, "-o", folder / "m.pgm", "--solver", "icm", *options)
+    assert done.status == 0, done.err
+    return done.err
+
+
+def test_a_range_that_is_too_small_is_suspected(folder):
+    err = hints(folder, *moved(5), "--disparity", "0:5")
+    assert "100 % of the pixels have the largest disparity, 5: raise the MAX" in err
+    assert hints(folder, *moved(5), "--disparity", "0:9") == ""
+
+
+def test_swapped_pictures_are_suspected(folder):
+    left, right = moved(5)
+    assert "are left and right swapped?" in hints(folder, right, left, "--disparity", "0:9")
+
+
+def test_a_truth_beyond_the_range_is_suspected(folder, tmp_path):
+    truth = write_pgm(tmp_path / "t.pgm", np.full((40, 90), 160))
+    err = hints(folder, *moved(5), "--disparity", "0:9", "--truth", truth)
+    assert "100 % of its disparities are above 9" in err and "wrong by more than 1" in err
+    err = hints(folder, *moved(5), "--disparity", "0:9", "--truth", truth, "--truth-scale", "32")
+    assert err == ""

@@ -4,7 +4,7 @@ import io
 
 import numpy as np
 import pytest
-from cli_tools import run, write_pgm
+from cli_tools import run, tiff, write_pgm
 from PIL import Image
 
 
@@ -237,3 +237,46 @@ def test_bitmaps(tmp_path, kind):
     (tmp_path / "picture").write_bytes(kind.encode() + b"\n# a comment\n9 4\n" + data)
     expected = write_pgm(tmp_path / "expected.pgm", (1 - black) * 255)
     assert problem(tmp_path / "picture") == problem(expected)
+
+
+@pytest.mark.parametrize("kind", ["f4", "i2", "u2"])
+def test_tiffs_of_other_numbers(tmp_path, opencv, kind):
+    """Floats are greys from 0 to 255, whole numbers of 16 bits from 0 to 65535."""
+    samples = GREY.astype(kind)
+    if kind != "f4":
+        samples = (GREY.astype(int) * (257 if kind == "u2" else 128)).astype(kind)
+    (tmp_path / "p.tiff").write_bytes(tiff(samples))
+    grey = GREY if kind == "f4" else (samples.astype(int) * 255 + 32767) // 65535
+    assert problem(tmp_path / "p.tiff") == problem(write_pgm(tmp_path / "p.pgm", grey))
+
+
+def test_numbers_that_are_no_greys(tmp_path, opencv):
+    for values, words in (
+        (GREY.astype("f4") / 255, "floats up to 1"),
+        (GREY.astype("f4") * 2, "but a grey picture has 0 to 255"),
+        (-GREY.astype("i2"), "but a grey picture has 0 to 65535"),
+    ):
+        (tmp_path / "p.tiff").write_bytes(tiff(values))
+        done = run("encode", tmp_path / "p.tiff", tmp_path / "p.tiff", "-o", "-", "--disparity", "0:3")
+        assert (done.status, words in done.err, done.out) == (3, True, b"")
+
+
+@pytest.mark.parametrize("bits", [10, 12])
+def test_bits(tmp_path, folder, bits):
+    """10 or 12 bits in a file of 16 look black; --bits says where white is."""
+    samples = RANDOM.integers(0, 2**bits, (4, 8))
+    samples[0, 0] = 2**bits - 1
+    deep = write_pgm(tmp_path / "deep.pgm", samples, 65535)
+    plain = write_pgm(tmp_path / "plain.pgm", samples, 2**bits - 1)
+    line = ["encode", deep, deep, "-o", folder / "p.qcf", "--disparity", "0:3"]
+    done = run(*line)
+    assert (done.status, f"add --bits {bits}" in done.err) == (0, True)
+    done = run(*line, "--bits", bits)
+    assert (done.status, done.err) == (0, "")
+    made = (folder / "p.qcf").read_bytes()
+    assert run("encode", plain, plain, "-o", folder / "q.qcf", "--disparity", "0:3").status == 0
+    assert made == (folder / "q.qcf").read_bytes()
+    done = run(*line, "--bits", bits - 1)
+    assert (done.status, f"more than --bits {bits - 1} can hold" in done.err) == (3, True)
+    done = run("encode", plain, plain, "-o", folder / "r.qcf", "--disparity", "0:3", "--bits", bits)
+    assert (done.status, "leave out --bits" in done.err) == (3, True)
