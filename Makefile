@@ -1,8 +1,10 @@
 # qstereo. `make help` lists what can be made.
 #
-# CC, CXX, CFLAGS, CXXFLAGS, CPPFLAGS, LDFLAGS, PREFIX and DESTDIR are yours; flags that the code needs are added apart.
+# CC, CXX, CFLAGS, CXXFLAGS, CPPFLAGS, LDFLAGS, PREFIX, LIBDIR, MANDIR, DOCDIR and DESTDIR are
+# yours. Flags that the code needs are added apart.
 
-VERSION := $(shell sed -n 's/^#define QS_VERSION "\(.*\)"/\1/p' libqstereo/include/qstereo/version.h)
+HEADERS := libqstereo/include/qstereo.h $(wildcard libqstereo/include/qstereo/*.h)
+VERSION := $(shell sed -n 's/^\#define QS_VERSION *"\(.*\)"/\1/p' $(HEADERS))
 SONAME := libqstereo.so.0
 
 CC ?= cc
@@ -10,12 +12,23 @@ CXX ?= c++
 CFLAGS ?= -O3 -g
 CXXFLAGS ?= -O2 -g
 PREFIX ?= /usr/local
+LIBDIR ?= $(PREFIX)/lib
+MANDIR ?= $(PREFIX)/share/man
+DOCDIR ?= $(PREFIX)/share/doc/qstereo
 DESTDIR ?=
+# 1 installs command and library without symbols for debugging.
+INSTALL_STRIP ?=
 BUILD ?= build
-# 0 builds a command that reads and writes PGM, PPM and PFM by itself; unset, what was built last is built again.
+# 0 builds a command that reads and writes PGM, PPM and PFM by itself, without OpenCV.
+# If it is not given, the kind that was built last is built again.
 OPENCV ?= $(shell cat $(BUILD)/.kind 2>/dev/null || echo 1)
-# Installs missing Debian packages where set; empty leaves the machine alone.
-NEED ?= scripts/need
+# What is called when a package is missing. Plain make names it; run and check install it.
+# NEED= says and installs nothing.
+NEED := scripts/need
+run check check-c check-python check-style: NEED := scripts/need --install
+check-trust check-cortex-m check-all check-units: NEED := scripts/need --install
+check-warnings check-analysis: NEED := scripts/need --install
+check-valgrind coverage fuzz: NEED := scripts/need --install
 
 # V=1 shows every command.
 V ?=
@@ -30,7 +43,7 @@ LIB_SRC := $(wildcard libqstereo/src/*/*.c)
 LIB_OBJ := $(LIB_SRC:libqstereo/src/%.c=$(BUILD)/lib/%.o)
 PIC_OBJ := $(LIB_SRC:libqstereo/src/%.c=$(BUILD)/pic/%.o)
 
-CLI := $(BUILD)/cli-opencv$(OPENCV)
+CLI := $(BUILD)/opencv$(OPENCV)
 CLI_SRC := $(filter-out cli/pictures/picture_none.c,$(wildcard cli/*.c cli/*/*.c))
 ifeq ($(OPENCV),1)
 CLI_OBJ := $(CLI_SRC:cli/%.c=$(CLI)/%.o) $(CLI)/pictures/picture_opencv.o
@@ -42,10 +55,12 @@ else
 CLI_OBJ := $(CLI_SRC:cli/%.c=$(CLI)/%.o) $(CLI)/pictures/picture_none.o
 CLI_LINK := $(CC)
 CLI_LIBS :=
+REMEMBERED := echo "Built without OpenCV. This is remembered; make OPENCV=1 builds with it."
 endif
 
-UNIT := $(patsubst tests/unit/%.c,$(BUILD)/unit/%,$(wildcard tests/unit/test_*.c tests/unit/*/test_*.c))
-SANITIZE := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all
+UNIT := $(patsubst tests/unit/%.c,$(BUILD)/unit/%, \
+    $(wildcard tests/unit/test_*.c tests/unit/*/test_*.c))
+SANITIZE := -O1 -g1 -fsanitize=address,undefined -fno-sanitize-recover=all
 UNIT_LIB := $(LIB_SRC:libqstereo/src/%.c=$(BUILD)/unit/lib/%.o)
 
 EXAMPLES := $(patsubst %.c,$(BUILD)/%,$(wildcard examples/*.c))
@@ -55,65 +70,98 @@ PYTHON ?= python3
 DATA ?= $(wildcard ../shared/data/middlebury)
 BIN := .venv/bin
 ENV := .venv/.ready
+PIP := $(BIN)/python -m pip install -q --disable-pip-version-check
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all run check check-c check-python examples bench bench-embedding reproduce install uninstall clean help FORCE
+.PHONY: all run check check-style check-c check-python examples bench bench-embedding reproduce \
+    install uninstall clean help FORCE
 
-all: $(BUILD)/qstereo $(BUILD)/libqstereo.a $(BUILD)/libqstereo.so $(BUILD)/qstereo.pc ## build the library and the command (OPENCV=0: without OpenCV)
+all: $(addprefix $(BUILD)/,qstereo libqstereo.a libqstereo.so) ## build (OPENCV=0: without OpenCV)
+	@$(REMEMBERED)
 
-run: all $(ENV) ## encode a sample pair, solve it with the local annealer, decode, validate and score it
-	@BUILD=$(BUILD) BIN=$(BIN) scripts/demo
+run: all $(ENV) ## encode, solve, decode, validate and score a sample pair
+	@BUILD=$(BUILD) BIN=$(BIN) OPENCV=$(OPENCV) scripts/demo
 
-check: check-c check-python ## run every test
+check: check-style check-c check-python check-trust ## run every test
+
+check-style: $(ENV)
+	@scripts/check-style $(BIN)/clang-format
 
 check-c: $(UNIT) $(BUILD)/libqstereo.a
 	@for test in $(UNIT); do $$test || exit 1; done
 	@scripts/check-symbols $(BUILD)/libqstereo.a
 	@scripts/check-freestanding "$(CC)"
+	@scripts/check-layers
+	@scripts/check-circles $(BUILD)/libqstereo.a
 
-check-python: all examples $(ENV) $(BUILD)/no-opencv/qstereo
-	QSTEREO=$(abspath $(BUILD))/qstereo QSTEREO_PNM=$(abspath $(BUILD))/no-opencv/qstereo QSTEREO_BRIDGE=$(abspath $(BIN))/qstereo-bridge \
-	    $(BIN)/python -m pytest -q -n 2 tests
+# Tests want a command of each kind, whatever kind build/qstereo is.
+check-python: all examples $(ENV) $(BUILD)/opencv1/qstereo $(BUILD)/opencv0/qstereo
+	@QSTEREO=$(abspath $(BUILD))/opencv1/qstereo QSTEREO_PNM=$(abspath $(BUILD))/opencv0/qstereo \
+	    QSTEREO_BRIDGE=$(abspath $(BIN))/qstereo-bridge $(BIN)/python -m pytest -q -n 2 \
+	    --ignore tests/trust tests
 
 examples: $(EXAMPLES) ## build the programs of examples/
 
-bench: all $(ENV) $(BUILD)/bench_encode ## measure speed, memory and sizes beside public tools
-	@$(BUILD)/bench_encode
-	@$(BIN)/python tests/bridge/bench_bridge.py
-	@$(BIN)/python tests/bridge/bench_upload.py
-	@$(BIN)/python tests/bench/bench_solvers.py --qstereo $(BUILD)/qstereo $(if $(DATA),--data $(DATA))
-	@$(BIN)/python tests/bench/bench_anneal.py --qstereo $(BUILD)/qstereo --bridge $(BIN)/qstereo-bridge $(if $(DATA),--data $(DATA))
-	@$(BIN)/python tests/bench/bench_reduce.py --qstereo $(BUILD)/qstereo --bridge $(BIN)/qstereo-bridge $(if $(DATA),--data $(DATA))
+BENCHES ?= encode bridge upload solvers anneal reduce
+# Figures for the pages are those of real scenes.
+FIGURES := $(if $(DATA),docs/figures,$(BUILD)/figures)
 
-bench-embedding: all $(ENV) ## the largest windows that embed into D-Wave's chips, in each encoding (about an hour)
-	@$(BIN)/python tests/bench/bench_embedding.py --qstereo $(BUILD)/qstereo
+bench: all $(ENV) $(BUILD)/bench_encode ## measure, and write the pages' figures (DATA=scenes)
+	@for bench in $(BENCHES); do \
+	    $(BIN)/python tests/bench/bench_$$bench.py --build $(BUILD) --bridge $(BIN)/qstereo-bridge \
+	        --figures $(FIGURES) $(if $(DATA),--data $(DATA)) || exit 1; \
+	done
+	@scripts/figures $(if $(DATA),,--show $(FIGURES))
 
-reproduce: all ## run every solver on the scenes of DATA=folder (Middlebury's layout) and print the paper's table
+bench-embedding: all $(ENV) ## the largest windows that embed into D-Wave's chips (about an hour)
+	@$(BIN)/python tests/bench/bench_embedding.py --build $(BUILD) --figures docs/figures
+	@scripts/figures
+
+reproduce: all ## run every solver on the scenes of DATA=folder and print the paper's table
 	@scripts/reproduce --qstereo $(BUILD)/qstereo $(DATA)
 
-install: all ## install command, library, headers and man page under PREFIX (default /usr/local)
-	install -d $(DESTDIR)$(PREFIX)/bin $(DESTDIR)$(PREFIX)/lib/pkgconfig $(DESTDIR)$(PREFIX)/include/qstereo $(DESTDIR)$(PREFIX)/share/man/man1
+BASHDIR := $(PREFIX)/share/bash-completion/completions
+ZSHDIR := $(PREFIX)/share/zsh/site-functions
+DOCUMENTS := README.md NEWS LICENSE docs/result.png $(wildcard docs/*.md)
+# $(call of_prefix,DIR): DIR as pkg-config's file has it.
+of_prefix = $(patsubst $(PREFIX)/%,$${prefix}/%,$(1))
+
+# Also yours: LIBDIR, MANDIR, DOCDIR, INSTALL_STRIP=1.
+install: all ## install command, library, headers and documents under PREFIX (/usr/local)
+	install -d $(addprefix $(DESTDIR),$(PREFIX)/bin $(LIBDIR)/pkgconfig \
+	    $(PREFIX)/include/qstereo $(MANDIR)/man1 $(DOCDIR)/docs $(BASHDIR) $(ZSHDIR))
 	install -m 755 $(BUILD)/qstereo $(DESTDIR)$(PREFIX)/bin/
-	install -m 644 $(BUILD)/libqstereo.a $(DESTDIR)$(PREFIX)/lib/
-	install -m 755 $(BUILD)/libqstereo.so.$(VERSION) $(DESTDIR)$(PREFIX)/lib/
-	ln -sf libqstereo.so.$(VERSION) $(DESTDIR)$(PREFIX)/lib/$(SONAME)
-	ln -sf $(SONAME) $(DESTDIR)$(PREFIX)/lib/libqstereo.so
+	install -m 644 $(BUILD)/libqstereo.a $(DESTDIR)$(LIBDIR)/
+	install -m 755 $(BUILD)/libqstereo.so.$(VERSION) $(DESTDIR)$(LIBDIR)/
+	$(if $(filter 1,$(INSTALL_STRIP)),strip --strip-unneeded $(addprefix $(DESTDIR), \
+	    $(PREFIX)/bin/qstereo $(LIBDIR)/libqstereo.a $(LIBDIR)/libqstereo.so.$(VERSION)))
+	ln -sf libqstereo.so.$(VERSION) $(DESTDIR)$(LIBDIR)/$(SONAME)
+	ln -sf $(SONAME) $(DESTDIR)$(LIBDIR)/libqstereo.so
 	install -m 644 libqstereo/include/qstereo.h $(DESTDIR)$(PREFIX)/include/
 	install -m 644 libqstereo/include/qstereo/*.h $(DESTDIR)$(PREFIX)/include/qstereo/
-	sed 's|@PREFIX@|$(PREFIX)|; s|@VERSION@|$(VERSION)|' libqstereo/qstereo.pc.in > $(DESTDIR)$(PREFIX)/lib/pkgconfig/qstereo.pc
-	install -m 644 docs/qstereo.1 $(DESTDIR)$(PREFIX)/share/man/man1/
+	sed 's|@PREFIX@|$(PREFIX)|; s|@LIBDIR@|$(call of_prefix,$(LIBDIR))|; s|@VERSION@|$(VERSION)|' \
+	    libqstereo/qstereo.pc.in > $(DESTDIR)$(LIBDIR)/pkgconfig/qstereo.pc
+	install -m 644 docs/qstereo.1 $(DESTDIR)$(MANDIR)/man1/
+	$(BUILD)/qstereo --completion bash > $(DESTDIR)$(BASHDIR)/qstereo
+	$(BUILD)/qstereo --completion zsh > $(DESTDIR)$(ZSHDIR)/_qstereo
+	install -m 644 $(filter-out docs/%,$(DOCUMENTS)) $(DESTDIR)$(DOCDIR)/
+	install -m 644 $(filter docs/%,$(DOCUMENTS)) $(DESTDIR)$(DOCDIR)/docs/
 
 uninstall: ## remove what install put there
-	rm -f $(DESTDIR)$(PREFIX)/bin/qstereo $(DESTDIR)$(PREFIX)/lib/libqstereo.a $(DESTDIR)$(PREFIX)/lib/libqstereo.so* \
-	    $(DESTDIR)$(PREFIX)/lib/pkgconfig/qstereo.pc $(DESTDIR)$(PREFIX)/include/qstereo.h $(DESTDIR)$(PREFIX)/share/man/man1/qstereo.1
+	rm -f $(addprefix $(DESTDIR),$(PREFIX)/bin/qstereo $(LIBDIR)/libqstereo.a \
+	    $(LIBDIR)/libqstereo.so* $(LIBDIR)/pkgconfig/qstereo.pc \
+	    $(PREFIX)/include/qstereo.h $(MANDIR)/man1/qstereo.1 \
+	    $(BASHDIR)/qstereo $(ZSHDIR)/_qstereo)
 	rm -rf $(DESTDIR)$(PREFIX)/include/qstereo
+	rm -f $(addprefix $(DESTDIR)$(DOCDIR)/,$(DOCUMENTS))
+	-rmdir $(DESTDIR)$(DOCDIR)/docs $(DESTDIR)$(DOCDIR) 2>/dev/null
 
 clean: ## remove build products (the .venv stays)
 	rm -rf $(BUILD)
 
 help: ## list the targets
-	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/\1\t\2/p' Makefile | expand -t 12
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 17
 
 # The library, static and shared.
 
@@ -132,19 +180,20 @@ $(BUILD)/libqstereo.a: $(LIB_OBJ)
 	$(Q)rm -f $@
 	$(Q)$(AR) rcs $@ $^
 
-$(BUILD)/libqstereo.so.$(VERSION): $(PIC_OBJ)
+$(BUILD)/libqstereo.map: scripts/export-map $(HEADERS)
+	@mkdir -p $(@D)
+	$(Q)scripts/export-map "$(CC)" > $@
+
+$(BUILD)/libqstereo.so.$(VERSION): $(BUILD)/libqstereo.map $(PIC_OBJ)
 	$(call say,LINK,$@)
-	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) -shared -Wl,-soname,$(SONAME) $^ -o $@
+	$(Q)$(CC) $(CFLAGS) $(LDFLAGS) -shared -Wl,-soname,$(SONAME),--version-script=$< \
+	    $(PIC_OBJ) -o $@
 
 $(BUILD)/libqstereo.so: $(BUILD)/libqstereo.so.$(VERSION)
 	$(Q)ln -sf $(<F) $(BUILD)/$(SONAME)
 	$(Q)ln -sf $(SONAME) $@
 
-$(BUILD)/qstereo.pc: libqstereo/qstereo.pc.in libqstereo/include/qstereo/version.h
-	@mkdir -p $(@D)
-	$(Q)sed 's|@PREFIX@|$(PREFIX)|; s|@VERSION@|$(VERSION)|' $< > $@
-
-# The command. Objects of the two kinds live apart; the link remembers which kind it was.
+# The command. The two kinds live apart; .kind remembers which one build/qstereo is.
 
 $(CLI)/%.o: cli/%.c
 	@mkdir -p $(@D)
@@ -154,29 +203,40 @@ $(CLI)/%.o: cli/%.c
 $(CLI)/%.o: cli/%.cpp | $(OPENCV_STAMP)
 	@mkdir -p $(@D)
 	$(call say,CXX,$@)
-	$(Q)$(CXX) -std=c++17 -Wall -Wextra -MMD -MP $(CPPFLAGS) $(OPENCV_CPPFLAGS) $(INCLUDE) -Icli $(CXXFLAGS) -c $< -o $@
+	$(Q)$(CXX) -std=c++17 -Wall -Wextra -MMD -MP $(CPPFLAGS) $(OPENCV_CPPFLAGS) $(INCLUDE) -Icli \
+	    $(CXXFLAGS) -c $< -o $@
 
 $(BUILD)/.kind: FORCE
 	@mkdir -p $(@D)
 	@echo $(OPENCV) | cmp -s - $@ || echo $(OPENCV) > $@
 
-$(BUILD)/qstereo: $(CLI_OBJ) $(BUILD)/libqstereo.a $(BUILD)/.kind
+$(CLI)/qstereo: $(CLI_OBJ) $(BUILD)/libqstereo.a
 	$(call say,LINK,$@)
 	$(Q)$(CLI_LINK) $(CFLAGS) $(LDFLAGS) $(CLI_OBJ) $(BUILD)/libqstereo.a $(CLI_LIBS) -lm -o $@
 
-$(BUILD)/no-opencv/qstereo: FORCE
-	@$(MAKE) --no-print-directory OPENCV=0 BUILD=$(BUILD)/no-opencv $@
+$(BUILD)/qstereo: $(CLI)/qstereo $(BUILD)/.kind
+	$(Q)cp -f $< $@
 
+# The command of the other kind.
+OTHER := $(if $(filter 0,$(OPENCV)),1,0)
+$(BUILD)/opencv$(OTHER)/qstereo: $(BUILD)/libqstereo.a FORCE
+	@$(MAKE) --no-print-directory OPENCV=$(OTHER) NEED="$(NEED)" $@
+
+# $(call need,TEST,PACKAGES): the packages, unless the shell command TEST works.
+need = $(if $(NEED),@{ $(1); } >/dev/null 2>&1 || $(NEED) $(2))
+
+$(BUILD)/.opencv: export HINT := Without OpenCV: make OPENCV=0 (PGM, PPM and PFM only).
 $(BUILD)/.opencv:
 	@mkdir -p $(@D)
-	@$(if $(NEED),$(NEED) g++ pkg-config libopencv-imgcodecs-dev)
+	$(call need,echo '#include <opencv2/imgcodecs.hpp>' | $(CXX) $(OPENCV_CPPFLAGS) -E -x c++ -, \
+	    g++ pkg-config libopencv-imgcodecs-dev)
 	@touch $@
 
 # Unit tests: with the library's private headers, under the sanitizers.
 
 $(BUILD)/.cmocka:
 	@mkdir -p $(@D)
-	@$(if $(NEED),$(NEED) libcmocka-dev)
+	$(call need,echo '#include <cmocka.h>' | $(CC) $(CPPFLAGS) -E -,libcmocka-dev)
 	@touch $@
 
 $(BUILD)/unit/lib/%.o: libqstereo/src/%.c
@@ -198,6 +258,10 @@ $(BUILD)/examples/%: examples/%.c $(BUILD)/libqstereo.a
 	$(call say,CC,$@)
 	$(Q)$(CC) $(C_FLAGS) $(INCLUDE) $(LDFLAGS) $< $(BUILD)/libqstereo.a -o $@
 
+$(BUILD)/pack_problem: tests/bench/pack_problem.c $(BUILD)/libqstereo.a
+	$(call say,CC,$@)
+	$(Q)$(CC) $(C_FLAGS) $(INCLUDE) $< $(BUILD)/libqstereo.a -o $@
+
 $(BUILD)/bench_encode: tests/bench/bench_encode.c $(BUILD)/libqstereo.a
 	$(call say,CC,$@)
 	$(Q)$(CC) $(C_FLAGS) -D_POSIX_C_SOURCE=200809L $(INCLUDE) $< $(BUILD)/libqstereo.a -o $@
@@ -205,12 +269,14 @@ $(BUILD)/bench_encode: tests/bench/bench_encode.c $(BUILD)/libqstereo.a
 # The Python environment: the bridge (from this tree), the tests and the benchmarks.
 
 $(ENV): requirements.txt bridge/pyproject.toml
-	@$(if $(NEED),$(NEED) python3-venv)
+	$(call need,test -x $(BIN)/python || $(PYTHON) -c 'import ensurepip',python3-venv)
 	@echo "setting up .venv (about half a minute)"
 	$(Q)test -x $(BIN)/python || $(PYTHON) -m venv .venv
-	$(Q)$(BIN)/python -m pip install -q --disable-pip-version-check -r requirements.txt
-	$(Q)$(BIN)/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e bridge
+	$(Q)$(PIP) -r requirements.txt
+	$(Q)$(PIP) --no-deps --no-build-isolation -e bridge
 	@touch $@
+
+include tests/fuzz/fuzz.mk tests/trust/trust.mk tests/trust/all.mk
 
 .SECONDARY:
 -include $(wildcard $(BUILD)/*/*.d $(BUILD)/*/*/*.d $(BUILD)/*/*/*/*.d)

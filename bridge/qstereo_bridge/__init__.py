@@ -1,12 +1,45 @@
-"""From a QUBO coefficient file (.qcf) through D-Wave's samplers to a samples file (.qsf).
+"""From a QUBO coefficient file (.qcf) through any sampler to a samples file (.qsf).
 
-The modules, in the way of the data: `container` (header, chunks, CRC), `blocks` and `qcf` (the problem), `models` (its
-terms, energies, dimod models), `solvers` (the local ones), `ilp` (HiGHS's), `qsf` (the samples), `output` (whole files or none), `failure` (how the
-command ends), `cli` (the command), `__main__` (its start, and its end by a signal).
+    import qstereo_bridge as qb
+    p = qb.load("p.qcf")
+    p.sample(dimod.ExactSolver()).save("s.qsf")
 
-For D-Wave's services: `services` (account and messages), `hybrid`, `qpu` and `embedding` (what each solver takes, and its answers),
-`tiles` and `picture` (chips: grids laid out in them, and drawn), `embed` (that command),
-`upload` (files of models), `jobs` (the life of a problem there), `remote` (the commands that use them).
+The core needs numpy and dimod: `container` (header, chunks, CRC), `blocks` and `qcf` (the problem),
+`qsf` (the samples), `models` (terms, energies, dimod's models), `problem` (the face for Python),
+`failure` (all errors). On it stand `solvers`, `ilp` and `samplers` (what runs here), `registry`
+(their names), `runner` (one run of the command), `output` (whole files or none), `export`,
+`inspection`, `cli` (the command) and `__main__` (its start, and its end by a signal).
+
+For D-Wave's services: `services` (account and messages), `hybrid`, `qpu` and `embedding` (what each
+solver takes, and its answers), `tiles` and `picture` (chips: grids laid out in them, and drawn),
+`embed` (that command), `upload` (files of models), `jobs` (the life of a problem there), `remote`
+(the commands that use them), `text` (strings from outside).
 """
 
+import importlib
+from typing import TYPE_CHECKING
+
 __version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from .container import Corrupt, FormatError, NotOurFormat, OverLimit, Truncated, Unsupported
+    from .failure import Error, FileError, InputError, SolverError
+    from .problem import Problem, load, load_samples
+    from .qsf import Samples
+
+_PLACES = {**dict.fromkeys(("Problem", "load", "load_samples"), "problem"), "Samples": "qsf",
+           **dict.fromkeys(("Error", "FileError", "InputError", "SolverError"), "failure"),
+           **dict.fromkeys(("Corrupt", "FormatError", "NotOurFormat", "OverLimit", "Truncated",
+                            "Unsupported"), "container")}
+__all__ = ["__version__", *_PLACES]
+
+
+def __getattr__(name):
+    """What is used is imported then: the command's start does not wait for numpy."""
+    if name not in _PLACES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module("." + _PLACES[name], __name__), name)
+
+
+def __dir__():
+    return [*globals(), *_PLACES]

@@ -8,17 +8,21 @@ from .output import Output
 
 
 def _stop(number, frame):
-    """End at once: an exception could be lost in an import, and a sampler's thread or a service would hold it up.
+    """End at once: an exception could be lost in an import, and a sampler's thread or a service
+    would hold it up.
 
-    What is at a service is told of, and after Ctrl-C cancelled if it has not begun; a second signal does not wait for that.
+    What is at a service is told of, and after Ctrl-C cancelled if it has not begun; a second signal
+    does not wait for that.
     """
     try:
         signal.signal(number, lambda number, frame: os._exit(128 + number))
         Output.abandon()
         if not Output.kept:
             clear = "\r\033[K" if os.isatty(2) else ""
-            told = getattr(sys.modules.get(f"{__package__}.jobs"), "interrupted", lambda cancel: [])(number == signal.SIGINT)
-            lines = [f"qstereo-bridge: interrupted{said}\n" for said in [f"; {line}" for line in told] or [""]]
+            jobs = sys.modules.get(f"{__package__}.jobs")
+            told = getattr(jobs, "interrupted", lambda cancel: [])(number == signal.SIGINT)
+            lines = [f"qstereo-bridge: interrupted{said}\n"
+                     for said in [f"; {line}" for line in told] or [""]]
             os.write(2, (clear + "".join(lines)).encode(errors="backslashreplace"))
     finally:
         os._exit(0 if Output.kept else 128 + number)

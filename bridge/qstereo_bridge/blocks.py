@@ -22,10 +22,12 @@ class Table:
         return self.table.shape
 
     def entries(self, upper):
-        """(number in each row, columns, values) of the entries that are not 0; with `upper` of those above the diagonal only."""
+        """(number in each row, columns, values) of the entries that are not 0; with `upper` of
+        those above the diagonal only."""
         table = np.triu(self.table, 1) if upper else self.table
         row, column = np.nonzero(table)
-        return np.bincount(row, minlength=table.shape[0]), column.astype(np.int32), table[row, column]
+        number = np.bincount(row, minlength=table.shape[0])
+        return number, column.astype(np.int32), table[row, column]
 
     def count_nonzero(self, upper):
         """How many entries() there are."""
@@ -52,7 +54,8 @@ class Table:
 
 @dataclass
 class Toeplitz:
-    """A coupling block that is constant along each diagonal: values[j - i - first], and `fill` outside the values."""
+    """A coupling block that is constant along each diagonal: values[j - i - first], and `fill`
+    outside the values. Its methods are Table's."""
 
     shape: tuple
     fill: int
@@ -65,30 +68,32 @@ class Toeplitz:
         d = np.arange(first, last, dtype=np.int64)
         return np.maximum(np.minimum(rows, columns - d) - np.maximum(0, -d), 0)
 
-    def entries(self, upper):
-        """(number in each row, columns, values) of the entries that are not 0; with `upper` of those above the diagonal only."""
-        rows, columns = self.shape
-        diagonals = np.full(rows + columns - 1, self.fill, np.int32)
-        at = self.first + rows - 1
+    def _diagonals(self):
+        """i32 array: the value of each diagonal, from the bottom left corner on."""
+        diagonals = np.full(sum(self.shape) - 1, self.fill, np.int32)
+        at = self.first + self.shape[0] - 1
         diagonals[at:at + self.values.size] = self.values
+        return diagonals
+
+    def entries(self, upper):
+        (rows, columns), diagonals = self.shape, self._diagonals()
         if upper:
             diagonals[:rows] = 0
         used, row = np.flatnonzero(diagonals), np.arange(rows)
         low, high = (np.searchsorted(used, start - row) for start in (rows - 1, rows - 1 + columns))
         diagonal = used[np.repeat(low, high - low) + places(high - low)]
-        return high - low, (diagonal - np.repeat(rows - 1 - row, high - low)).astype(np.int32), diagonals[diagonal]
+        column = diagonal - np.repeat(rows - 1 - row, high - low)
+        return high - low, column.astype(np.int32), diagonals[diagonal]
 
     def dense(self):
-        """The block as an array, rows x columns."""
-        at = np.arange(self.shape[1]) - np.arange(self.shape[0])[:, None] - self.first
-        inside = (at >= 0) & (at < self.values.size)
-        return np.where(inside, np.append(self.values, self.fill)[np.where(inside, at, -1)], np.int32(self.fill))
+        rows, columns = self.shape
+        return self._diagonals()[np.arange(columns) - np.arange(rows)[:, None] + rows - 1]
 
     def transposed(self):
-        return Toeplitz(self.shape[::-1], self.fill, 1 - self.first - self.values.size if self.values.size else 0, self.values[::-1])
+        first = 1 - self.first - self.values.size if self.values.size else 0
+        return Toeplitz(self.shape[::-1], self.fill, first, self.values[::-1])
 
     def count_nonzero(self, upper):
-        """How many entries() there are."""
         rows, columns = self.shape
         first = max(self.first, 1) if upper else self.first
         values = self.values[first - self.first:]
@@ -97,15 +102,14 @@ class Toeplitz:
         return int(lengths[values != 0].sum()) + (self.fill != 0) * (whole - int(lengths.sum()))
 
     def abs_sum(self, dtype):
-        """Sum of the entries' absolute values, computed in `dtype`."""
         lengths = self._lengths(self.first, self.first + self.values.size)
-        others = self.shape[0] * self.shape[1] - int(lengths.sum())
-        return (lengths.astype(dtype) * np.abs(self.values.astype(dtype))).sum() + dtype(abs(self.fill)) * dtype(others)
+        others = dtype(self.shape[0] * self.shape[1] - int(lengths.sum()))
+        of_values = (lengths.astype(dtype) * np.abs(self.values.astype(dtype))).sum()
+        return of_values + dtype(abs(self.fill)) * others
 
     def abs_max(self):
-        """The largest of the entries' absolute values."""
         return max(abs(self.fill), int(np.abs(self.values.astype(np.int64)).max(initial=0)))
 
     def pack(self):
-        return struct.pack("<IIIiiI", *self.shape, 1, self.fill, self.first, self.values.size) \
-            + self.values.astype("<i4").tobytes()
+        head = struct.pack("<IIIiiI", *self.shape, 1, self.fill, self.first, self.values.size)
+        return head + self.values.astype("<i4").tobytes()

@@ -2,7 +2,9 @@
 
 import json
 
-from . import cli, embedding
+import networkx as nx
+
+from . import embedding, runner
 from .failure import IO, NO, USAGE, Failure, io
 from .output import Output
 
@@ -19,15 +21,17 @@ def embed(options):
         try:
             picture.require()
         except ImportError:
-            raise Failure(IO, f"{options.picture}: a picture needs matplotlib; pip install 'qstereo-bridge[picture]'") from None
+            raise Failure(IO, f"{options.picture}: a picture needs matplotlib; "
+                              "pip install 'qstereo-bridge[picture]'") from None
         with io(options.picture, "write"), Output(options.picture, last=False):
             pass
     with io(options.output, "write"):
         output = Output(options.output, last=not picture)
     with output:
-        problem, progress = cli.read(options), cli.progress(options)
+        problem, progress = runner.read(options), runner.progress(options)
         if problem.linear.size == 0:
-            raise Failure(NO, f"{options.problem}: nothing is left to decide, so there is nothing to embed")
+            raise Failure(NO, f"{options.problem}: nothing is left to decide, so there is nothing "
+                              "to embed")
         try:
             chip = embedding.Chip.named(options.topology)
         except ValueError as error:
@@ -40,12 +44,13 @@ def embed(options):
                 progress("picture")
                 drawing = picture.draw(source, chip, found)
         except embedding.NoEmbedding as error:
-            raise Failure(NO, f"{options.problem}: {error}; {_advice(problem)}") from None
+            raise Failure(NO, f"{options.problem}: {error}; {_advice(problem, source, error)}"
+                          ) from None
         finally:
             progress(None)
         with io(options.output, "write"):
             output.write(found.to_json().encode())
-        cli.show(options, _summary(options, source, chip, found))
+        runner.show(options, _summary(options, source, chip, found))
         with io(options.output, "write"):
             output.keep()
     if picture:
@@ -54,20 +59,30 @@ def embed(options):
             output.keep()
 
 
-def _advice(problem):
-    """What helps against a chip that is too small."""
+def _advice(problem, source, error):
+    """What helps against a chip that is too small, or against a search that was too short."""
+    parts = nx.number_connected_components(source.graph)
     sparser = SPARSER.get(problem.encoding, "one-hot-sparse or domain-wall")
-    return ("make it smaller with `qstereo reduce` or a smaller window (encode --roi)"
-            + (f", or encode it with fewer couplers (--encoding {sparser})" if sparser else "")
-            + "; another --seed or a longer --timeout may do as well")
+    advice = ["" if parts == 1 else f"solve its {parts:,} parts, which share no coupling, each by "
+              "itself (Problem.parts in Python)",
+              "make it smaller with `qstereo reduce` or a smaller window (encode --roi)",
+              sparser and f"encode it with fewer couplers (--encoding {sparser})",
+              "" if error.hopeless else "search with another --seed or a longer --timeout"]
+    return ", or ".join(filter(None, advice))
 
 
 def _summary(options, source, chip, found):
-    figures = {"variables": source.variables, "couplers": int(source.rows.size), **found.figures(), "seconds": found.seconds,
-               "chip_qubits": int(chip.qubits.size), "share": round(found.figures()["qubits"] / chip.qubits.size, 4)}
+    figures = found.figures()
+    share = figures["qubits"] / chip.qubits.size
     if options.json:
-        return json.dumps({"schema": 1, "topology": found.topology, "method": found.method, "seed": found.seed, **figures})
-    lines = [f"{found.topology}: {figures['variables']:,} variables, {figures['couplers']:,} couplers on {figures['qubits']:,} qubits, "
-             f"{100 * figures['share']:.1f} % of the chip; longest chain {figures['longest_chain']}, mean {figures['mean_chain']:.2f}; "
-             f"{found.method}, {found.seconds:.1f} s"]
-    return "\n".join(lines + [f"{name}: written" for name in (options.output, options.picture) if name])
+        return json.dumps({
+            "schema": 1, "topology": found.topology, "method": found.method, "seed": found.seed,
+            "variables": source.variables, "couplers": int(source.rows.size), **figures,
+            "seconds": found.seconds, "chip_qubits": int(chip.qubits.size),
+            "share": round(share, 4)})
+    return "\n".join([
+        f"{found.topology}: {source.variables:,} variables, {source.rows.size:,} couplers on "
+        f"{figures['qubits']:,} qubits, {100 * share:.1f} % of the chip; longest chain "
+        f"{figures['longest_chain']}, mean {figures['mean_chain']:.2f}; {found.method}, "
+        f"{found.seconds:.1f} s",
+        *(f"{name}: written" for name in (options.output, options.picture) if name)])

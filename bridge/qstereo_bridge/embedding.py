@@ -3,9 +3,10 @@
     source = embedding.Source.of(problem)
     chip = embedding.Chip.named("zephyr:12")
     found = embedding.obtain(source, chip)        # from the cache, else find() and into the cache
-    found.chains                                  # {variable: [qubits]}, as Ocean's FixedEmbeddingComposite takes it
+    found.chains            # {variable: [qubits]}, as Ocean's FixedEmbeddingComposite takes it
 
-An embedding depends on which pairs of variables are coupled and on nothing else: the frames of one camera share theirs.
+An embedding depends on which pairs of variables are coupled and on nothing else: the frames of one
+camera share theirs.
 """
 
 import contextlib
@@ -19,11 +20,13 @@ import threading
 import time
 from dataclasses import asdict, dataclass, replace
 
+import networkx as nx
 import numpy as np
 
-from . import models, services
+from . import models, services, tiles
+from .failure import SolverError
 from .qcf import DEFAULT_LIMIT
-from .solvers import SolverError, interruptible
+from .solvers import interruptible
 
 TIMEOUT = 100.0
 SCHEMA = 1
@@ -31,7 +34,11 @@ SMALLEST, LARGEST = 2, 32
 
 
 class NoEmbedding(Exception):
-    """A well-posed no: the problem does not fit, or no embedding was found in the time."""
+    """A well-posed no. `hopeless`: no search can find one, the chip has not enough of something."""
+
+    def __init__(self, message, hopeless=False):
+        super().__init__(message)
+        self.hopeless = hopeless
 
 
 class NotThisOne(Exception):
@@ -42,13 +49,22 @@ def _digest(*arrays):
     """SHA-256 of arrays of 32-bit integers, each after its length."""
     found = hashlib.sha256()
     for array in arrays:
-        found.update(np.int64(array.size).astype("<i8").tobytes() + np.ascontiguousarray(array, "<i4").tobytes())
+        found.update(np.array(array.size, "<i8").tobytes() + array.astype("<i4").tobytes())
     return found.hexdigest()
+
+
+def _graph(nodes, edges):
+    """A graph whose nodes and edges stand in order: minorminer's result depends on it."""
+    graph = nx.Graph()
+    graph.add_nodes_from(sorted(nodes))
+    graph.add_edges_from(sorted((min(edge), max(edge)) for edge in edges))
+    return graph
 
 
 @dataclass(frozen=True)
 class Source:
-    """A problem's graph: `rows` < `columns`, sorted, are the coupled variables; group g has the variables starts[g] .. starts[g + 1] - 1."""
+    """A problem's graph: `rows` < `columns`, sorted, are the coupled variables; group g has the
+    variables starts[g] .. starts[g + 1] - 1."""
 
     rows: np.ndarray
     columns: np.ndarray
@@ -65,54 +81,59 @@ class Source:
         return int(self.starts[-1])
 
     @functools.cached_property
+    def graph(self):
+        return _graph(range(self.variables), zip(self.rows.tolist(), self.columns.tolist()))
+
+    @functools.cached_property
     def digest(self):
         """Of the graph alone, whatever its groups."""
         return _digest(np.array([self.variables]), self.rows, self.columns)
 
     def times(self, copies):
-        """The graph of so many copies side by side: variable v of copy c is c * variables + v."""
+        """The graph of copies side by side: variable v of copy c is c * variables + v."""
         shift = self.variables * np.arange(copies)[:, None]
-        return Source((self.rows + shift).ravel(), (self.columns + shift).ravel(), np.append(0, (self.starts[1:] + shift).ravel()))
+        return Source((self.rows + shift).ravel(), (self.columns + shift).ravel(),
+                      np.append(0, (self.starts[1:] + shift).ravel()))
 
 
 @dataclass(frozen=True)
 class Chip:
-    """A chip's working graph: its `qubits`, sorted, and its couplers (array (.., 2) of qubits), as Ocean numbers them.
+    """A chip's working graph, its qubits as Ocean numbers them.
 
-    family, size    "pegasus", "zephyr" or "chimera", and m of the full graph that it is a part of; None where its tiles are not of the usual size
+    family, size    "pegasus", "zephyr" or "chimera", and m of the full graph that it is a part of;
+                    None where its tiles are not of the usual size
     """
 
     name: str
     family: str
     size: int
-    qubits: np.ndarray
-    couplers: np.ndarray
+    graph: nx.Graph
 
     @classmethod
     def named(cls, name):
-        """pegasus:M and zephyr:M: all qubits work; another name: the solver of this name at the user's account.
+        """pegasus:M and zephyr:M: all qubits work; else the solver of this name at the account.
 
-        Raises ValueError where there can be none of this name, SolverError where the service does not give its graph.
+        Raises ValueError where there can be none of this name, SolverError where the service does
+        not give its graph.
         """
         shape = re.fullmatch(r"(pegasus|zephyr):([0-9]+)", name)
         if shape is None and ":" not in name:
             with services.connect("qpu", name) as session:
                 return cls.of_solver(session.solver)
         if shape is None or not SMALLEST <= int(shape[2]) <= LARGEST:
-            raise ValueError(f"no topology is called {name}; give pegasus:16 or zephyr:12 (sizes {SMALLEST} to {LARGEST}), or the name of a "
-                             "solver of your account")
+            raise ValueError(f"no topology is called {name}; give pegasus:16 or zephyr:12 (sizes "
+                             f"{SMALLEST} to {LARGEST}), or the name of a solver of your account")
         import dwave.graphs
 
-        family, size = shape[1], int(shape[2])
-        return cls.of(name, {"pegasus": dwave.graphs.pegasus_graph, "zephyr": dwave.graphs.zephyr_graph}[family](size))
+        return cls.of(name, getattr(dwave.graphs, f"{shape[1]}_graph")(int(shape[2])))
 
     @classmethod
     def of(cls, name, graph):
         """From one of Ocean's graphs, its qubits numbered."""
-        family, tile = graph.graph["family"], graph.graph["tile"]
-        couplers = np.sort(np.array(graph.edges, np.int32).reshape(-1, 2), axis=1)
-        return cls(name, family if tile == {"pegasus": 12}.get(family, 4) else None, graph.graph["rows"], np.sort(np.array(graph, np.int32)),
-                   couplers[np.lexsort((couplers[:, 1], couplers[:, 0]))])
+        family = graph.graph["family"]
+        usual = graph.graph["tile"] == {"pegasus": 12}.get(family, 4)
+        return cls(name, family if usual else None, graph.graph["rows"],
+                   _graph(graph, graph.edges))
 
     @classmethod
     def of_solver(cls, solver):
@@ -120,9 +141,18 @@ class Chip:
         topology = solver.properties.get("topology", {})
         family, shape = topology.get("type"), topology.get("shape", [None])
         usual = family == "pegasus" or shape[1:] == [4]
-        couplers = np.sort(np.array(sorted(solver.undirected_edges), np.int32).reshape(-1, 2), axis=1)
-        return cls(solver.name, family if usual else None, shape[0], np.array(sorted(solver.nodes), np.int32),
-                   couplers[np.lexsort((couplers[:, 1], couplers[:, 0]))])
+        return cls(solver.name, family if usual else None, shape[0],
+                   _graph(solver.nodes, solver.undirected_edges))
+
+    @functools.cached_property
+    def qubits(self):
+        """The qubits, sorted: i32 array."""
+        return np.array(self.graph, np.int32)
+
+    @functools.cached_property
+    def couplers(self):
+        """The couplers, sorted, the lesser qubit first: i32 array (.., 2)."""
+        return np.array(self.graph.edges, np.int32).reshape(-1, 2)
 
     @functools.cached_property
     def digest(self):
@@ -130,13 +160,14 @@ class Chip:
 
     def without(self, qubits):
         """The rest of the chip."""
-        return replace(self, qubits=self.qubits[~np.isin(self.qubits, qubits)],
-                       couplers=self.couplers[~np.isin(self.couplers, qubits).any(axis=1)])
+        graph = self.graph.copy()
+        graph.remove_nodes_from(qubits)
+        return replace(self, graph=graph)
 
 
 @dataclass(frozen=True)
 class Embedding:
-    """An embedding and where it comes from. `chains` is {variable: [qubits]}; the digests are those of the two graphs."""
+    """An embedding and where it comes from; the digests are those of the two graphs."""
 
     topology: str
     method: str
@@ -149,103 +180,100 @@ class Embedding:
     def figures(self):
         """What is worth a look: qubits, the longest and the mean chain."""
         lengths = np.array([len(chain) for chain in self.chains.values()])
-        return {"qubits": int(lengths.sum()), "longest_chain": int(lengths.max()), "mean_chain": round(float(lengths.mean()), 3)}
+        return {"qubits": int(lengths.sum()), "longest_chain": int(lengths.max()),
+                "mean_chain": round(float(lengths.mean()), 3)}
+
+    def used(self):
+        """Its qubits."""
+        return [qubit for chain in self.chains.values() for qubit in chain]
 
     def to_json(self):
         """The file's text. Chains stand in the order of the variables."""
         chains = [self.chains[variable] for variable in range(len(self.chains))]
-        return json.dumps({"schema": SCHEMA, "format": "qstereo-embedding", **asdict(self), **self.figures(), "chains": chains}) + "\n"
+        return json.dumps({"schema": SCHEMA, "format": "qstereo-embedding", **asdict(self),
+                           **self.figures(), "chains": chains}) + "\n"
 
 
 def faults(source, chip, chains):
-    """What is wrong with `chains`: (variables, couplings), both empty in an embedding.
+    """The variables whose chain or couplings are no embedding, by Ocean's own check: a set."""
+    from dwave.embedding import diagnose_embedding, exceptions
 
-    variables: those without a chain of working qubits of their own that hang together; couplings: indices into
-    source.rows of those that no coupler can carry.
-    """
-    n = source.variables
-    lengths = np.array([len(chains.get(variable, ())) for variable in range(n)])
-    members = np.repeat(np.arange(n), lengths)
-    qubits = np.fromiter((qubit for variable in range(n) for qubit in chains.get(variable, ())), np.int64, lengths.sum())
-    working, wrong = np.isin(qubits, chip.qubits), lengths == 0
-    wrong[members[~working]] = True
-    qubits, members = qubits[working], members[working]
-    owner = np.full(int(chip.qubits.max(initial=0)) + 1, -1)
-    owner[qubits] = members
-    # A qubit in two chains has one owner; the other chain is at fault.
-    wrong[members[owner[qubits] != members]] = True
-    ends = owner[chip.couplers]
-    inside, across = (ends[:, 0] == ends[:, 1]) & (ends[:, 0] >= 0), (ends[:, 0] != ends[:, 1]) & (ends >= 0).all(axis=1)
-    low, high = ends[across].min(axis=1), ends[across].max(axis=1)
-    missing = ~np.isin(source.rows.astype(np.int64) * n + source.columns, low * n + high)
-    wrong |= _pieces(qubits, members, chip.couplers[inside], owner, n) > 1
-    return np.flatnonzero(wrong), np.flatnonzero(missing)
-
-
-def _pieces(qubits, members, couplers, owner, n):
-    """The number of connected pieces of each chain."""
-    import networkx as nx
-
-    graph = nx.Graph()
-    graph.add_nodes_from(qubits.tolist())
-    graph.add_edges_from(couplers.tolist())
-    return np.bincount([owner[next(iter(piece))] for piece in nx.connected_components(graph)], minlength=n)
+    wrong = set()
+    for kind, *where in diagnose_embedding(chains, source.graph, chip.graph):
+        # An overlap names the qubit first, a wrong qubit stands last.
+        wrong.update(where[1:] if kind is exceptions.ChainOverlapError else
+                     where[:1] if kind is exceptions.InvalidNodeError else where)
+    return wrong
 
 
 def find(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None):
     """An Embedding of a Source into a Chip. Raises NoEmbedding.
 
-    A grid is laid out in the chip's own tiles where it fits (tiles.py); everything else, and the chains that missing qubits
-    break, are minorminer's work. One seed gives one embedding as long as `timeout` does not cut it short.
+    A grid is laid out in the chip's own tiles where it fits (tiles.py); everything else, and the
+    chains that missing qubits break, are minorminer's work. One seed gives one embedding as long as
+    `timeout` does not cut it short.
     """
     began, seed = time.monotonic(), secrets.randbelow(2**31) if seed is None else seed
-    if source.variables > chip.qubits.size or source.rows.size > len(chip.couplers):
-        raise NoEmbedding(f"{source.variables:,} variables and {source.rows.size:,} couplings cannot fit on {chip.name} with its "
-                          f"{chip.qubits.size:,} qubits and {len(chip.couplers):,} couplers")
+    qubits, couplers = len(chip.graph), chip.graph.number_of_edges()
+    if source.variables > qubits or source.rows.size > couplers:
+        raise NoEmbedding(f"{source.variables:,} variables and {source.rows.size:,} couplings "
+                          f"cannot fit on {chip.name} with its {qubits:,} qubits and {couplers:,} "
+                          "couplers", hopeless=True)
     method, chains = _tiled(source, chip, seed, timeout / 2, progress)
     if not chains:
-        method, chains = "minorminer", search(source, chip, seed, timeout - (time.monotonic() - began), progress)
+        left = timeout - (time.monotonic() - began)
+        method, chains = "minorminer", search(source, chip, seed, left, progress)
     if not chains:
-        raise NoEmbedding(f"no embedding found on {chip.name} within {timeout:g} s ({source.variables:,} variables, "
-                          f"{source.rows.size:,} couplings; {chip.qubits.size:,} qubits)")
-    return Embedding(chip.name, method, seed, round(time.monotonic() - began, 3), source.digest, chip.digest, chains)
+        raise NoEmbedding(f"no embedding found on {chip.name} within {timeout:g} s "
+                          f"({source.variables:,} variables, {source.rows.size:,} couplings; "
+                          f"{qubits:,} qubits)")
+    return Embedding(chip.name, method, seed, round(time.monotonic() - began, 3), source.digest,
+                     chip.digest, chains)
 
 
-def find_copies(source, chip, copies, first, seed=None, timeout=TIMEOUT, progress=lambda text: None):
-    """The Embedding of `copies` copies of a Source ("auto": as many as are found), each on qubits of its own; `first` is the first copy's.
+def find_copies(source, chip, copies, first, seed=None, timeout=TIMEOUT,
+                progress=lambda text: None):
+    """The Embedding of `copies` copies of a Source ("auto": as many as are found), each on qubits
+    of its own; `first` is the first copy's.
 
-    Each further copy is found on the qubits that those before it leave. Raises SolverError where fewer are found.
+    Each further copy is found on the qubits that those before it leave. Raises SolverError where
+    fewer are found.
     """
-    began, rest, last = time.monotonic(), chip, first.chains
-    chains = list(map(last.get, range(source.variables)))
-    count, left = 1, timeout
-    while count != copies and left > 0:
-        rest = rest.without([qubit for chain in last.values() for qubit in chain])
-        try:
-            last = find(source, rest, seed, left, lambda text: progress(f"copy {count + 1}, {text}")).chains
-        except NoEmbedding:
-            break
-        chains += map(last.get, range(source.variables))
-        count, left = count + 1, timeout - (time.monotonic() - began)
-    if copies not in ("auto", count):
-        raise SolverError(f"{count:,} of {copies:,} copies found on {chip.name} within {timeout:g} s; take fewer --copies, or --copies auto "
-                          "for as many as are found")
-    return replace(first, seconds=round(first.seconds + time.monotonic() - began, 3), problem=source.times(count).digest,
-                   chains=dict(enumerate(chains)))
+    from minorminer.utils.parallel_embeddings import find_multiple_embeddings
+
+    began, found = time.monotonic(), 1
+
+    def another(_, rest):
+        nonlocal found
+        left = timeout - (time.monotonic() - began)
+        with contextlib.suppress(NoEmbedding):
+            chains = find(source, replace(chip, graph=rest), seed, left,
+                          lambda text: progress(f"copy {found + 1}, {text}")).chains
+            found += 1
+            return chains
+        return {}
+    more = [] if copies == 1 else find_multiple_embeddings(
+        source.graph, chip.without(first.used()).graph, embedder=another, use_filter=False,
+        one_to_iterable=True, max_num_emb=None if copies == "auto" else copies - 1, timeout=timeout)
+    if copies not in ("auto", found):
+        raise SolverError(f"{found:,} of {copies:,} copies found on {chip.name} within "
+                          f"{timeout:g} s; take fewer --copies, or --copies auto for as many as "
+                          "are found")
+    chains = [one[v] for one in (first.chains, *more) for v in range(source.variables)]
+    return replace(first, seconds=round(first.seconds + time.monotonic() - began, 3),
+                   problem=source.times(found).digest, chains=dict(enumerate(chains)))
 
 
 def _tiled(source, chip, seed, timeout, progress):
-    """A layout in tiles and how it was made. What missing qubits and couplers break in it minorminer mends, all other chains fixed."""
-    from . import tiles
-
+    """A layout in tiles and how it was made. What missing qubits and couplers break in it
+    minorminer mends, all other chains fixed."""
     chains = tiles.lay_out(source, chip)
     if chains is None:
         return None, None
-    variables, couplings = faults(source, chip, chains)
-    broken = set(variables.tolist()).union(source.rows[couplings].tolist(), source.columns[couplings].tolist())
+    broken = faults(source, chip, chains)
     if not broken:
         return "tiles", chains
-    # As many as this are not the chip's doing: the couplings are others than the tiles have.
+    # So many are not the chip's doing: the couplings are others than the tiles have.
     if 2 * len(broken) > source.variables:
         return None, None
     sound = {variable: chain for variable, chain in chains.items() if variable not in broken}
@@ -253,17 +281,13 @@ def _tiled(source, chip, seed, timeout, progress):
 
 
 def search(source, chip, seed, timeout, progress=lambda text: None, **hints):
-    """{variable: [qubits]} by minorminer, empty where it finds none. `hints` are further arguments of its find_embedding."""
+    """{variable: [qubits]} by minorminer, empty where it finds none. `hints` are further arguments
+    of its find_embedding."""
     import minorminer
-    import networkx as nx
 
-    graph, target = nx.Graph(), nx.Graph()
-    graph.add_nodes_from(range(source.variables))
-    graph.add_edges_from(zip(source.rows.tolist(), source.columns.tolist()))
-    target.add_nodes_from(chip.qubits.tolist())
-    target.add_edges_from(chip.couplers.tolist())
-    return interruptible(lambda: minorminer.find_embedding(graph, target, random_seed=seed, timeout=timeout, **hints),
-                         lambda: progress("minorminer"))
+    return interruptible(lambda: minorminer.find_embedding(
+        source.graph, chip.graph, random_seed=seed, timeout=timeout, **hints),
+        lambda: progress("minorminer"))
 
 
 def read(path):
@@ -272,8 +296,8 @@ def read(path):
         try:
             return _parse(json.load(stream))
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-            said = f"{type(error).__name__}: {error}"
-            raise NotThisOne(f"{path}: no embedding file ({said}); make one with `qstereo-bridge embed`") from None
+            raise NotThisOne(f"{path}: no embedding file ({type(error).__name__}: {error}); make "
+                             "one with `qstereo-bridge embed`") from None
 
 
 def _parse(found):
@@ -282,48 +306,52 @@ def _parse(found):
     chains = found["chains"]
     if not all(type(qubit) is int and 0 <= qubit < 2**31 for chain in chains for qubit in chain):
         raise ValueError("a chain holds something else than qubits")
-    fields = {name: found[name] for name in ("topology", "method", "seed", "seconds", "problem", "chip")}
+    fields = {name: found[name] for name in ("topology", "method", "seed", "seconds", "problem",
+                                             "chip")}
     return Embedding(**fields, chains=dict(enumerate(chains)))
 
 
 def check(embedding, source, chip):
     """Raises NotThisOne unless `embedding` embeds this source into this chip as it is today."""
     if len(embedding.chains) != source.variables or embedding.problem != source.digest:
-        raise NotThisOne(f"an embedding of another problem graph ({len(embedding.chains):,} variables, this one has "
-                         f"{source.variables:,}); embed this problem")
-    variables, couplings = faults(source, chip, embedding.chains)
-    if variables.size or couplings.size:
-        raise NotThisOne(f"on {chip.name} {variables.size:,} of its chains and {couplings.size:,} couplings are broken; it was made "
-                         f"for {embedding.topology}: embed the problem on this chip anew")
+        raise NotThisOne(f"an embedding of another problem graph ({len(embedding.chains):,} "
+                         f"variables, this one has {source.variables:,}); embed this problem")
+    if wrong := faults(source, chip, embedding.chains):
+        raise NotThisOne(f"on {chip.name} {len(wrong):,} of its chains or their couplings are "
+                         f"broken; it was made for {embedding.topology}: embed the problem on this "
+                         "chip anew")
 
 
 def _cache_path(source, chip, copies):
-    """Where the embedding of so many copies ("auto": of those that were found) is kept. The folder may be deleted at any time."""
+    """Where the embedding of so many copies ("auto": of those that were found) is kept. The folder
+    may be deleted at any time."""
     base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    name = f"embedding-{source.digest[:32]}-{chip.digest[:32]}" + (f"-{copies}" if copies != 1 else "")
-    return os.path.join(base, "qstereo", f"{name}.json")
+    name = f"embedding-{source.digest[:32]}-{chip.digest[:32]}"
+    return os.path.join(base, "qstereo", name + (f"-{copies}.json" if copies != 1 else ".json"))
 
 
 def kept(source, chip, copies=1):
     """The Embedding that the cache has for these two graphs, or None."""
     with contextlib.suppress(OSError, NotThisOne):
         found = read(_cache_path(source, chip, copies))
-        check(found, source.times(max(1, len(found.chains) // source.variables) if copies == "auto" else copies), chip)
+        count = max(1, len(found.chains) // source.variables) if copies == "auto" else copies
+        check(found, source.times(count), chip)
         return found
     return None
 
 
 def keep(embedding, source, chip, copies=1):
-    """Put an Embedding into the cache, unless a shorter one is there. A cache that cannot be written is none."""
+    """Put an Embedding into the cache, unless a shorter one is there. A cache that cannot be
+    written is none."""
     before = kept(source, chip, copies)
-    if before is not None and before.figures()["qubits"] <= embedding.figures()["qubits"]:
+    if before is not None and len(before.used()) <= len(embedding.used()):
         return
     path = _cache_path(source, chip, copies)
     temporary = f"{path}.{secrets.token_hex(8)}.tmp"
     with contextlib.suppress(OSError):
         os.makedirs(os.path.dirname(path), exist_ok=True)
         try:
-            with open(temporary, "w", encoding="ascii") as stream:
+            with open(temporary, "x", encoding="ascii") as stream:
                 stream.write(embedding.to_json())
             os.replace(temporary, path)
         except OSError:
@@ -335,18 +363,22 @@ _searching, _seeded = {}, {}
 
 
 def obtain(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None, copies=1):
-    """The Embedding of a Source, or of copies of it, into a Chip: the one kept, else a new one, which is kept. Raises NoEmbedding, SolverError.
+    """The Embedding of a Source, or of copies of it, into a Chip: the one kept, else a new one,
+    which is kept. Raises NoEmbedding, SolverError.
 
-    A `seed` asks for its own embedding: the one kept is passed by. Threads that want the same one wait for the first to find it.
+    A `seed` asks for its own embedding: the one kept is passed by. Threads that want the same one
+    wait for the first to find it.
     """
     graphs = source.digest, chip.digest, copies
     with _searching.setdefault(graphs, threading.Lock()):
-        found = kept(source, chip, copies) if seed is None else _seeded.get((graphs, seed, timeout))
-        if found is not None and seed is None:
-            return found
-        if found is None:
-            found = find(source, chip, seed, timeout, progress) if copies == 1 else find_copies(
-                source, chip, copies, obtain(source, chip, seed, timeout, progress), seed, timeout, progress)
+        known = (kept(source, chip, copies) if seed is None else
+                 _seeded.get((graphs, seed, timeout)))
+        if known and seed is None:
+            return known
+        found = known or (find(source, chip, seed, timeout, progress) if copies == 1 else
+                          find_copies(source, chip, copies,
+                                      obtain(source, chip, seed, timeout, progress), seed, timeout,
+                                      progress))
         if seed is not None:
             _seeded[graphs, seed, timeout] = found
         keep(found, source, chip, copies)

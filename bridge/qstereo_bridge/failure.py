@@ -1,11 +1,19 @@
-"""Ends of the command: their exit statuses, and one exception for all of them."""
+"""The package's own errors, each with the exit status that the command gives for it."""
 
 import contextlib
 
 OK, NO, USAGE, BAD_INPUT, IO, SERVICE = 0, 1, 2, 3, 4, 5
+# Which extra of the package brings a module; all others come with `dwave`.
+EXTRAS = {"scipy": "exact", "matplotlib": "picture"}
 
 
-class Failure(Exception):
+class Error(Exception):
+    """Whatever the package refuses: its message is for people, `status` is the exit status."""
+
+    status = BAD_INPUT
+
+
+class Failure(Error):
     """An end of the command: exit status and message."""
 
     def __init__(self, status, message):
@@ -13,10 +21,45 @@ class Failure(Exception):
         self.status = status
 
 
+class FileError(Failure):
+    """What the system refuses to read or write. The message names the file."""
+
+    def __init__(self, message):
+        super().__init__(IO, message)
+
+
+class InputError(Error, ValueError):
+    """An argument of the wrong shape, values or kind, or samples of another problem."""
+
+
+class SolverError(Error):
+    """The solver failed, refused the problem, or answered something that cannot be."""
+
+    status = SERVICE
+
+
 @contextlib.contextmanager
 def io(name, what):
-    """What the system refuses is a Failure that names the file."""
+    """What the system refuses is a FileError that names the file."""
     try:
         yield
     except OSError as error:
-        raise Failure(IO, f"{name}: cannot {what}: {error.strerror or error}") from None
+        raise FileError(f"{name}: cannot {what}: {error.strerror or error}") from None
+
+
+@contextlib.contextmanager
+def failing(name):
+    """Whatever goes wrong with the file `name` is a Failure that names it."""
+    prefix = f"{name}: " if name else ""
+    try:
+        yield
+    except MemoryError:
+        raise Failure(IO, f"{prefix}this machine has not enough memory for it") from None
+    except ImportError as error:
+        module = (error.name or str(error)).split(".")[0]
+        raise Failure(SERVICE, f"{prefix}{module} is not installed; pip install "
+                      f"'qstereo-bridge[{EXTRAS.get(module, 'dwave')}]'") from None
+    except Failure:
+        raise
+    except Error as error:
+        raise Failure(error.status, f"{prefix}{error}") from None

@@ -1,8 +1,9 @@
-"""D-Wave's hybrid solvers: what each takes of a Problem, its limits and least time, and its answer.
+"""D-Wave's hybrid solvers: what each takes of a Problem, its limits and least time, its answer.
 
-A kind of solver is a class: `problem_type` is the service's word for it; check(properties) raises SolverError where the problem is beyond
-the solver's own limits; prepare(session, progress) makes the Request; decode(future, job) reads the answer; plan(properties, solver) says
-what would be sent, without an account by published properties and no `solver`.
+A kind of solver is a class: `problem_type` is the service's word for it; check(properties) raises
+SolverError where the problem is beyond the solver's own limits; prepare(session, progress) makes
+the Request; decode(future, job) reads the answer; plan(properties, solver) says what would be sent,
+without an account by published properties and no `solver`.
 """
 
 from dataclasses import dataclass, field
@@ -10,7 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from . import models
-from .services import explain, given, plain
+from .qsf import plain
+from .services import explain, given
 from .solvers import Answer, SolverError, from_sampleset
 from .upload import bqm_file
 
@@ -35,7 +37,7 @@ class Request:
 
 
 def refusal(kind, properties):
-    """Why a solver of these properties does not take the problem as it is asked for; None where it does."""
+    """Why a solver of these properties does not take the problem as it is asked for, or None."""
     try:
         kind.check(properties)
     except SolverError as error:
@@ -44,7 +46,13 @@ def refusal(kind, properties):
 
 
 class Hybrid:
-    """What the hybrid solvers have in common. `limits`: {what is counted: the property of the solver that limits it}."""
+    """What the hybrid solvers share. Each has
+
+    limits          {what is counted: the property of the solver that limits it}
+    sizes()         {what is counted: how many}, in the order of `limits`
+    least_time(properties)      the least time limit in seconds
+    upload_bytes(), file()      the size of the file that is uploaded, and that file
+    """
 
     problem_type = None
     limits = {}
@@ -53,23 +61,18 @@ class Hybrid:
     def __init__(self, problem, options):
         self.problem, self.options = problem, options
 
-    def sizes(self):
-        """{what is counted: how many}, in the order of `limits`."""
-        raise NotImplementedError
-
-    def least_time(self, properties):
-        """The least time limit in seconds."""
-        raise NotImplementedError
-
     def check(self, properties):
         sizes = self.sizes()
         for what, limit in self.limits.items():
             if sizes[what] > properties.get(limit, sizes[what]):
-                raise SolverError(f"{sizes[what]:,} {what}, the service takes {properties[limit]:,}; {self.advice}")
-        least, most = self.least_time(properties), 3600 * properties.get("maximum_time_limit_hrs", 1e6)
+                raise SolverError(f"{sizes[what]:,} {what}, the service takes {properties[limit]:,}"
+                                  f"; {self.advice}")
+        least = self.least_time(properties)
+        most = 3600 * properties.get("maximum_time_limit_hrs", 1e6)
         wanted = self.options.time_limit
         if wanted is not None and not least <= wanted <= most:
-            raise SolverError(f"a time limit of {wanted:g} s, the service takes {least:,.1f} to {most:,.0f} s for this problem")
+            raise SolverError(f"a time limit of {wanted:g} s, the service takes {least:,.1f} to "
+                              f"{most:,.0f} s for this problem")
 
     def terms(self):
         """The quadratic terms of the model that is sent, counted."""
@@ -84,13 +87,14 @@ class Hybrid:
         return Request(parameters, parameters, upload=self.file())
 
     def plan(self, properties, solver=None):
-        sizes, seconds, reason = self.sizes(), self.time_limit(properties), refusal(self, properties)
-        limits = {what: properties[limit] for what, limit in self.limits.items() if limit in properties}
-        return {"variables": self.problem.linear.size, "quadratic_terms": self.terms().count, **sizes,
-                "upload_bytes": self.upload_bytes(), "minimum_time_limit": float(self.least_time(properties)), "time_limit": seconds,
-                "charge_seconds": seconds, "charge_qpu_seconds": seconds / properties["quota_conversion_rate"]
-                if properties.get("quota_conversion_rate") else None,
-                "limits": limits, "fits": reason is None, "reason": reason}
+        seconds, reason = self.time_limit(properties), refusal(self, properties)
+        rate = properties.get("quota_conversion_rate")
+        return {"variables": self.problem.linear.size, "quadratic_terms": self.terms().count,
+                **self.sizes(), "upload_bytes": self.upload_bytes(),
+                "minimum_time_limit": float(self.least_time(properties)), "time_limit": seconds,
+                "charge_seconds": seconds, "charge_qpu_seconds": seconds / rate if rate else None,
+                "limits": {what: properties[limit] for what, limit in self.limits.items()
+                           if limit in properties}, "fits": reason is None, "reason": reason}
 
 
 class Bqm(Hybrid):
@@ -101,7 +105,8 @@ class Bqm(Hybrid):
     advice = "hybrid-nl takes larger ones; or " + SMALLER
 
     def sizes(self):
-        return {"variables": self.problem.linear.size, "biases": self.problem.linear.size + self.terms().count}
+        n = self.problem.linear.size
+        return {"variables": n, "biases": n + self.terms().count}
 
     def least_time(self, properties):
         return np.interp(self.problem.linear.size, *zip(*properties["minimum_time_limit"]))
@@ -121,27 +126,29 @@ class Cqm(Hybrid):
     """One-hot groups as constraints, penalties dropped."""
 
     problem_type = "cqm"
-    limits = {"variables": "maximum_number_of_variables", "constraints": "maximum_number_of_constraints",
-              "biases": "maximum_number_of_biases"}
+    limits = {"variables": "maximum_number_of_variables",
+              "constraints": "maximum_number_of_constraints", "biases": "maximum_number_of_biases"}
     advice = Bqm.advice
 
     def terms(self):
         return models.Terms(self.problem, penalties=False)
 
     def sizes(self):
-        one_hot, sizes, n = self.problem.one_hot(), self.problem.sizes(), self.problem.linear.size
+        one_hot, n = self.problem.one_hot(), self.problem.linear.size
         return {"variables": n, "constraints": int(one_hot.sum()),
-                "biases": n + self.terms().count + int(sizes[one_hot].sum())}
+                "biases": n + self.terms().count + int(self.problem.sizes()[one_hot].sum())}
 
     def least_time(self, properties):
-        sizes = self.sizes()
-        return max(properties["minimum_time_limit_s"], properties.get("num_variables_multiplier", 1.57e-4) * sizes["variables"]
-                   + properties.get("num_biases_multiplier", 4.65e-6) * sizes["biases"]
-                   + properties.get("num_constraints_multiplier", 6.44e-9) * sizes["variables"] * sizes["constraints"])
+        (variables, constraints, biases), get = self.sizes().values(), properties.get
+        return max(properties["minimum_time_limit_s"],
+                   get("num_variables_multiplier", 1.57e-4) * variables
+                   + get("num_biases_multiplier", 4.65e-6) * biases
+                   + get("num_constraints_multiplier", 6.44e-9) * variables * constraints)
 
     def upload_bytes(self):
-        # Measured on dimod's files, to within a tenth: one small archive member for each constraint.
-        return 41 * self.problem.linear.size + 16 * self.terms().count + 860 * self.sizes()["constraints"]
+        # Measured on dimod's files, to within a tenth: a small archive member for each constraint.
+        return (41 * self.problem.linear.size + 16 * self.terms().count
+                + 860 * self.sizes()["constraints"])
 
     def file(self):
         return models.to_cqm(self.problem, self.options.memory_limit).to_file()
@@ -151,7 +158,7 @@ class Cqm(Hybrid):
 
 
 class Nl(Hybrid):
-    """One integer a site, no one-hot groups and no penalties; other problems a bit for each variable."""
+    """One integer a site, no groups and no penalties; other problems a bit for each variable."""
 
     problem_type = "nl"
     limits = {"nodes": "maximum_number_of_nodes", "bytes of state": "maximum_state_size",
@@ -170,11 +177,11 @@ class Nl(Hybrid):
 
     def least_time(self, properties):
         # The formula, and its numbers where the service names none, are those of Ocean's sampler.
-        nodes, size = self.model.num_nodes(), self.model.state_size()
-        return max(properties.get("min_time_limit", 5), properties.get("num_nodes_multiplier", 8.306792043756981e-05) * nodes
-                   + properties.get("state_size_multiplier", 2.8379674360396316e-10) * size
-                   + properties.get("num_nodes_state_size_multiplier", 2.1097317822863966e-12) * nodes * size
-                   + properties.get("offset", 0.012671678446550175))
+        nodes, size, get = self.model.num_nodes(), self.model.state_size(), properties.get
+        return max(get("min_time_limit", 5), get("num_nodes_multiplier", 8.306792043756981e-05)
+                   * nodes + get("state_size_multiplier", 2.8379674360396316e-10) * size
+                   + get("num_nodes_state_size_multiplier", 2.1097317822863966e-12) * nodes * size
+                   + get("offset", 0.012671678446550175))
 
     def upload_bytes(self):
         with self.file() as file:
@@ -188,36 +195,43 @@ class Nl(Hybrid):
     def decode(self, future, job):
         model, problem = self.model, self.problem
         with model.lock():
-            # Ocean's own sampler passes over the header, too.
+            # Ocean's own sampler passes over the header, too. Decisions outside their bounds are
+            # refused here.
             model.states.from_file(future.answer_data, check_header=False)
-            decision = next(model.iter_decisions())
-            found = [(np.rint(decision.state(i)).astype(np.int64), model.objective.state(i)) for i in range(model.states.size())
-                     if decision.has_state(i)]
-        states = np.array([state for state, _ in found], np.int64).reshape(len(found), -1)
-        bits = states
+            decision, objective = next(model.iter_decisions()), model.objective
+            found = [(decision.state(i), float(objective.state(i)))
+                     for i in range(model.states.size()) if decision.has_state(i)]
+        bits = np.array([state for state, _ in found], np.int64).reshape(len(found), -1)
         if problem.one_hot().all():
+            places = problem.starts()[:-1] + bits
             bits = np.zeros((len(found), problem.linear.size), np.uint8)
-            np.put_along_axis(bits, problem.starts()[:-1] + states, 1, axis=1)
+            np.put_along_axis(bits, places, 1, axis=1)
         timing = dict(future.timing)
-        return Answer(bits.astype(np.uint8), np.array([float(energy) for _, energy in found]),
-                      info=plain(given(warnings=timing.pop("warnings", None) or None) | {"timing": timing}))
+        warnings = timing.pop("warnings", None) or None
+        return Answer(bits.astype(np.uint8), np.array([energy for _, energy in found]),
+                      info=plain({**given(warnings=warnings), "timing": timing}))
 
 
 def _from_sampleset(problem, sampleset, **more):
-    """The solvers put their timing beside everything else that they say; what is known from the problem and the job is left out."""
+    """The solvers put their timing beside everything else that they say; what is known from the
+    problem and the job is left out."""
     ours = ("problem_id", "problem_label", "problem_data_id", "constraint_labels")
     said = {key: value for key, value in sampleset.info.items() if key not in ours}
     timing = {key: said.pop(key) for key in list(said) if key.endswith("_time")}
-    return from_sampleset(sampleset, problem.linear.size, info=plain({"timing": timing, **said}), **more)
+    info = plain({"timing": timing, **said})
+    return from_sampleset(sampleset, problem.linear.size, info=info, **more)
 
 
 # Solver properties as D-Wave published them in 2026, for --dry-run without an account.
 PUBLISHED = {
-    "hybrid-bqm": {"maximum_number_of_variables": 1_000_000, "maximum_number_of_biases": 200_000_000, "quota_conversion_rate": 20,
-                   "minimum_time_limit": [[1, 3], [1024, 3], [4096, 10], [10_000, 40], [30_000, 200], [100_000, 600], [1_000_000, 600]]},
-    "hybrid-cqm": {"maximum_number_of_variables": 5_000_000, "maximum_number_of_constraints": 100_000, "quota_conversion_rate": 20,
-                   "maximum_number_of_biases": 750_000_000, "minimum_time_limit_s": 5, "num_variables_multiplier": 1.574e-4,
+    "hybrid-bqm": {"maximum_number_of_variables": 1_000_000, "quota_conversion_rate": 20,
+                   "maximum_number_of_biases": 200_000_000, "minimum_time_limit": [
+                       [1, 3], [1024, 3], [4096, 10], [10_000, 40], [30_000, 200], [100_000, 600],
+                       [1_000_000, 600]]},
+    "hybrid-cqm": {"maximum_number_of_variables": 5_000_000, "quota_conversion_rate": 20,
+                   "maximum_number_of_constraints": 100_000, "minimum_time_limit_s": 5,
+                   "maximum_number_of_biases": 750_000_000, "num_variables_multiplier": 1.574e-4,
                    "num_biases_multiplier": 4.657e-6, "num_constraints_multiplier": 6.444e-9},
-    "hybrid-nl": {"maximum_number_of_nodes": 2_000_000, "maximum_state_size": 750 << 20, "maximum_decision_state_size": 50 << 20,
-                  "quota_conversion_rate": 20},
+    "hybrid-nl": {"maximum_number_of_nodes": 2_000_000, "maximum_state_size": 750 << 20,
+                  "maximum_decision_state_size": 50 << 20, "quota_conversion_rate": 20},
 }

@@ -1,19 +1,21 @@
-"""The life of a problem at D-Wave's service: sent once, found again after any interruption, never charged twice.
+"""The life of a problem at D-Wave's service: sent once, found again after any interruption, never
+charged twice.
 
-A job file, JSON, lies beside the samples file from before the upload until the samples are written. It says how far the problem is:
+A job file, JSON, lies beside the samples file from before the upload until the samples are written.
+It says how far the problem is:
 
     uploading   nothing is charged yet: whatever happens now, it may be sent again
-    sending     the one request that creates the problem may have left: only the service knows; it is asked by the job's label,
-                which no other job has
+    sending     the one request that creates the problem may have left: only the service knows; it
+                is asked by the job's label, which no other job has
     sent        the service has the problem, under `problem_id`
 
-A job file is replaced as a whole, on the disk before the next step is taken, and locked while its process lives. It holds no token.
+A job file is replaced as a whole, on the disk before the next step is taken, and locked while its
+process lives. It holds no token.
 """
 
 import _thread
 import concurrent.futures
 import contextlib
-import fcntl
 import json
 import os
 import re
@@ -21,10 +23,16 @@ import secrets
 import time
 from datetime import datetime, timezone
 
-from .failure import BAD_INPUT, IO, NO, Failure, io
+from .failure import BAD_INPUT, IO, NO, Failure, SolverError, io
 from .output import hold, sync_folder
-from .services import connect, explain, scrub
-from .solvers import SolverError
+from .qsf import plain
+from .services import connect, explain
+from .text import line, shown
+
+try:
+    import fcntl
+except ImportError:
+    fcntl = None
 
 SCHEMA = 1
 UPLOADING, SENDING, SENT = "uploading", "sending", "sent"
@@ -32,9 +40,11 @@ UPLOADING, SENDING, SENT = "uploading", "sending", "sent"
 ARRIVED = 10
 # Pauses between attempts at what may be repeated: asking costs nothing.
 PAUSES = (0.3, 1, 3)
-# Seconds after which the service is asked what has become of a problem, in case that D-Wave's client has stopped asking.
+# Seconds after which the service is asked what has become of a problem, in case that D-Wave's
+# client has stopped asking.
 SILENCE = 60
-# Replies of HTTP that say that the service did not take the problem; others, as 408 and 499, may be of a gateway that knows nothing.
+# Replies of HTTP that say that the service did not take the problem; others, as 408 and 499, may
+# be of a gateway that knows nothing.
 REFUSALS = (400, 401, 402, 403, 404, 413, 422, 429)
 # Seconds that Ctrl-C takes at most for the cancellations.
 DEADLINE = 6
@@ -42,7 +52,8 @@ RUNNING = ("PENDING", "IN_PROGRESS")
 
 
 class Job:
-    """One job file, held open and locked. `facts` is what it says; the session that serves it is told to signals."""
+    """One job file, held open and locked. `facts` is what it says, each also an attribute; the
+    session that serves it is told to signals."""
 
     active = []
 
@@ -51,9 +62,10 @@ class Job:
 
     @classmethod
     def load(cls, path, whatever=False):
-        """The job in the file `path`, or None where there is none. Raises Failure: it is another process's, or no job file.
+        """The job in the file `path`, or None where there is none.
 
-        With `whatever` no job file does as well: it is to be replaced.
+        Raises Failure: it is another process's, or no job file. With `whatever` no job file does
+        as well: it is to be replaced.
         """
         with io(path, "read"):
             while True:
@@ -75,16 +87,21 @@ class Job:
             facts = {"state": UPLOADING}
         elif not sound:
             stream.close()
-            raise Failure(BAD_INPUT, f"{path}: this is no job file of this program's version; give another, or remove it")
+            raise Failure(BAD_INPUT, f"{path}: this is no job file of this program's version; give "
+                                     "another, or remove it")
         return cls(path, facts, stream)
 
     def save(self, new=False, **changes):
-        """Change facts, and have them on the disk. `new`: there must be no such file yet. Raises Failure."""
+        """Change facts, and have them on the disk. `new`: there must be no such file yet.
+
+        Raises Failure.
+        """
         hold()
         self.facts.update(changes)
         with io(self.path, "write"):
-            name = f"{self.path}.{os.getpid()}.tmp"
-            stream = open(name, "wb+")
+            # Of a name that nobody can have put a link at.
+            name = f"{self.path}.{secrets.token_hex(8)}.tmp"
+            stream = open(name, "xb+")
             try:
                 _lock(stream, name)
                 stream.write(json.dumps(self.facts, indent=1).encode() + b"\n")
@@ -135,23 +152,24 @@ class Job:
 
 def _sound(facts):
     """Whether a job file's content is what `save` writes; may raise what a wrong type raises."""
-    text = ("solver", "label", "problem_digest") + (("problem_id",) if facts["state"] == SENT else ())
+    text = ["solver", "label", "problem_digest"] + ["problem_id"] * (facts["state"] == SENT)
     perhaps = ("service_solver", "user_label", "problem")
-    return (facts["schema"] == SCHEMA and facts["state"] in (UPLOADING, SENDING, SENT) and isinstance(facts["parameters"], dict)
+    return (facts["schema"] == SCHEMA and facts["state"] in (UPLOADING, SENDING, SENT)
+            and isinstance(facts["parameters"], dict)
             and all(isinstance(facts[key], str) for key in text)
-            and all(facts[key] is None or isinstance(facts[key], str) for key in perhaps)
+            and all(isinstance(facts[key], (str, type(None))) for key in perhaps)
             and datetime.fromisoformat(facts["time"]).tzinfo is not None)
 
 
 def _put(name, path, new):
-    """Give the file `name` the name `path`. Raises Failure where it is to be new and another process was first."""
+    """Give the file `name` the name `path`. Raises Failure where it is to be new and is there."""
     if new:
         try:
             os.link(name, path)
         except FileExistsError:
             raise Failure(IO, _AT_WORK.format(path)) from None
         except OSError:
-            # A file system without links: two processes at the same instant are not told apart there.
+            # A file system without links: two processes at one instant are not told apart there.
             os.replace(name, path)
         else:
             os.remove(name)
@@ -163,6 +181,11 @@ _AT_WORK = "{}: another qstereo-bridge is at work on this job; wait for it, or s
 
 
 def _lock(stream, path):
+    if fcntl is None:
+        stream.close()
+        raise Failure(IO, "what keeps a problem from being charged twice wants the locks on files "
+                      "of Linux, macOS and other systems of the Unix family; on Windows run "
+                      "qstereo-bridge in WSL. Nothing was sent")
     try:
         fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
@@ -171,18 +194,20 @@ def _lock(stream, path):
 
 
 def path_of(output, digest):
-    """The name of the job file for the samples file `output`; for what is no regular file, one in this folder."""
+    """The name of the job file for the samples file `output`; for no regular file, one here."""
     if output == "-" or os.path.exists(output) and not os.path.isfile(output):
         return f"qstereo-{digest.hex()[:12]}.qsf.job"
     return f"{os.path.realpath(output)}.job"
 
 
 def check_earlier(options):
-    """An earlier Job of the samples file that may be forgotten, held until another takes its place; None where there is none.
+    """An earlier Job of the samples file that may be forgotten, held until another takes its place;
+    None where there is none.
 
     Raises Failure(NO) where it may be at the service: nothing is sent twice unasked.
     """
-    earlier = Job.load(path_of(options.output, options.digest), whatever=options.resubmit)
+    path = path_of(options.output, options.digest)
+    earlier = Job.load(path, whatever=options.resubmit)
     if earlier and earlier.state != UPLOADING and not options.resubmit:
         try:
             _refuse_to_send_again(earlier, options.digest)
@@ -192,15 +217,33 @@ def check_earlier(options):
     return earlier
 
 
+def _refuse_to_send_again(earlier, digest):
+    if earlier.problem_digest != digest.hex():
+        raise Failure(NO, f"{earlier.path}: the answer to another problem ({earlier.problem}) is "
+                          f"still to be collected under this name; `qstereo-bridge collect "
+                          f"{earlier.path}`, or give another -o, or --resubmit to forget it")
+    if earlier.state == SENDING:
+        with connect(earlier.solver, earlier.service_solver, reading=True) as session:
+            if not find(session, earlier):
+                return
+    raise Failure(NO, f"{earlier.path}: this problem was sent {earlier.time} and is not sent again;"
+                      f" `qstereo-bridge collect {earlier.path}` fetches the answer (--resubmit "
+                      "sends and charges it once more)")
+
+
 def start(options, variables, earlier=None):
     """A new Job for the problem, in place of an `earlier` one that is held."""
     path, digest = path_of(options.output, options.digest), options.digest.hex()
-    problem = None if options.problem == "-" else os.path.relpath(options.problem, os.path.dirname(path) or ".")
+    folder = os.path.dirname(path) or "."
+    problem = None if options.problem == "-" else os.path.relpath(options.problem, folder)
     # What a service might change in it is left out; the last word is no other job's.
-    label = " ".join(re.sub(r"[^A-Za-z0-9._ -]", "_", " ".join((options.label or "").split())).split())[:100].strip() or "qstereo"
-    job = Job(path, {"schema": SCHEMA, "state": UPLOADING, "solver": options.solver, "service_solver": None,
-                     "label": f"{label} {digest[:8]}-{secrets.token_hex(6)}", "user_label": options.label, "problem_id": None,
-                     "problem": problem, "problem_digest": digest, "variables": variables, "time": _now(), "parameters": {}},
+    words = re.sub(r"[^A-Za-z0-9._ -]", "_", " ".join((options.label or "").split())).split()
+    label = " ".join(words)[:100].strip() or "qstereo"
+    label = f"{label} {digest[:8]}-{secrets.token_hex(6)}"
+    job = Job(path, {"schema": SCHEMA, "state": UPLOADING, "solver": options.solver,
+                     "service_solver": None, "label": label, "user_label": options.label,
+                     "problem_id": None, "problem": problem, "problem_digest": digest,
+                     "variables": variables, "time": _now(), "parameters": {}},
               earlier.stream if earlier else None)
     job.save(new=earlier is None)
     return job
@@ -208,36 +251,23 @@ def start(options, variables, earlier=None):
 
 @contextlib.contextmanager
 def keeping(job):
-    """Remove the job (None: there is none) when the answer is on the disk; where that fails, say how to fetch it again."""
+    """Remove the job when the answer is on the disk; where that fails, say how to fetch it."""
     try:
         yield
     except SolverError as error:
-        raise SolverError(f"{error}; `qstereo-bridge collect {job.path}` asks again") if job else error from None
+        raise SolverError(f"{error}; `qstereo-bridge collect {job.path}` asks again") from None
     except Failure as failure:
-        raise Failure(failure.status, f"{failure}; `qstereo-bridge collect {job.path}` fetches the answer again, -o writes it "
-                      "elsewhere") if job else failure from None
+        raise Failure(failure.status, f"{failure}; `qstereo-bridge collect {job.path}` fetches the "
+                                      "answer again, -o writes it elsewhere") from None
     else:
-        if job:
-            job.remove()
+        job.remove()
     finally:
-        if job:
-            job.leave()
-
-
-def _refuse_to_send_again(earlier, digest):
-    if earlier.problem_digest != digest.hex():
-        raise Failure(NO, f"{earlier.path}: the answer to another problem ({earlier.problem}) is still to be collected under this name; "
-                          f"`qstereo-bridge collect {earlier.path}`, or give another -o, or --resubmit to forget it")
-    if earlier.state == SENDING:
-        with connect(earlier.solver, earlier.service_solver, reading=True) as session:
-            if not find(session, earlier):
-                return
-    raise Failure(NO, f"{earlier.path}: this problem was sent {earlier.time} and is not sent again; "
-                      f"`qstereo-bridge collect {earlier.path}` fetches the answer (--resubmit sends and charges it once more)")
+        job.leave()
 
 
 def solve(kind, options, progress, session, earlier=None):
-    """Send the problem of `kind` and wait for the answer: (Answer, Job). With --no-wait the Answer is None.
+    """Send the problem of `kind` and wait for the answer: (Answer, Job). With --no-wait the Answer
+    is None.
 
     The job is to be removed when the answer is on the disk.
     """
@@ -248,10 +278,13 @@ def solve(kind, options, progress, session, earlier=None):
         request = kind.prepare(session, progress)
         job.save(service_solver=session.solver.name, parameters=request.parameters, **request.facts)
         with request.upload or contextlib.nullcontext() as file:
-            data = request.data if file is None else {"format": "ref", "data": upload(session, file, progress)}
+            data = request.data if file is None else {
+                "format": "ref", "data": upload(session, file, progress)}
         progress("sending")
         send(session, job, kind.problem_type, data, request.sent)
-        return None if options.no_wait else decoded(kind, wait(session, job, progress), job), job
+        if options.no_wait:
+            return None, job
+        return decoded(kind, wait(session, job, progress), job), job
 
 
 @contextlib.contextmanager
@@ -267,14 +300,16 @@ def _left(job):
 
 
 def decoded(kind, future, job):
-    """The Answer in a resolved Future."""
+    """The Answer in a resolved Future. Raises SolverError for one that cannot be."""
     try:
         answer = kind.decode(future, job)
     except Exception as error:
-        why = error if isinstance(error, SolverError) else f"the service's answer cannot be read ({explain(error)})"
+        why = (error if isinstance(error, SolverError) else
+               f"the service's answer cannot be read ({explain(error)})")
         raise SolverError(f"{why}; `qstereo-bridge collect {job.path}` asks for it again") from None
+    label = {"label": job.user_label} if job.user_label else {}
     answer.info = {"service_solver": job.service_solver, "problem_id": job.problem_id,
-                   "parameters": {**job.parameters, **({"label": job.user_label} if job.user_label else {})}, **answer.info}
+                   "parameters": {**job.parameters, **label}, **answer.info}
     return answer
 
 
@@ -283,7 +318,8 @@ def _now():
 
 
 def upload(session, data, progress):
-    """Upload a file-like `data`; the service's name for it. Nothing is charged for it, so what fails is sent again."""
+    """Upload a file-like `data`; the service's name for it. Nothing is charged for it, so what
+    fails is sent again."""
     from dwave.cloud.exceptions import ProblemUploadError
 
     def once():
@@ -298,71 +334,85 @@ def upload(session, data, progress):
 
 
 def send(session, job, problem_type, data, parameters):
-    """Create the problem at the service: one request, never repeated once it may have arrived. Raises SolverError."""
+    """Create the problem: one request, never repeated once it may have arrived. Raises SolverError.
+    """
     import zlib
-    import orjson
     from requests import TooManyRedirects
 
-    body = {"solver": session.solver.identity.dict(), "data": data, "type": problem_type, "params": parameters, "label": job.label}
+    body = {"solver": session.solver.identity.dict(), "data": data, "type": problem_type,
+            "params": parameters, "label": job.label}
     with session.requests() as requests:
-        requests.session.set_accept(media_type="application/vnd.dwave.sapi.problems+json", ask_version="3.0.0", accept_version="~=3.0")
-        content = zlib.compress(orjson.dumps([body], option=orjson.OPT_SERIALIZE_NUMPY))
+        post = requests.session
+        post.set_accept(media_type="application/vnd.dwave.sapi.problems+json", ask_version="3.0.0",
+                        accept_version="~=3.0")
+        content = zlib.compress(json.dumps([plain(body)]).encode())
         job.save(state=SENDING, time=_now(), account=session.account(job.label))
         hold()
         try:
-            # A redirected POST would become a GET, whose answer is the list of the account's problems, or take the token elsewhere.
-            reply = orjson.loads(requests.session.post("", data=content, allow_redirects=False, headers={
+            # A redirected POST would become a GET, whose answer is the list of the account's
+            # problems, or take the token elsewhere.
+            reply = json.loads(post.post("", data=content, allow_redirects=False, headers={
                 "Content-Type": "application/json", "Content-Encoding": "deflate"}).content)[0]
-            if "error_msg" not in reply and (not isinstance(reply["id"], str) or not _is_label_of(job, reply["label"])):
+            if "error_msg" not in reply and not (isinstance(reply["id"], str)
+                                                 and _is_label_of(job, reply["label"])):
                 raise ValueError("the service's reply is about another problem")
         except TooManyRedirects as error:
             job.remove()
-            raise SolverError(f"D-Wave's endpoint has moved to {error.response.headers['Location']}; nothing was sent. "
-                              "Set the endpoint in D-Wave's configuration") from None
+            raise SolverError(f"D-Wave's endpoint has moved to "
+                              f"{line(error.response.headers['Location'])}; nothing was sent. Set "
+                              "the endpoint in D-Wave's configuration") from None
         except Exception as error:
             if _never_arrived(error):
                 job.remove()
                 raise
-            try:
-                found = find(session, job, patience=sum(PAUSES))
-            except Failure:
-                raise
-            except Exception as trouble:
-                raise SolverError(_unknown(job, trouble)) from None
-            if not found:
-                raise SolverError(_unknown(job, error)) from None
+            _find_after(error, session, job)
             return
     if "error_msg" in reply:
         job.remove()
-        raise SolverError(f"D-Wave's service refuses the problem: {reply['error_msg']}")
+        raise SolverError(f"D-Wave's service refuses the problem: {line(str(reply['error_msg']))}")
     try:
         job.save(state=SENT, problem_id=reply["id"])
     except Failure as failure:
-        raise Failure(failure.status, f"{failure}. The problem is at the service as {reply['id']}; "
-                      f"`qstereo-bridge collect {job.path}` finds it by its label") from None
+        raise Failure(failure.status, f"{failure}. The problem is at the service as "
+                      f"{line(reply['id'])}; `qstereo-bridge collect {job.path}` finds it by its "
+                      "label") from None
 
 
 def _never_arrived(error):
-    """Whether the service certainly has no problem of a request that failed so: it refused it, or was not there."""
+    """Whether the service certainly has no problem of a request that failed so: it refused it, or
+    was not there."""
     from dwave.cloud.utils.exception import is_caused_by
     from urllib3.exceptions import ConnectTimeoutError, NewConnectionError
 
-    return getattr(error, "error_code", None) in REFUSALS or is_caused_by(error, (NewConnectionError, ConnectTimeoutError))
+    return getattr(error, "error_code", None) in REFUSALS or is_caused_by(
+        error, (NewConnectionError, ConnectTimeoutError))
 
 
-def _unknown(job, error):
-    return (f"{explain(error)}. Whether the problem arrived is not known; "
-            f"`qstereo-bridge collect {job.path}` asks again, and nothing is sent twice")
+def _find_after(error, session, job):
+    """find() the problem of a request whose reply is no good. Raises SolverError."""
+    try:
+        if find(session, job, patience=sum(PAUSES)):
+            return
+    except Failure:
+        raise
+    except Exception as trouble:
+        error = trouble
+    raise SolverError(f"{explain(error)}. Whether the problem arrived is not known; "
+                      f"`qstereo-bridge collect {job.path}` asks again, and nothing is sent twice"
+                      ) from None
 
 
 def find(session, job, patience=None):
-    """Ask the service for the problem of the job's label: whether it is there. If so the job knows its id afterwards.
+    """Ask the service for the problem of the job's label: whether it is there. If so the job knows
+    its id afterwards.
 
-    A request that has only just left may still arrive: the asking goes on until it is old enough, or for `patience` seconds.
+    A request that has only just left may still arrive: the asking goes on until it is old enough,
+    or for `patience` seconds.
     """
     age = (datetime.now(timezone.utc) - datetime.fromisoformat(job.time)).total_seconds()
     # Clocks may differ: by this one it may have left in the future, or long ago.
-    stop = time.monotonic() + (max(sum(PAUSES), min(ARRIVED, ARRIVED - age)) if patience is None else patience)
+    enough = max(sum(PAUSES), min(ARRIVED, ARRIVED - age))
+    stop = time.monotonic() + (enough if patience is None else patience)
     while True:
         with session.requests() as requests:
             listed = _patiently(lambda: requests.list_problems(label=job.label))
@@ -372,19 +422,21 @@ def find(session, job, patience=None):
             return True
         if time.monotonic() > stop:
             if job.facts.get("account") not in (None, session.account(job.label)):
-                raise SolverError(f"the problem may have been sent with another token or to another endpoint than are configured now, and "
-                                  f"these know nothing of it; with those that sent it, `qstereo-bridge collect {job.path}` finds it")
+                raise SolverError(
+                    "the problem may have been sent with another token or to another endpoint than "
+                    "are configured now, and these know nothing of it; with those that sent it, "
+                    f"`qstereo-bridge collect {job.path}` finds it")
             return False
         time.sleep(0.5)
 
 
 def _is_label_of(job, label):
-    """By its last word, which no other job has; a service may tidy up the user's words before it."""
+    """By its last word, which no other job has; a service may tidy up the words before it."""
     return (label or "").split()[-1:] == job.label.split()[-1:]
 
 
 def _patiently(ask):
-    """ask(), again after a pause where the service is in trouble or not there. For what changes nothing."""
+    """ask(), again after a pause where the service is in trouble. For what changes nothing."""
     for pause in (*PAUSES, None):
         try:
             return ask()
@@ -398,43 +450,49 @@ def _passing(error):
     status = getattr(error, "error_code", None)
     if isinstance(status, int):
         return status == 429 or status >= 500
-    return {"RequestTimeout", "ConnectionError", "ChunkedEncodingError", "RetryError"} & {cls.__name__ for cls in type(error).__mro__}
+    return {"RequestTimeout", "ConnectionError", "ChunkedEncodingError", "RetryError"} & {
+        cls.__name__ for cls in type(error).__mro__}
 
 
 def wait(session, job, progress, once=False):
-    """The answer to a problem that was sent, as a resolved Future of D-Wave's client. With `once`, None where there is none yet."""
+    """The answer to a problem that was sent, as a resolved Future of D-Wave's client. With `once`,
+    None where there is none yet."""
+    try:
+        future = _patiently(lambda: _answer(session, job, progress, once))
+    except Exception as error:
+        raise SolverError(_told(job, error)) from None
+    if future and future.label is not None and not _is_label_of(job, future.label):
+        raise SolverError(f"the service's problem {job.problem_id} has the label "
+                          f"{line(str(future.label))!r}, the job {job.label!r}: it is the answer "
+                          "to another problem")
+    return future
+
+
+def _answer(session, job, progress, once):
     def fetched():
         future = session.client.retrieve_answer(job.problem_id)
-        # The client would look for a solver of the same working graph, which a calibration since then has changed.
+        # The client would look for a solver of the same working graph, which a calibration since
+        # then has changed.
         future.solver = session.solver
         return future
 
     def running():
         with session.requests() as requests:
-            return any(problem.status.value in RUNNING for problem in requests.get_problem_statuses([job.problem_id]))
-
-    def answer():
-        if once and running():
-            return None
-        future, stop = fetched(), time.monotonic() + SILENCE
-        while not future.wait(0.2):
-            progress((future.remote_status or "sent").lower().replace("_", " "))
-            if time.monotonic() > stop:
-                # Where the list has nothing, the client had nothing either, and asks no more.
-                if future.remote_status in (None, *RUNNING) and not _patiently(running):
-                    future = fetched()
-                stop = time.monotonic() + SILENCE
-        if future.remote_status in ("FAILED", "CANCELLED"):
-            job.remove()
-        future.result()
-        return future
-    try:
-        future = _patiently(answer)
-    except Exception as error:
-        raise SolverError(_told(job, error)) from None
-    if future and future.label is not None and not _is_label_of(job, future.label):
-        raise SolverError(f"the service's problem {job.problem_id} has the label {future.label!r}, the job {job.label!r}: "
-                          "it is the answer to another problem")
+            return any(problem.status.value in RUNNING
+                       for problem in requests.get_problem_statuses([job.problem_id]))
+    if once and running():
+        return None
+    future, stop = fetched(), time.monotonic() + SILENCE
+    while not future.wait(0.2):
+        progress((future.remote_status or "sent").lower().replace("_", " "))
+        if time.monotonic() > stop:
+            # Where the list has nothing, the client had nothing either, and asks no more.
+            if future.remote_status in (None, *RUNNING) and not _patiently(running):
+                future = fetched()
+            stop = time.monotonic() + SILENCE
+    if future.remote_status in ("FAILED", "CANCELLED"):
+        job.remove()
+    future.result()
     return future
 
 
@@ -442,14 +500,18 @@ def _told(job, error):
     if job.stream is None:
         return explain(error)
     if getattr(error, "error_code", None) == 404:
-        return (f"D-Wave's service does not know problem {job.problem_id} ({scrub(str(error))}): it has expired, or belongs to another "
-                f"project or region than the one configured. Where it is known `qstereo-bridge collect {job.path}` fetches the answer; "
+        return (f"D-Wave's service does not know problem {job.problem_id} ({line(str(error))}): it "
+                "has expired, or belongs to another project or region than the one configured. "
+                f"Where it is known `qstereo-bridge collect {job.path}` fetches the answer; "
                 "`qstereo-bridge solve --resubmit` sends and charges it once more")
-    return f"{explain(error)}. The problem is at the service; `qstereo-bridge collect {job.path}` fetches the answer later"
+    said = str(error) if isinstance(error, SolverError) else explain(error)
+    return (f"{said}. The problem is at the service; `qstereo-bridge collect {job.path}` "
+            "fetches the answer later")
 
 
 def interrupted(cancel):
-    """What the user is to know of each job when a signal ends the command; with `cancel`, what has not begun is cancelled first."""
+    """What the user is to know of each job when a signal ends the command; with `cancel`, what has
+    not begun is cancelled first."""
     lines, found = [], list(Job.active)
     cancelled = _cancelled([job for job in found if job.state == SENT]) if cancel else []
     for job in found:
@@ -460,18 +522,21 @@ def interrupted(cancel):
             job.remove()
             lines.append(f"{job.problem_id} had not begun and is cancelled; nothing is charged")
         else:
-            what = "the problem is at the service" if job.state == SENT else "whether the problem arrived is not known"
+            what = ("the problem is at the service" if job.state == SENT else
+                    "whether the problem arrived is not known")
             lines.append(f"{what}; `qstereo-bridge collect {job.path}` fetches the answer")
-    return lines
+    return list(map(shown, lines))
 
 
 def _cancelled(found):
-    """Ask the service to cancel those of the jobs that have not begun, all at once: those that certainly are cancelled by the deadline."""
+    """Ask the service to cancel those of the jobs that have not begun, all at once: those that
+    certainly are cancelled by the deadline."""
     stop, cancelled, left = time.monotonic() + DEADLINE, [], list(found)
 
     def cancel(job):
         # What fails is not repeated: the problem may go on, and can be collected.
-        with contextlib.suppress(Exception), job.session.requests(timeout=DEADLINE, retry=0) as requests:
+        with (contextlib.suppress(Exception),
+              job.session.requests(timeout=DEADLINE, retry=0) as requests):
             if requests.get_problem_status(job.problem_id).status.value == "PENDING":
                 requests.cancel_problem(job.problem_id)
                 if requests.get_problem_status(job.problem_id).status.value == "CANCELLED":

@@ -3,26 +3,24 @@
 import numpy as np
 
 from .blocks import Table, Toeplitz, places
-from .container import check_memory
-from .qcf import DEFAULT_LIMIT
+from .container import DEFAULT_LIMIT, check_memory
 
-# Terms expanded at a time: large enough for numpy, small enough that temporary arrays stay out of the peak.
+# Terms expanded at a time: enough for numpy, few enough to keep temporary arrays out of the peak.
 CHUNK = 1 << 19
-# Bytes a term: 16 in the three arrays, twice 16 in dimod's adjacency, whose vectors may be half empty.
+# Bytes a term: 16 in three arrays; twice 16 in dimod's vectors, which may be half empty.
 COO_BYTES, BQM_BYTES = 16, 64
-# Mean number of terms in a run of like groups from which on it pays to take the run as a whole.
-LONG_RUN = 1000
 
 
 class Terms:
     """The quadratic terms of a Problem, sorted by (row, column), expanded chunk by chunk.
 
-    Every coupling (and every penalty with b > 0, as a coupling of its group with itself) has a *pattern*: the entries of
-    its block that are not 0, row after row. The terms of variable i of group g are then row i of the pattern of each of g's
-    couplings, one after another in the order of the partner groups.
+    Every coupling (and every penalty with b > 0, as a coupling of its group with itself) has a
+    *pattern*: the entries of its block that are not 0, row after row. The terms of variable i of
+    group g are then row i of the pattern of each of g's couplings, one after another in the order
+    of the partner groups.
 
-    `count` is their number. With `penalties` false the one-hot penalties are left out. With `both` each term stands there twice, in the
-    row of either of its variables.
+    `count` is their number. With `penalties` false the one-hot penalties are left out. With `both`
+    each term stands there twice, in the row of either of its variables.
     """
 
     def __init__(self, problem, penalties=True, both=False):
@@ -37,120 +35,86 @@ class Terms:
             own_sizes, of_size = np.unique(sizes[own], return_inverse=True)
             g, h, weight = np.append(g, own), np.append(h, own), np.append(weight, b[own])
             pattern = np.append(pattern, 2 * (len(blocks) + of_size) + 1)
-            blocks += [Toeplitz((size, size), 1, 0, np.empty(0, np.int32)) for size in own_sizes.tolist()]
+            blocks += [Toeplitz((size, size), 1, 0, np.empty(0, np.int32))
+                       for size in own_sizes.tolist()]
         if both:
             g, h, weight, pattern, blocks = _both_ways(g, h, weight, pattern, blocks)
-        # Stable sorting merges runs that are sorted already, which is how couplings usually stand in a file.
+        # Stable sorting merges runs that are sorted already, as couplings usually are in a file.
         order = np.argsort(g * sizes.size + h, kind="stable")
         order = order[weight[order] != 0]
         self.g, self.h, self.weight = g[order], h[order], weight[order]
         used, self.pattern = np.unique(pattern[order], return_inverse=True)
         self.patterns = [(blocks[key // 2], bool(key % 2)) for key in used.tolist()]
-        self.repeated = bool(((self.g[1:] == self.g[:-1]) & (self.h[1:] == self.h[:-1])).any())
-        sizes_of_patterns = np.array([block.count_nonzero(upper) for block, upper in self.patterns], np.int64)
-        self.terms_of_coupling = sizes_of_patterns[self.pattern]
+        again = (self.g[1:] == self.g[:-1]) & (self.h[1:] == self.h[:-1])
+        self.repeated = bool(again.any())
+        of_pattern = np.array([block.count_nonzero(upper) for block, upper in self.patterns], int)
+        self.terms_of_coupling = of_pattern[self.pattern]
         self.count = int(self.terms_of_coupling.sum())
 
     def chunks(self):
-        """Yields (rows, columns, values), integer arrays of about CHUNK terms, in the order of (row, column)."""
+        """Yields (rows, columns, values), integer arrays of about CHUNK terms, in the order of
+        (row, column)."""
         if self.count == 0:
             return
         entries = [block.entries(upper) for block, upper in self.patterns]
-        self.lengths, self.columns, self.values = (np.concatenate(parts) for parts in zip(*entries))
-        self.first_entry = np.cumsum(self.lengths) - self.lengths
+        lengths, columns, values = (np.concatenate(parts) for parts in zip(*entries))
+        first_entry = np.cumsum(lengths) - lengths
         rows_of_patterns = np.array([entry[0].size for entry in entries])
-        self.first_row = (np.cumsum(rows_of_patterns) - rows_of_patterns)[self.pattern]
-        self.partners = np.bincount(self.g, minlength=self.starts.size - 1)
-        self.first_coupling = np.cumsum(self.partners) - self.partners
-        runs = self._runs()
-        yield from self._by_runs(runs) if self.count >= LONG_RUN * (runs.size - 1) else self._by_rows()
-
-    def _runs(self):
-        """First groups of the longest runs of groups that have the same patterns in the same order; all groups at the end.
-
-        A grid has two in each of its rows: all cells but the last, which has no right neighbour.
-        """
-        previous = np.arange(self.g.size) - self.partners[self.g]
-        differs = np.append(True, self.partners[1:] != self.partners[:-1])
-        differs[self.g[self.pattern != self.pattern[np.maximum(previous, 0)]]] = True
-        return np.append(np.flatnonzero(differs), differs.size)
-
-    def _by_runs(self, runs):
-        """The fast way: the terms of one group, shifted for all groups of its run."""
-        templates, starts = {}, self.starts.astype(np.int32)
-        for low, high in zip(runs[:-1].tolist(), runs[1:].tolist()):
-            first, partners = self.first_coupling[low], self.partners[low]
-            if partners == 0:
-                continue
-            key = self.pattern[first:first + partners].tobytes()
-            if key not in templates:
-                row, coupling, entry = self._locate(self.starts[low], self.starts[low + 1])
-                templates[key] = ((row - self.starts[low]).astype(np.int32), coupling - first, self.columns[entry],
-                                  self.values[entry])
-            row, slot, column, value = templates[key]
-            step = max(1, CHUNK // max(row.size, 1))
-            for at in range(low, high, step):
-                groups = min(step, high - at)
-                these = slice(self.first_coupling[at], self.first_coupling[at] + groups * partners)
-                base = starts[self.h[these]].reshape(groups, partners)
-                weight = self.weight[these].reshape(groups, partners)
-                columns = base.take(slot, axis=1)
-                columns += column
-                values = weight[:1, slot] * value if (weight == weight[0]).all() else weight[:, slot] * value
-                yield ((starts[at:at + groups, None] + row).ravel(), columns.ravel(),
-                       np.broadcast_to(values, columns.shape).ravel())
-
-    def _by_rows(self):
-        """The general way, for groups that have little in common with their neighbours."""
+        first_row = (np.cumsum(rows_of_patterns) - rows_of_patterns)[self.pattern]
+        partners = np.bincount(self.g, minlength=self.starts.size - 1)
+        first_coupling = np.cumsum(partners) - partners
+        # Ranges of variables that have about CHUNK terms each.
         ends = np.zeros(self.starts.size, np.int64)
         np.add.at(ends, self.g + 1, self.terms_of_coupling)
-        # Ranges of variables that have about CHUNK terms each.
-        cuts = np.interp(np.arange(0, self.count, CHUNK), np.cumsum(ends), self.starts).astype(np.int64)
-        cuts = np.unique(np.concatenate(([0], cuts, self.starts[-1:])))
+        cuts = np.interp(np.arange(0, self.count, CHUNK), np.cumsum(ends), self.starts)
+        cuts = np.unique(np.concatenate(([0], cuts.astype(np.int64), self.starts[-1:])))
         for low, high in zip(cuts[:-1], cuts[1:]):
-            row, coupling, entry = self._locate(low, high)
-            yield row, self.starts[self.h[coupling]] + self.columns[entry], self.weight[coupling] * self.values[entry]
-
-    def _locate(self, low, high):
-        """For each term of the variables low .. high - 1: its row, its coupling, and its entry in the patterns."""
-        row = np.arange(low, high)
-        group = np.searchsorted(self.starts, row, side="right") - 1
-        # A segment is one row of one pattern.
-        segments = self.partners[group]
-        row, group = np.repeat(row, segments), np.repeat(group, segments)
-        coupling = self.first_coupling[group] + places(segments)
-        entry_row = self.first_row[coupling] + row - self.starts[group]
-        length = self.lengths[entry_row]
-        return (np.repeat(row, length), np.repeat(coupling, length),
-                np.repeat(self.first_entry[entry_row], length) + places(length))
+            row = np.arange(low, high)
+            group = np.searchsorted(self.starts, row, side="right") - 1
+            # A segment is one row of one pattern.
+            segments = partners[group]
+            row, group = np.repeat(row, segments), np.repeat(group, segments)
+            coupling = first_coupling[group] + places(segments)
+            entry_row = first_row[coupling] + row - self.starts[group]
+            length = lengths[entry_row]
+            entry = np.repeat(first_entry[entry_row], length) + places(length)
+            coupling = np.repeat(coupling, length)
+            yield (np.repeat(row, length), self.starts[self.h[coupling]] + columns[entry],
+                   self.weight[coupling] * values[entry])
 
 
 def _both_ways(g, h, weight, pattern, blocks):
-    """Couplings with those of the same groups in the other order, and couplings of a group with itself both ways in one block."""
-    off, count = g != h, len(blocks)
-    of_itself = [Table(np.triu(block.dense(), 1) + np.triu(block.dense(), 1).T) if 2 * number + 1 in set(pattern.tolist()) else block
-                 for number, block in enumerate(blocks)]
-    blocks = [*blocks, *(block.transposed() for block in blocks), *of_itself]
+    """Couplings with those of the same groups in the other order, and couplings of a group with
+    itself both ways in one block."""
+    off, count, itself = g != h, len(blocks), set(pattern.tolist())
+    whole = [np.triu(block.dense(), 1) if 2 * number + 1 in itself else None
+             for number, block in enumerate(blocks)]
+    blocks = [*blocks, *(block.transposed() for block in blocks),
+              *(Table(np.zeros((1, 1))) if upper is None else Table(upper + upper.T)
+                for upper in whole)]
+    turned = pattern[off] + 2 * count
     return (np.concatenate([g[off], h[off], g[~off]]), np.concatenate([h[off], g[off], h[~off]]),
             np.concatenate([weight[off], weight[off], weight[~off]]),
-            np.concatenate([pattern[off], pattern[off] + 2 * count, pattern[~off] // 2 * 2 + 4 * count]), blocks)
+            np.concatenate([pattern[off], turned, pattern[~off] // 2 * 2 + 4 * count]), blocks)
 
 
 def expand(problem, penalties=True, limit=DEFAULT_LIMIT):
     """All coefficients: (linear, (rows, columns, values), offset).
 
-    linear, values are i64; rows < columns are i32, sorted by (row, column), without repetitions and without zeros. The penalties
-    are folded in (-a on each linear term, b on each pair of the group, a in the offset) or, with `penalties` false, left out.
+    linear, values are i64; rows < columns are i32, sorted by (row, column), without repetitions and
+    without zeros. The penalties are folded in (-a on each linear term, b on each pair of the group,
+    a in the offset) or, with `penalties` false, left out.
     Raises OverLimit where these arrays and dimod's model of them would not fit into `limit` bytes.
     """
     terms = Terms(problem, penalties)
-    check_memory(terms.count * (COO_BYTES + BQM_BYTES), limit, f"a model of {terms.count:,} quadratic terms")
-    rows, columns = np.empty(terms.count, np.int32), np.empty(terms.count, np.int32)
-    values = np.empty(terms.count, np.int64)
-    at = 0
-    for row, column, value in terms.chunks():
-        rows[at:at + row.size], columns[at:at + row.size], values[at:at + row.size] = row, column, value
-        at += row.size
+    check_memory(terms.count * (COO_BYTES + BQM_BYTES), limit,
+                 f"a model of {terms.count:,} quadratic terms")
+    found, at = [np.empty(terms.count, kind) for kind in (np.int32, np.int32, np.int64)], 0
+    for chunk in terms.chunks():
+        for whole, part in zip(found, chunk):
+            whole[at:at + part.size] = part
+        at += chunk[0].size
+    rows, columns, values = found
     if terms.repeated:
         rows, columns, values = add_up(rows, columns, values)
     return linear_terms(problem, penalties), (rows, columns, values), constant(problem, penalties)
@@ -169,7 +133,8 @@ def add_up(rows, columns, values):
 
 
 def linear_terms(problem, penalties=True):
-    """i64 array: the linear term of each variable, -a of its group included unless `penalties` is false."""
+    """i64 array: the linear term of each variable, with -a of its group unless `penalties` is
+    false."""
     if not penalties:
         return problem.linear
     return problem.linear - np.repeat(problem.penalty_pairs()[0], problem.sizes())
@@ -194,7 +159,8 @@ def energies(problem, bits, penalties=True):
     block = max(1, (1 << 24) // CHUNK)
     for row, column, value in Terms(problem, penalties=False).chunks():
         for at in range(0, total.size, block):
-            total[at:at + block] += value @ (bits[row, at:at + block] & bits[column, at:at + block]).astype(np.int64)
+            these = np.s_[at:at + block]
+            total[these] += value @ (bits[row, these] & bits[column, these]).astype(np.int64)
     return total
 
 
@@ -208,21 +174,35 @@ def feasible(problem, bits):
     return ((_ones(problem, bits) == 1) | ~problem.one_hot()).all(axis=1)
 
 
+def parts(problem):
+    """The variables of each connected part: list of i64 arrays, the largest first."""
+    g, h, _, weight = problem.coupled_pairs()
+    g, h = g[weight != 0], h[weight != 0]
+    least = np.arange(problem.groups)
+    while (least[g] != least[h]).any():
+        low, high = np.minimum(least[g], least[h]), np.maximum(least[g], least[h])
+        np.minimum.at(least, high, low)
+        while (least[least] != least).any():
+            least = least[least]
+    of_variable = np.repeat(least, problem.sizes())
+    order = np.argsort(of_variable, kind="stable")
+    cuts = np.flatnonzero(np.diff(of_variable[order])) + 1
+    return sorted(np.split(order, cuts) if order.size else [], key=lambda part: -part.size)
+
+
 def to_bqm(problem, limit=DEFAULT_LIMIT):
     """dimod's BinaryQuadraticModel of H, its variables 0 .. n - 1."""
     import dimod
 
-    linear, quadratic, offset = expand(problem, limit=limit)
-    return dimod.BinaryQuadraticModel.from_numpy_vectors(linear, quadratic, offset, "BINARY")
+    return dimod.BinaryQuadraticModel.from_numpy_vectors(*expand(problem, limit=limit), "BINARY")
 
 
 def to_cqm(problem, limit=DEFAULT_LIMIT):
-    """dimod's ConstrainedQuadraticModel: H without its penalties, each one-hot group a constraint instead."""
+    """dimod's ConstrainedQuadraticModel: H without penalties, each one-hot group a constraint."""
     import dimod
 
-    linear, quadratic, offset = expand(problem, penalties=False, limit=limit)
-    cqm = dimod.ConstrainedQuadraticModel()
-    cqm.set_objective(dimod.BinaryQuadraticModel.from_numpy_vectors(linear, quadratic, offset, "BINARY"))
+    cqm, terms = dimod.ConstrainedQuadraticModel(), expand(problem, penalties=False, limit=limit)
+    cqm.set_objective(dimod.BinaryQuadraticModel.from_numpy_vectors(*terms, "BINARY"))
     starts = problem.starts()
     for group in np.flatnonzero(problem.one_hot()).tolist():
         # add_discrete says the same, but compares each new group with all others.
@@ -236,32 +216,38 @@ def to_cqm(problem, limit=DEFAULT_LIMIT):
 def to_nl(problem, limit=DEFAULT_LIMIT):
     """dwave.optimization's Model of H.
 
-    Where every group is one-hot, its one decision is an integer for each group, the variable that is 1: no penalty, no constraint, no state
-    that is infeasible. Otherwise it is a bit for each variable, penalties included.
+    Where every group is one-hot, its one decision is an integer for each group, the variable that
+    is 1: no penalty, no constraint, no state that is infeasible. Otherwise it is a bit for each
+    variable, penalties included.
     """
     from dwave.optimization import Model
 
     model = Model()
-    model.minimize(_nl_labels(model, problem, limit) if problem.one_hot().all() else _nl_bits(model, problem, limit))
+    energy = _nl_labels if problem.one_hot().all() else _nl_bits
+    model.minimize(energy(model, problem, limit))
     return model
 
 
 def _nl_labels(model, problem, limit):
     sizes = problem.sizes()
     g, h, block, weight = problem.coupled_pairs()
-    # Indices are checked against the bounds of all labels together: each group has room for the most labels that any has.
+    # Indices are checked against the bounds of all labels together: each group has room for the
+    # most labels that any has.
     most = int(sizes.max())
     # A constant is held as doubles; of each coupling the model's state keeps a few numbers.
-    check_memory(24 * most * sizes.size + 80 * g.size, limit, f"a model of {problem.linear.size:,} labels and {g.size:,} couplings")
+    check_memory(24 * most * sizes.size + 80 * g.size, limit,
+                 f"a model of {problem.linear.size:,} labels and {g.size:,} couplings")
     costs = np.zeros((sizes.size, most))
     costs[np.arange(most) < sizes[:, None]] = problem.linear
     label = model.integer(sizes.size, lower_bound=0, upper_bound=sizes - 1)
-    total = model.constant(costs.ravel())[label + model.constant(np.arange(sizes.size) * most)].sum() + model.constant(problem.offset)
+    at = label + model.constant(np.arange(sizes.size) * most)
+    total = model.constant(costs.ravel())[at].sum() + model.constant(problem.offset)
     for number, content in enumerate(problem.blocks):
         these = np.flatnonzero((block == number) & (weight != 0))
         if these.size:
             first, second = label[model.constant(g[these])], label[model.constant(h[these])]
-            total = total + _nl_couplings(model, content.dense(), first, second, weight[these], most)
+            total = total + _nl_couplings(model, content.dense(), first, second, weight[these],
+                                          most)
     return total
 
 
@@ -273,18 +259,23 @@ def _nl_couplings(model, table, first, second, weight, most):
         padded[:table.shape[0], :table.shape[1]] = table
         values, constant = model.constant(padded.ravel())[first * model.constant(most) + second], 0
     else:
-        values, constant, weight = first == second, int(weight.sum()) * outside, weight * (on_diagonal - outside)
+        values, constant = first == second, int(weight.sum()) * outside
+        weight = weight * (on_diagonal - outside)
     alike = (weight == weight[0]).all()
-    varying = values.sum() * model.constant(int(weight[0])) if alike else (values * model.constant(weight)).sum()
+    varying = (values.sum() * model.constant(int(weight[0])) if alike else
+               (values * model.constant(weight)).sum())
     return varying + model.constant(constant) if constant else varying
 
 
 def _two_values(table):
-    """(the value outside the diagonal, the value on it) of a square table that has no others, else (None, None)."""
+    """(the value outside the diagonal, the value on it) of a square table that has no others, else
+    (None, None)."""
     inside = np.eye(*table.shape, dtype=bool)
-    if table.shape[0] == table.shape[1] and np.ptp(table[inside]) == 0 and (table.size == 1 or np.ptp(table[~inside]) == 0):
-        return (0 if table.size == 1 else int(table[0, -1])), int(table[0, 0])
-    return None, None
+    if table.shape[0] != table.shape[1] or np.ptp(table[inside]):
+        return None, None
+    if table.size > 1 and np.ptp(table[~inside]):
+        return None, None
+    return (0 if table.size == 1 else int(table[0, -1])), int(table[0, 0])
 
 
 def _nl_bits(model, problem, limit):
@@ -292,5 +283,6 @@ def _nl_bits(model, problem, limit):
     bits = model.binary(linear.size)
     total = (bits * model.constant(linear)).sum() + model.constant(offset)
     if rows.size:
-        total = total + (bits[model.constant(rows)] * bits[model.constant(columns)] * model.constant(values)).sum()
+        both = bits[model.constant(rows)] * bits[model.constant(columns)]
+        total = total + (both * model.constant(values)).sum()
     return total

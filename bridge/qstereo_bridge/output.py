@@ -1,8 +1,8 @@
 """Writing a file whole or not at all."""
 
 import contextlib
-import itertools
 import os
+import secrets
 import stat
 import threading
 import time
@@ -25,13 +25,15 @@ def hold():
 
 
 class Output:
-    """The file `path` ("-": stdout), made ready before the solver's work so that nothing forbids writing after it.
+    """The file `path` ("-": stdout), made ready before the solver's work so that nothing forbids
+    writing after it.
 
-    A regular file is written under a short name in the same folder and gets its own with keep(), or is removed at the end
+    A regular file is written under a short name in the same folder and gets its own with keep(), or
+    is removed at the end
     of the `with`. All methods raise OSError.
 
     pending         the temporaries of all outputs
-    stopping        whether a signal has come: threads that still run write and send nothing any more
+    stopping        whether a signal has come: threads that still run write and send nothing more
     kept            whether a signal comes too late: what was to be written is
     """
 
@@ -58,14 +60,11 @@ class Output:
     def _reserve(self, folder):
         if not os.path.isdir(folder):
             raise FileNotFoundError(f"there is no folder {folder}; make it first")
-        for attempt in itertools.count():
-            self.temporary = os.path.join(folder, f".qstereo-{os.getpid()}-{attempt}.tmp")
-            # One of this name may be another thread's, or have been left by a process that was killed.
-            with contextlib.suppress(FileExistsError):
-                open(self.temporary, "xb").close()
-                Output.pending.add(self.temporary)
-                self._hold()
-                return
+        # Of a name that nobody can have put a link at, and held open from now on.
+        self.temporary = os.path.join(folder, f".qstereo-{secrets.token_hex(8)}.tmp")
+        self.stream = open(self.temporary, "xb")
+        Output.pending.add(self.temporary)
+        self._hold()
 
     def _hold(self):
         """hold(), without the temporary that may have been made since the others were removed."""
@@ -75,15 +74,17 @@ class Output:
             hold()
 
     def write(self, data):
-        path = self.path if self.straight else self.temporary
-        with open(1 if path == "-" else path, "wb", closefd=path != "-") as stream:
-            if not self.straight:
-                self._hold()
+        if self.straight:
+            path = self.path
+            with open(1 if path == "-" else path, "wb", closefd=path != "-") as stream:
+                stream.write(data)
+            return
+        self._hold()
+        with self.stream as stream:
             stream.write(data)
-            if not self.straight:
-                # A job is forgotten once its answer is on the disk.
-                stream.flush()
-                os.fsync(stream.fileno())
+            # A job is forgotten once its answer is on the disk.
+            stream.flush()
+            os.fsync(stream.fileno())
 
     def keep(self):
         if not self.straight:
@@ -107,6 +108,7 @@ class Output:
 
     def __exit__(self, *error):
         if self.temporary:
+            self.stream.close()
             with contextlib.suppress(OSError):
                 os.remove(self.temporary)
             Output.pending.discard(self.temporary)

@@ -1,41 +1,51 @@
-"""D-Wave's quantum annealer: embedding, chain strength, annealing parameters, and samples from broken and whole chains."""
+"""D-Wave's quantum annealer: embedding, chain strength, annealing parameters, and samples from
+broken and whole chains."""
 
 import os
+import sys
 
 import numpy as np
 
 from . import embedding, models
 from .embedding import Chip
-from .failure import BAD_INPUT, Failure, io
+from .failure import BAD_INPUT, Failure, SolverError, io
 from .hybrid import SMALLER, Request, refusal
-from .services import given, plain
-from .solvers import Answer, SolverError, check_occurrences
+from .qsf import plain, read_qsf
+from .services import given
+from .solvers import Answer, check_occurrences
+from .text import line
 
 # Published in 2026, the solver's properties; for --dry-run without an account.
-_EVERY = {"num_reads_range": [1, 10_000], "parameters": dict.fromkeys(("fast_anneal", "initial_state", "anneal_schedule"))}
-PUBLISHED_CHIPS = {"Advantage (Pegasus P16)": {"qubits": range(5627), **_EVERY}, "Advantage2 (Zephyr Z12)": {"qubits": range(4577), **_EVERY}}
-# Reverse annealing goes back to this share of the anneal, where a chip's qubits begin to flip but keep most of their state.
+_EVERY = {"num_reads_range": [1, 10_000],
+          "parameters": dict.fromkeys(("fast_anneal", "initial_state", "anneal_schedule"))}
+PUBLISHED_CHIPS = {"Advantage (Pegasus P16)": {"qubits": range(5627), **_EVERY},
+                   "Advantage2 (Zephyr Z12)": {"qubits": range(4577), **_EVERY}}
+# Reverse annealing goes back to this share of the anneal, where a chip's qubits begin to flip but
+# keep most of their state.
 REVERSE_TO = 0.45
 MEND = "majority vote of the chain's qubits, +1 where they are even"
 
 # Ocean's warnings by their class, in plain words.
 WARNINGS = {
-    "ChainLengthWarning": "some chains have more than 7 qubits and are likely to break; a sparser encoding or a smaller "
-                          "window shortens them",
-    "ChainStrengthWarning": "couplings of the problem are as strong as the chains; try a larger --chain-strength, or "
-                            "smaller penalties",
-    "EnergyScaleWarning": "some coefficients are a thousand times smaller than the largest and drown in the chip's noise; "
-                          "smaller penalties help",
+    "ChainLengthWarning": "some chains have more than 7 qubits and are likely to break; a sparser "
+                          "encoding or a smaller window shortens them",
+    "ChainStrengthWarning": "couplings of the problem are as strong as the chains; try a larger "
+                            "--chain-strength, or smaller penalties",
+    "EnergyScaleWarning": "some coefficients are a thousand times smaller than the largest and "
+                          "drown in the chip's noise; smaller penalties help",
     "ChainBreakWarning": "the best samples have broken chains; try a larger --chain-strength",
-    "TooFewSamplesWarning": "the lowest energy was seen in few samples; take more reads, or a longer --annealing-time",
+    "TooFewSamplesWarning": "the lowest energy was seen in few samples. Steepest descent from the "
+                            "samples and merging them are free; beyond these, more reads or a "
+                            "longer --annealing-time may help",
 }
 
 
 class Qpu:
     """A Problem for the quantum annealer; the interface of hybrid.Hybrid.
 
-    With --fast-anneal, whose protocol knows no linear terms, these become couplings to one more variable: the energy is then the same
-    for a state and its opposite, and that with the additional variable at +1 is the answer.
+    With --fast-anneal, whose protocol knows no linear terms, these become couplings to one more
+    variable: the energy is then the same for a state and its opposite, and that with the additional
+    variable at +1 is the answer.
     """
 
     problem_type = "ising"
@@ -46,18 +56,24 @@ class Qpu:
     def check(self, properties):
         options, n, qubits = self.options, self.problem.linear.size, len(properties["qubits"])
         if n > qubits:
-            raise SolverError(f"{n:,} variables do not fit on a chip of {qubits:,} qubits; {SMALLER}, or use hybrid-nl")
+            raise SolverError(f"{n:,} variables do not fit on a chip of {qubits:,} qubits; "
+                              f"{SMALLER}, or use hybrid-nl")
         if n * self.least_copies() > qubits:
-            raise SolverError(f"{options.copies:,} copies of {n:,} variables do not fit on a chip of {qubits:,} qubits; take fewer --copies")
+            raise SolverError(f"{options.copies:,} copies of {n:,} variables do not fit on a chip "
+                              f"of {qubits:,} qubits; take fewer --copies")
         _within(options.num_reads, "reads", properties.get("num_reads_range"))
-        known = properties.get("parameters", {})
-        if options.fast_anneal:
-            if "fast_anneal" not in known:
-                raise SolverError("this solver has no fast anneal; `qstereo-bridge solvers` shows which has")
-        if options.reverse_from and not {"initial_state", "anneal_schedule"} <= set(known):
+        known = set(properties.get("parameters", {}))
+        if options.fast_anneal and "fast_anneal" not in known:
+            raise SolverError("this solver has no fast anneal; `qstereo-bridge solvers` shows "
+                              "which has")
+        if options.reverse_from and not {"initial_state", "anneal_schedule"} <= known:
             raise SolverError("this solver has no reverse annealing")
-        _within(options.annealing_time, "microseconds of annealing",
-                properties.get("fast_anneal_time_range" if options.fast_anneal else "annealing_time_range"))
+        _within(options.annealing_time, "microseconds of annealing", properties.get(
+            "fast_anneal_time_range" if options.fast_anneal else "annealing_time_range"))
+        unknown = sorted(set(getattr(options, "param", None) or {}) - known)
+        if unknown and known:
+            raise SolverError(f"this solver has no parameter {unknown[0]}; it has "
+                              + ", ".join(map(line, sorted(known))))
 
     def least_copies(self):
         return 1 if self.options.copies == "auto" else self.options.copies
@@ -77,7 +93,7 @@ class Qpu:
         strength = float(uniform_torque_compensation(ising) if strength is None else strength)
         warnings = WarningHandler("save")
         warnings.energy_scale(ising)
-        adjacency, linear, quadratic, offset = edgelist_to_adjacency(solver.undirected_edges), {}, {}, 0
+        adjacency, linear, quadratic = edgelist_to_adjacency(solver.undirected_edges), {}, {}
         for at in range(0, len(chains), len(ising)):
             copy = dict(enumerate(chains[at:at + len(ising)]))
             warnings.chain_length(copy)
@@ -85,20 +101,22 @@ class Qpu:
             target = embed_bqm(ising, copy, adjacency, chain_strength=strength)
             linear.update(target.linear)
             quadratic.update(target.quadratic)
-            offset += target.offset
         lengths = np.array(list(map(len, chains)))
         parameters, sent = self.parameters(chains, session.properties)
         self.check_duration(solver, int(lengths.sum()))
-        return Request(sent, {**parameters, "chain_strength": strength}, data=encode_problem_as_qp(
-            solver, linear, quadratic, offset, undirected_biases=True), facts={
-                "chains": chains, "chip": session.properties.get("chip_id"),
-                "warnings": sorted({one["type"].__name__ for one in warnings.saved}),
-                "embedding": {"copies": len(chains) // len(ising), "qubits": int(lengths.sum()), "longest_chain": int(lengths.max()),
-                              "mean_chain": float(lengths.mean())}})
+        return Request(
+            sent, {**parameters, "chain_strength": strength},
+            data=encode_problem_as_qp(solver, linear, quadratic, 0, undirected_biases=True),
+            facts={"chains": chains, "chip": session.properties.get("chip_id"),
+                   "warnings": sorted({one["type"].__name__ for one in warnings.saved}),
+                   "embedding": {"copies": len(chains) // len(ising), "qubits": int(lengths.sum()),
+                                 "longest_chain": int(lengths.max()),
+                                 "mean_chain": float(lengths.mean())}})
 
     def ising(self):
         """The spins' model, variables 0 .. n - 1, and n for the linear terms of a fast anneal."""
-        bqm = models.to_bqm(self.problem, self.options.memory_limit).change_vartype("SPIN", inplace=True)
+        bqm = models.to_bqm(self.problem, self.options.memory_limit)
+        bqm.change_vartype("SPIN", inplace=True)
         if self.options.fast_anneal:
             fields = [(v, len(bqm), bias) for v, bias in bqm.linear.items() if bias]
             bqm.add_variable(len(bqm), 0)
@@ -107,18 +125,29 @@ class Qpu:
         return bqm
 
     def embedding(self, ising, chip, progress):
-        """The user's embedding, the one of this graph that is remembered, or a new one: {variable: qubits}, one copy after the other."""
+        """The user's embedding, the one of this graph that is remembered, or a new one:
+        {variable: qubits}, one copy after the other."""
         options, source = self.options, self.source(ising)
         try:
             if options.embedding:
                 found = self.users(source, chip)
                 if options.copies != 1:
-                    found = embedding.find_copies(source, chip, options.copies, found, options.seed, progress=progress)
+                    found = embedding.find_copies(source, chip, options.copies, found,
+                                                  options.seed, progress=progress)
             else:
                 progress("looking for an embedding")
-                found = embedding.obtain(source, chip, options.seed, progress=progress, copies=options.copies)
+                found = embedding.obtain(source, chip, options.seed, progress=progress,
+                                         copies=options.copies)
         except embedding.NoEmbedding as error:
-            raise SolverError(f"the problem does not fit on this chip: {error}; {SMALLER}, or use a hybrid solver") from None
+            raise SolverError(f"the problem does not fit on this chip: {error}; {SMALLER}, or use "
+                              "a hybrid solver") from None
+        if options.copies == "auto" and not options.quiet:
+            progress(None)
+            count = len(found.chains) // source.variables
+            print(f"qstereo-bridge {options.command}: {count:,} copies found on "
+                  f"{line(chip.name)}: {options.num_reads * count:,} samples from "
+                  f"{options.num_reads:,} reads (searched {found.seconds:.1f} of "
+                  f"{embedding.TIMEOUT:g} s)", file=sys.stderr, flush=True)
         return found.chains
 
     def source(self, ising):
@@ -126,30 +155,37 @@ class Qpu:
         pairs = np.sort(np.array(list(ising.quadratic), np.int32).reshape(-1, 2), axis=1)
         pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
         starts = self.problem.starts()
-        return embedding.Source(pairs[:, 0], pairs[:, 1], np.append(starts, len(ising)) if len(ising) > starts[-1] else starts)
+        return embedding.Source(pairs[:, 0], pairs[:, 1], np.append(starts, len(ising))
+                                if len(ising) > starts[-1] else starts)
 
     def users(self, source, chip):
-        """The Embedding in the user's file. Raises Failure where it is none of this graph into this chip."""
+        """The Embedding in the user's file. Raises Failure where it is none of this graph into this
+        chip."""
         path = self.options.embedding
         try:
             with io(path, "read"):
                 found = embedding.read(path)
             if source.variables > len(found.chains) == self.problem.linear.size:
-                raise embedding.NotThisOne("--fast-anneal wants an embedding of its own, with one more variable: leave --embedding out")
+                raise embedding.NotThisOne("--fast-anneal wants an embedding of its own, with one "
+                                           "more variable: leave --embedding out")
             embedding.check(found, source, chip)
         except embedding.NotThisOne as error:
-            raise Failure(BAD_INPUT, str(error) if str(error).startswith(path) else f"{path}: {error}") from None
+            said = str(error)
+            raise Failure(BAD_INPUT, said if said.startswith(path) else f"{path}: {said}") from None
         return found
 
     def anneal(self, properties):
         """The annealing parameters, but for the state that reverse annealing begins from."""
         options = self.options
-        told = given(num_reads=options.num_reads, annealing_time=options.annealing_time, fast_anneal=options.fast_anneal or None)
+        told = given(num_reads=options.num_reads, annealing_time=options.annealing_time,
+                     fast_anneal=options.fast_anneal or None)
         if options.reverse_from:
-            time = told.pop("annealing_time", None) or properties.get("default_annealing_time", 20.0)
-            told["anneal_schedule"] = [[0.0, 1.0], [time / 4, REVERSE_TO], [3 * time / 4, REVERSE_TO], [time, 1.0]]
+            default = properties.get("default_annealing_time", 20.0)
+            time = told.pop("annealing_time", default)
+            told["anneal_schedule"] = [[0.0, 1.0], [time / 4, REVERSE_TO],
+                                       [3 * time / 4, REVERSE_TO], [time, 1.0]]
             told["reinitialize_state"] = True
-        return told
+        return {**told, **(getattr(options, "param", None) or {})}
 
     def parameters(self, chains, properties):
         """The annealing parameters: (for the user, for the service)."""
@@ -161,66 +197,74 @@ class Qpu:
         spins = 2 * self.start().astype(int) - 1
         spins = np.tile(spins, len(chains) // spins.size)
         state = {qubit: int(spin) for chain, spin in zip(chains, spins) for qubit in chain}
-        sent = StructuredSolver.reformat_parameters("ising", {**told, "initial_state": state}, properties)
+        sent = StructuredSolver.reformat_parameters("ising", {**told, "initial_state": state},
+                                                    properties)
         return {**told, "reverse_from": os.path.basename(options.reverse_from)}, sent
 
     def start(self):
         """The bits of the best sample in --reverse-from: feasible ones first."""
-        from .qsf import read_qsf
-
         path = self.options.reverse_from
         with io(path, "read"), open(path, "rb") as stream:
             samples = read_qsf(stream, self.options.memory_limit)
         if samples.digest != self.options.digest or not samples.records.size:
-            raise Failure(BAD_INPUT, f"{path}: these samples are not of this problem, or there are none")
-        order = np.lexsort((samples.records["energy"], ~models.feasible(self.problem, samples.bits)))
-        return samples.bits[order[0]]
+            raise Failure(BAD_INPUT, f"{path}: these samples are not of this problem, or there are "
+                                     "none")
+        feasible = models.feasible(self.problem, samples.bits)
+        return samples.bits[np.lexsort((samples.records["energy"], ~feasible))[0]]
 
     def decode(self, future, job):
         problem, sampleset = self.problem, future.sampleset
-        check_occurrences(sampleset.record.num_occurrences)
+        reads = sampleset.record.num_occurrences
+        check_occurrences(reads)
+        if not np.isfinite(sampleset.record.energy).all():
+            raise SolverError("the answer has energies that are no numbers")
         column = {qubit: at for at, qubit in enumerate(sampleset.variables)}
         samples = sampleset.record.sample
         lengths = np.array(list(map(len, job.chains)))
-        sums = np.add.reduceat(samples[:, [column[qubit] for chain in job.chains for qubit in chain]],
-                               np.cumsum(lengths) - lengths, axis=1, dtype=np.int64)
+        columns = [column[qubit] for chain in job.chains for qubit in chain]
+        sums = np.add.reduceat(samples[:, columns], np.cumsum(lengths) - lengths, axis=1,
+                               dtype=np.int64)
         # A row for each copy, those of one read together.
         copies, n = job.embedding.get("copies", 1), problem.linear.size
         spins = np.where(sums >= 0, 1, -1).reshape(copies * len(samples), -1)
         spins[:, :n] *= spins[:, n:] if spins.shape[1] > n else 1
         broken = (np.abs(sums) != lengths).reshape(spins.shape).mean(axis=1)
         bits = (spins[:, :n] > 0).astype(np.uint8)
-        energies = models.energies(problem, bits)
-        occurrences = np.repeat(sampleset.record.num_occurrences, copies)
-        best = energies == energies.min()
-        warnings = list(job.warnings)
-        warnings += ["ChainBreakWarning"] * bool(broken[best].min() > 0)
-        warnings += ["TooFewSamplesWarning"] * bool(occurrences[best].sum() <= np.sqrt(occurrences.sum()))
+        energies, occurrences = models.energies(problem, bits), np.repeat(reads, copies)
+        warnings = job.warnings + ["ChainBreakWarning"] * bool(
+            broken[energies == energies.min()].min() > 0)
+        warnings += ["TooFewSamplesWarning"] * more_reads_help(bits, energies, occurrences)
         return Answer(bits, occurrences=occurrences, broken=broken, info=plain({
-            "timing": dict(future.timing), "chip": job.chip, "chain_strength": job.parameters["chain_strength"],
-            "embedding": job.embedding,
-            "broken_chains": MEND, "mean_broken_share": float(np.average(broken, weights=occurrences)),
+            "timing": dict(future.timing), "chip": job.chip,
+            "chain_strength": job.parameters["chain_strength"], "embedding": job.embedding,
+            "broken_chains": MEND, **({"chains": job.chains} if copies == 1 else {}),
+            "mean_broken_share": float(np.average(broken, weights=occurrences)),
             **({"warnings": [WARNINGS[name] for name in warnings]} if warnings else {})}))
 
     def plan(self, properties, solver=None):
-        """`properties` None: of no account, by what D-Wave published; it fits where one of the chips takes it.
+        """`properties` None: of no account, by what D-Wave published; it fits where one of the
+        chips takes it.
 
-        Of an embedding that is known the upload and the charge are exact. Else the upload is what it is at least (each coupling on one
-        coupler), the charge what it is at most (all qubits read out).
+        Of an embedding that is known the upload and the charge are exact. Else the upload is what
+        it is at least (each coupling on one coupler), the charge what it is at most (all qubits
+        read out).
         """
         n, least = self.problem.linear.size, self.least_copies()
-        chips = PUBLISHED_CHIPS if properties is None else {properties.get("chip_id", "the chip"): properties}
+        chips = (PUBLISHED_CHIPS if properties is None else
+                 {properties.get("chip_id", "the chip"): properties})
         refusals = {name: refusal(self, chip) for name, chip in chips.items()}
         sizes = {name: len(chip["qubits"]) for name, chip in chips.items()}
         takers = [name for name, why in refusals.items() if why is None]
-        found = {"variables": n, "quadratic_terms": models.Terms(self.problem).count, "copies": self.options.copies, "qubits": sizes,
-                 "minimum_time_limit": None, "embedded_qubits": None, "fits": None if takers else False,
+        found = {"variables": n, "quadratic_terms": models.Terms(self.problem).count,
+                 "copies": self.options.copies, "qubits": sizes, "minimum_time_limit": None,
+                 "embedded_qubits": None, "fits": None if takers else False,
                  "reason": None if takers else refusals[max(sizes, key=sizes.get)]}
         if takers and self.options.reverse_from:
             self.start()
         if n * least <= max(sizes.values()):
             found.update(_ranges(*models.expand(self.problem, limit=self.options.memory_limit)))
-        found["upload_bytes"] = _qp_bytes(min(sizes[name] for name in takers or sizes), least * found["quadratic_terms"])
+        found["upload_bytes"] = _qp_bytes(min(sizes[name] for name in takers or sizes),
+                                          least * found["quadratic_terms"])
         return {**found, **self.plan_embedded(solver)} if takers and solver else found
 
     def plan_embedded(self, solver):
@@ -233,12 +277,12 @@ class Qpu:
             known = known if options.copies == 1 else None
         elif options.seed is None:
             known = embedding.kept(source, chip, options.copies)
-        qubits = known.figures()["qubits"] if known else None
-        found = {"embedded_qubits": qubits,
-                 "charge_seconds": estimated_seconds(solver, qubits or chip.qubits.size, self.anneal(solver.properties))}
+        qubits = len(known.used()) if known else None
+        found = {"embedded_qubits": qubits, "charge_seconds": estimated_seconds(
+            solver, qubits or chip.qubits.size, self.anneal(solver.properties))}
         if known:
-            used = np.isin(chip.couplers, [qubit for chain in known.chains.values() for qubit in chain]).all(axis=1)
-            found["upload_bytes"] = _qp_bytes(chip.qubits.size, int(used.sum()))
+            used = np.isin(chip.couplers, known.used()).all(axis=1)
+            found.update(fits=True, upload_bytes=_qp_bytes(chip.qubits.size, int(used.sum())))
         try:
             self.check_duration(solver, qubits or source.variables * self.least_copies())
         except SolverError as error:
@@ -250,12 +294,27 @@ class Qpu:
         seconds = estimated_seconds(solver, qubits, self.anneal(solver.properties))
         longest = solver.properties.get("problem_run_duration_range")
         if seconds and longest and seconds * 1e6 > longest[1]:
-            raise SolverError(f"these reads would take the chip {seconds:.2f} s at once, it allows {longest[1] / 1e6:g} s; "
-                              "take fewer --num-reads or a shorter --annealing-time")
+            raise SolverError(f"these reads would take the chip {seconds:.2f} s at once, it allows "
+                              f"{longest[1] / 1e6:g} s; take fewer --num-reads or a shorter "
+                              "--annealing-time")
+
+
+def more_reads_help(bits, energies, occurrences):
+    """Whether more reads are likely to help: states repeat themselves, and the best does not.
+
+    By Good and Turing, the share of reads whose state was seen once is the chance that another
+    read shows a new state. Where that is most of them, reads are few beside what there is to see,
+    and a thousand more will not change it.
+    """
+    _, state = np.unique(np.packbits(bits, axis=1), axis=0, return_inverse=True)
+    seen = np.bincount(state.ravel(), weights=occurrences)
+    best = occurrences[energies == energies.min()].sum()
+    return bool(2 * (seen == 1).sum() <= seen.sum() and best <= np.sqrt(seen.sum()))
 
 
 def _qp_bytes(qubits, couplers):
-    """Of the service's format qp: base64 of a double for each of the chip's qubits, used or not, and for each coupler between used ones."""
+    """Of the service's format qp: base64 of a double for each of the chip's qubits, used or not,
+    and for each coupler between used ones."""
     return sum(4 * -(-8 * count // 3) for count in (qubits, couplers))
 
 
@@ -265,19 +324,23 @@ def _within(value, what, bounds):
 
 
 def estimated_seconds(solver, qubits, anneal):
-    """Seconds of QPU access time that the solver itself estimates for what Qpu.anneal() gives; None where it does not say."""
+    """Seconds of QPU access time that the solver itself estimates for what Qpu.anneal() gives; None
+    where it does not say."""
     # Every schedule of ours begins from a state; which one is nothing to the estimate.
     state = [1] if "anneal_schedule" in anneal else None
     try:
-        return solver.estimate_qpu_access_time(num_qubits=qubits, initial_state=state, **anneal) / 1e6
+        return solver.estimate_qpu_access_time(num_qubits=qubits, initial_state=state,
+                                               **anneal) / 1e6
     except (KeyError, ValueError):
         return None
 
 
 def _ranges(linear, quadratic, offset):
-    """The number of quadratic terms, the largest degree and the ranges of the coefficients of an expanded problem."""
+    """The number of quadratic terms, the largest degree and the ranges of the coefficients of an
+    expanded problem."""
     rows, columns, values = quadratic
-    degree = np.bincount(rows, minlength=linear.size) + np.bincount(columns, minlength=linear.size)
+    degree = np.bincount(np.append(rows, columns), minlength=1)
     return {"quadratic_terms": rows.size, "largest_degree": int(degree.max()),
             "linear_min": int(linear.min()), "linear_max": int(linear.max()),
-            "quadratic_min": int(values.min()) if rows.size else None, "quadratic_max": int(values.max()) if rows.size else None}
+            "quadratic_min": int(values.min()) if rows.size else None,
+            "quadratic_max": int(values.max()) if rows.size else None}

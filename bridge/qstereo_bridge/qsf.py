@@ -1,14 +1,25 @@
 """The samples file, .qsf: what a solver returned for one .qcf."""
 
+from __future__ import annotations
+
 import json
+import os
 import struct
 import unicodedata
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
-from .container import HEADER, Corrupt, check_memory, check_size, pack, read_chunks, read_header, read_stream
-from .qcf import DEFAULT_LIMIT, MAX_COUNT
+from .container import (DEFAULT_LIMIT, HEADER, MAX_COUNT, Corrupt, check_memory, check_size, pack,
+                        read_chunks, read_header, read_stream)
+from .failure import InputError, io
+from .output import Output
+
+if TYPE_CHECKING:
+    import dimod
+
+    from .problem import Problem
 
 MAGIC = b"\x89QSF\r\n\x1a\n"
 FIELDS = struct.Struct("<II28s")
@@ -17,13 +28,27 @@ RECORD = np.dtype([("energy", "<i8"), ("occurrences", "<u4"), ("broken", "<u4")]
 BROKEN_UNITS, NO_CHAINS = 10**9, 0xFFFFFFFF
 
 
+def plain(value):
+    """`value` as JSON can hold it: numpy's numbers and arrays as Python's, the unknown as text."""
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple, set, np.ndarray)):
+        return [plain(item) for item in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value if isinstance(value, (bool, int, float, str, type(None))) else str(value)
+
+
 @dataclass
 class Samples:
     """Samples of one problem.
 
     digest      SHA-256 of the whole .qcf, 32 bytes
     solver      the solver's name, 1 to 255 bytes of UTF-8
-    records     RECORD array: energy (H in the .qcf's integer units), occurrences, share of broken chains in 1e-9 or NO_CHAINS
+    records     RECORD array: energy (H in the .qcf's integer units), occurrences, share of broken
+                chains in 1e-9 or NO_CHAINS
     bits        u8 array (samples, n) of 0 and 1
     info        dict that JSON can hold: what the solver says of itself
     sides       list of (type, bytes): side chunks, kept as they are
@@ -35,6 +60,31 @@ class Samples:
     bits: np.ndarray
     info: dict = field(default_factory=dict)
     sides: list = field(default_factory=list)
+
+    def save(self, file: str | os.PathLike | BinaryIO) -> None:
+        """Write a .qsf to a path, whole or not at all, or to a binary stream. Raises FileError."""
+        if hasattr(file, "write"):
+            file.write(pack_qsf(self))
+            return
+        with io(file, "write"), Output(os.fspath(file), last=False) as output:
+            output.write(pack_qsf(self))
+            output.keep()
+
+    def sampleset(self, problem: Problem) -> dimod.SampleSet:
+        """dimod's SampleSet over the problem's variables 0 .. n - 1, BINARY, energies in the
+        .qcf's integer units. Raises InputError where the samples are of another problem."""
+        import dimod
+
+        if problem.digest != self.digest:
+            raise InputError("these samples are of another problem: the SHA-256 of its file "
+                             "differs")
+        more, broken = {}, self.records["broken"]
+        if (broken != NO_CHAINS).any():
+            more["chain_break_fraction"] = np.where(broken == NO_CHAINS, 0, broken / BROKEN_UNITS)
+        return dimod.SampleSet.from_samples(
+            (self.bits.astype(np.int8), range(self.bits.shape[1])), "BINARY", info=self.info,
+            energy=self.records["energy"].astype(float),
+            num_occurrences=self.records["occurrences"].astype(np.int64), sort_labels=False, **more)
 
 
 def _text(chunk, name):
@@ -64,7 +114,8 @@ def parse_qsf(data, limit=DEFAULT_LIMIT):
     check_size(len(data), header.size)
     n, count, zero = FIELDS.unpack(header.fields)
     if n > MAX_COUNT or zero != bytes(28):
-        raise Corrupt("byte 24: the number of variables is impossible, or a reserved field is in use")
+        raise Corrupt("byte 24: the number of variables is impossible, or a reserved field is in "
+                      "use")
     check_memory(header.size + n * count, limit, f"{count:,} samples of {n:,} variables")
     chunks, sides = read_chunks(data, header, REQUIRED)
     row = -(-n // 8)
@@ -75,8 +126,9 @@ def parse_qsf(data, limit=DEFAULT_LIMIT):
     if not 1 <= len(chunks["SOLV"]) <= 255 or any(unicodedata.category(c) == "Cc" for c in solver):
         raise Corrupt("chunk SOLV: the solver's name is empty, too long, or has control characters")
     records = np.frombuffer(chunks["RECS"], RECORD)
-    if (records["occurrences"] < 1).any():
-        raise Corrupt(f"chunk RECS: record {(records['occurrences'] < 1).argmax()} has no occurrences")
+    never = records["occurrences"] < 1
+    if never.any():
+        raise Corrupt(f"chunk RECS: record {never.argmax()} has no occurrences")
     wrong = (records["broken"] > BROKEN_UNITS) & (records["broken"] != NO_CHAINS)
     if wrong.any():
         raise Corrupt(f"chunk RECS: record {wrong.argmax()} has more than all chains broken")

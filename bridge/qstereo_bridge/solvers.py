@@ -1,4 +1,7 @@
-"""The solvers that run on this machine: anneal, tabu, exact. A solver is a function (problem, options, progress) -> Answer."""
+"""The solvers that run on this machine: anneal, tabu, exact.
+
+A solver is a function (problem, options, progress) -> Answer.
+"""
 
 import concurrent.futures
 import secrets
@@ -10,13 +13,11 @@ import numpy as np
 
 from . import models
 from .container import check_memory
+from .failure import SolverError
+from .qsf import BROKEN_UNITS, NO_CHAINS, RECORD, Samples
 
 EXACT_VARIABLES = 24
 EXACT_SAMPLES = 100
-
-
-class SolverError(Exception):
-    """The solver failed, refused the problem, or answered something that cannot be."""
 
 
 @dataclass
@@ -29,7 +30,7 @@ class Answer:
     occurrences     how often each sample was seen, None = once
     broken          share of broken chains of each sample (0 to 1), None = no chains
     iterations      reads times sweeps, None where that says nothing
-    lower_bound     a proven lower bound of H (of ilp: of H's feasible states), None where there is none
+    lower_bound     a proven lower bound of H (of ilp: of H's feasible states), or None
     info            what the .qsf's INFO will say
     """
 
@@ -44,30 +45,47 @@ class Answer:
 
 
 def from_sampleset(sampleset, n, **more):
-    """The Answer in a dimod SampleSet over the variables 0 .. n - 1. Raises SolverError where it has others."""
-    record, labels = sampleset.record, np.array(list(sampleset.variables))
-    order = np.argsort(labels)
-    if labels.size != n or not np.array_equal(labels[order], np.arange(n)):
-        raise SolverError(f"the answer has {labels.size} variables that are not the {n} of the problem")
-    samples = np.rint(record.sample[:, order])
-    if not np.isin(samples, (0, 1)).all():
-        raise SolverError("the answer has values other than 0 and 1")
-    fields = record.dtype.names
-    return Answer(samples.astype(np.uint8), record.energy, occurrences=record.num_occurrences,
-                  broken=record.chain_break_fraction if "chain_break_fraction" in fields else None, **more)
+    """The Answer in a dimod SampleSet over the variables 0 .. n - 1, in any order, BINARY or SPIN.
+
+    Raises SolverError where it has other variables or other values.
+    """
+    record, labels = sampleset.record, list(sampleset.variables)
+    if len(labels) != n or set(labels) != set(range(n)):
+        raise SolverError(f"the answer has {len(labels)} variables that are not the {n} of the "
+                          "problem")
+    low = -1 if sampleset.vartype.name == "SPIN" else 0
+    found = record.sample[:, np.argsort(np.array(labels, int))]
+    samples = np.rint(found)
+    # Hybrid solvers answer in floating point. Written so that what is no number is refused, too.
+    if not ((np.abs(found - samples) < 1e-6) & np.isin(samples, (low, 1))).all():
+        raise SolverError(f"the answer has values other than {low} and 1")
+    broken = getattr(record, "chain_break_fraction", None)
+    return Answer((samples == 1).astype(np.uint8), record.energy,
+                  occurrences=record.num_occurrences, broken=broken, **more)
 
 
 def check_occurrences(counts):
-    """Raises SolverError unless each is a number of reads that a .qsf can hold; None is none of them."""
+    """Raises SolverError unless each is a number of reads that a .qsf can hold; None is none."""
     if counts is not None and ((np.asarray(counts) < 1) | (np.asarray(counts) >= 2**32)).any():
         raise SolverError("the answer has samples that were never seen, or too often")
 
 
-def interruptible(call, tick):
+def samples_of(problem, digest, solver, answer):
+    """The Samples in an Answer, with exact energies. Raises SolverError for what no .qsf holds."""
+    check_occurrences(answer.occurrences)
+    records = np.empty(answer.bits.shape[0], RECORD)
+    records["energy"] = models.energies(problem, answer.bits)
+    records["occurrences"] = 1 if answer.occurrences is None else answer.occurrences
+    records["broken"] = (NO_CHAINS if answer.broken is None else
+                         np.rint(answer.broken * BROKEN_UNITS))
+    return Samples(digest, solver, records, answer.bits, answer.info)
+
+
+def interruptible(call, tick, stop=float("inf")):
     """call() in a thread of its own, tick() five times a second in this one.
 
-    Ocean's samplers leave the interpreter for minutes and only return to it between reads; this way Ctrl-C reaches the
-    main thread at once.
+    Ocean's samplers leave the interpreter for minutes and only return to it between reads; this
+    way Ctrl-C reaches the main thread at once. After the time `stop` it is no longer waited for.
     """
     future = concurrent.futures.Future()
 
@@ -78,18 +96,21 @@ def interruptible(call, tick):
             future.set_exception(error)
 
     threading.Thread(target=work, daemon=True).start()
-    while not concurrent.futures.wait([future], timeout=0.2).done:
+    while not concurrent.futures.wait([future], min(0.2, max(0, stop - time.monotonic()))).done:
+        if time.monotonic() >= stop:
+            return None
         tick()
     return future.result()
 
 
 def nothing_to_decide(problem):
     """The Answer to a problem without variables: its one state."""
-    return Answer(np.zeros((1, 0), np.uint8), np.array([problem.offset]), lower_bound=problem.offset)
+    bits, offset = np.zeros((1, 0), np.uint8), problem.offset
+    return Answer(bits, np.array([offset]), lower_bound=offset)
 
 
 def _bqm(problem, options):
-    """The model for a sampler on this machine, after a look at the room that its samples will take."""
+    """The model for a sampler here, after a look at the room that its samples will take."""
     check_memory(16 * problem.linear.size * options.num_reads, options.memory_limit,
                  f"{options.num_reads:,} samples of {problem.linear.size:,} variables")
     return models.to_bqm(problem, options.memory_limit)
@@ -101,13 +122,16 @@ def _seed(options):
 
 
 def _beta_range(problem):
-    """Inverse temperatures from where the couplings between groups begin to matter to where they are frozen; None without any.
+    """Inverse temperatures from where the couplings between groups begin to matter to where they
+    are frozen; None without any.
 
-    The sampler's own range begins at the largest sum of coefficients at a variable, penalties included, and ends at the least
-    coefficient: on a labelling problem most of its sweeps are spent where nothing is decided any more, or nothing yet.
+    The sampler's own range begins at the largest sum of coefficients at a variable, penalties
+    included, and ends at the least coefficient: on a labelling problem most of its sweeps are spent
+    where nothing is decided any more, or nothing yet.
     """
     g, h, block, weight = problem.coupled_pairs()
-    strengths = np.abs(weight) * np.array([block.abs_max() for block in problem.blocks], np.int64)[block]
+    largest = np.array([block.abs_max() for block in problem.blocks], np.int64)
+    strengths = np.abs(weight) * largest[block]
     strengths = strengths[(g != h) & (strengths > 0)]
     if strengths.size == 0:
         return None
@@ -116,7 +140,8 @@ def _beta_range(problem):
 
 
 def anneal(problem, options, progress):
-    """Simulated annealing, each of its samples finished by steepest descent. A time limit stops it between two reads."""
+    """Simulated annealing, each of its samples finished by steepest descent. A time limit stops it
+    between two reads."""
     from dwave.samplers import SimulatedAnnealingSampler, SteepestDescentSampler
 
     bqm, seed, reads = _bqm(problem, options), _seed(options), [0]
@@ -126,21 +151,25 @@ def anneal(problem, options, progress):
         reads[0] += 1
         return time.monotonic() > stop
 
+    told = {"num_reads": options.num_reads, "num_sweeps": options.num_sweeps, "seed": seed}
     annealed = interruptible(
-        lambda: SimulatedAnnealingSampler().sample(bqm, num_reads=options.num_reads, num_sweeps=options.num_sweeps,
-                                                   seed=seed, beta_range=_beta_range(problem), interrupt_function=after_read),
+        lambda: SimulatedAnnealingSampler().sample(
+            bqm, beta_range=_beta_range(problem), interrupt_function=after_read, **told),
         lambda: progress(f"{reads[0]} of {options.num_reads} reads"))
-    descended = interruptible(lambda: SteepestDescentSampler().sample(bqm, initial_states=annealed, seed=seed),
-                              lambda: progress("steepest descent"))
-    info = {"parameters": {"num_reads": options.num_reads, "num_sweeps": options.num_sweeps, "seed": seed,
-                           "time_limit": options.time_limit, "beta_range": annealed.info["beta_range"],
+    descended = interruptible(
+        lambda: SteepestDescentSampler().sample(bqm, initial_states=annealed, seed=seed),
+        lambda: progress("steepest descent"))
+    info = {"parameters": {**told, "time_limit": options.time_limit,
+                           "beta_range": annealed.info["beta_range"],
                            "beta_schedule_type": annealed.info["beta_schedule_type"]},
             "timing": {"anneal": annealed.info["timing"], "descent": descended.info.get("timing")}}
-    return from_sampleset(descended, problem.linear.size, iterations=len(descended) * options.num_sweeps, info=info)
+    return from_sampleset(descended, problem.linear.size, info=info,
+                          iterations=len(descended) * options.num_sweeps)
 
 
 def tabu(problem, options, progress):
-    """Tabu search; the time limit is shared by the reads. Its matrix is dense: 32 bytes for each pair of variables."""
+    """Tabu search; the time limit is shared by the reads. Its matrix is dense: 32 bytes for each
+    pair of variables."""
     from dwave.samplers import TabuSampler
 
     n, seed = problem.linear.size, _seed(options)
@@ -148,17 +177,20 @@ def tabu(problem, options, progress):
     bqm = _bqm(problem, options)
     milliseconds = min(max(1, round(1000 * options.time_limit / options.num_reads)), 2**31 - 1)
     sampleset = interruptible(
-        lambda: TabuSampler().sample(bqm, num_reads=options.num_reads, seed=seed, timeout=milliseconds),
+        lambda: TabuSampler().sample(bqm, num_reads=options.num_reads, seed=seed,
+                                     timeout=milliseconds),
         lambda: progress(f"{options.num_reads} reads in {options.time_limit:g} s"))
     info = {"parameters": {"num_reads": options.num_reads, "seed": seed, "timeout": milliseconds}}
     return from_sampleset(sampleset, n, info=info)
 
 
 def exact(problem, options, progress):
-    """All states, by doubling: those with variable k at 1 are those without it, plus its linear term and couplings."""
+    """All states, by doubling: those with variable k at 1 are those without it, plus its linear
+    term and couplings."""
     n = problem.linear.size
     if n > EXACT_VARIABLES:
-        raise SolverError(f"exact takes at most {EXACT_VARIABLES} variables, this problem has {n:,}; use anneal")
+        raise SolverError(f"exact takes at most {EXACT_VARIABLES} variables, this problem has "
+                          f"{n:,}; use anneal")
     linear, (rows, columns, values), offset = models.expand(problem, limit=options.memory_limit)
     couplings = np.zeros((n, n), np.int64)
     couplings[rows, columns] = values

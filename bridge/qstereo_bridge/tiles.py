@@ -1,9 +1,11 @@
 """Embeddings of labelling problems on grids, laid out in the tiles of a chip.
 
-A Zephyr or Pegasus chip is a grid of equal tiles, and the problem of a picture is a grid of equal sites. A site takes one tile, or a
-block of s x s tiles, and each of its variables a cross in it: a vertical and a horizontal line of qubits that meet. Any two of the
-eight crosses of a tile are coupled (the site's clique), and so is each, along its two lines, with the one at its place in the
-next tile (the same label at the neighbouring site). So k labels with k couplers an edge take chains of 2 ceil(k / 8) qubits.
+A Zephyr or Pegasus chip is a grid of equal tiles, and the problem of a picture is a grid of equal
+sites. A site takes one tile, or a block of s x s tiles, and each of its variables a cross in it: a
+vertical and a horizontal line of qubits that meet. Any two of the eight crosses of a tile are
+coupled (the site's clique), and so is each, along its two lines, with the one at its place in the
+next tile (the same label at the neighbouring site). So k labels with k couplers an edge take chains
+of 2 ceil(k / 8) qubits.
 """
 
 from dataclasses import dataclass
@@ -11,16 +13,19 @@ from dataclasses import dataclass
 import numpy as np
 
 CROSSES = np.arange(8)
-# Labels from which on chains of two are short: minorminer takes 1.3 qubits a variable for two labels, 2.1 and more for three.
+# Labels from which on chains of two are short: minorminer takes 1.3 qubits a variable for two
+# labels, 2.1 and more for three.
 FEWEST = 3
 
 
 @dataclass(frozen=True)
 class Tiling:
-    """How the qubits of a chip are numbered: qubit (orientation u, line, place along it) is (u * lines + line) * places + place.
+    """How the qubits of a chip are numbered: qubit (orientation u, line, place along it) is
+    (u * lines + line) * places + place.
 
-    The tile at (x, y) has the vertical lines step * x + vertical[i] at place y, and the horizontal lines step * y + horizontal[i] at place
-    x, for the crosses i = 0 .. 7; there are `tiles` x `tiles` of them.
+    The tile at (x, y) has the vertical lines step * x + vertical[i] at place y, and the horizontal
+    lines step * y + horizontal[i] at place x, for the crosses i = 0 .. 7; there are `tiles` x
+    `tiles` of them.
     """
 
     tiles: int
@@ -37,9 +42,11 @@ class Tiling:
 def tiling(chip):
     """The Tiling of a chip, or None.
 
-    Zephyr: columns and rows of odd number, whose four lines have two overlapping qubits each at every crossing: a complete K_8,8.
-    Pegasus: the lines 8 to 15 both ways. Vertical 8 .. 11 meet horizontal 12 .. 15, and vertical 12 .. 15 horizontal 8 .. 11; of a
-    cross of the one kind and one of the other, vertical 10, 11 meet horizontal 8 .. 11, and vertical 12 .. 15 horizontal 12, 13.
+    Zephyr: columns and rows of odd number, whose four lines have two overlapping qubits each at
+    every crossing: a complete K_8,8. Pegasus: the lines 8 to 15 both ways. Vertical 8 .. 11 meet
+    horizontal 12 .. 15, and vertical 12 .. 15 horizontal 8 .. 11; of a cross of the one kind and
+    one of the other, vertical 10, 11 meet horizontal 8 .. 11, and vertical 12 .. 15 horizontal
+    12, 13.
     """
     m, eight = chip.size, 8 + CROSSES
     if chip.family == "zephyr":
@@ -50,7 +57,8 @@ def tiling(chip):
 
 
 def cells(source):
-    """Column and row of each group, array (groups, 2); None where the groups are no grid in raster order, or not one piece."""
+    """Column and row of each group, array (groups, 2); None where the groups are no grid in raster
+    order, or not one piece."""
     groups = source.starts.size - 1
     group = np.repeat(np.arange(groups), np.diff(source.starts))
     pairs = np.unique(group[source.rows].astype(np.int64) * groups + group[source.columns])
@@ -71,7 +79,8 @@ def cells(source):
 
 
 def lay_out(source, chip):
-    """{variable: [qubits]}: the crosses of a grid's sites, where on the chip most of their qubits work; None where it does not fit.
+    """{variable: [qubits]}: the crosses of a grid's sites, where on the chip most of their qubits
+    work; None where it does not fit.
 
     Some may not, and the couplings may be others than crosses have: see faults().
     """
@@ -86,7 +95,8 @@ def lay_out(source, chip):
     label = np.arange(source.variables) - source.starts[group]
     works = np.zeros(2 * tile.lines * tile.places, bool)
     works[chip.qubits] = True
-    # Variable v has its vertical line in column `own` of its site's block of tiles, its horizontal one in row `own`.
+    # Variable v has its vertical line in column `own` of its site's block of tiles, its horizontal
+    # one in row `own`.
     own, cross, along = label // CROSSES.size, label % CROSSES.size, np.arange(side)
     corner, room = side * place[group], tile.tiles - side * (place.max(axis=0) + 1)
     best, most = None, -1
@@ -94,8 +104,10 @@ def lay_out(source, chip):
         for y in range(room[1] + 1):
             left, top = (corner + (x, y)).T
             qubits = np.concatenate([
-                tile.qubits(0, tile.step * (left + own) + tile.vertical[cross], top + along[:, None]),
-                tile.qubits(1, tile.step * (top + own) + tile.horizontal[cross], left + along[:, None])])
+                tile.qubits(0, tile.step * (left + own) + tile.vertical[cross],
+                            top + along[:, None]),
+                tile.qubits(1, tile.step * (top + own) + tile.horizontal[cross],
+                            left + along[:, None])])
             count = int(works[qubits].sum())
             if count > most:
                 best, most = qubits.T, count

@@ -1,33 +1,36 @@
 /* qstereo: labelling problems of computer vision as QUBOs for quantum
  * annealers.
  *
- * The whole library in one include. Its parts, in the order of the data:
+ * This includes the whole library. Its stages, in the order of the data; each
+ * sees only those above it:
  *
+ *   version   of the library and of the files
  *   status    what can go wrong
  *   stream    where bytes go
- *   limits    of every problem and file
- *   problem   sites, labels and costs; the energy F of a labelling
+ *   digest    SHA-256, by which samples name their problem
+ *   limits    the largest numbers of everything
+ *   problem   sites, labels, costs: the energy F of a labelling
+ *   coding    how labels become bits: encodings and penalties
+ *   labels    what a .qcf says of sites and labels; a labelling in its picture
  *   image     pictures to grey
- *   stereo    the problem of two pictures
- *   coding    the encodings and their penalties, and what each can hold
- *   labels    what a file says about the problem behind its QUBO
- *   encode    a problem written as a .qcf
- *   qubo      a .qcf read: the QUBO and its energy H
- *   sample    bits to labels and back; feasibility; repair
- *   samples   a .qsf, written and read
- *   digest    SHA-256, by which a .qsf names its .qcf
- *   model     a problem, from memory or from a .qcf, laid out for solvers
- *   solve     the solvers on this machine
- *   reduce    labels that are in no optimum leave a model
- *   recode    a model written as a .qcf: any encoding, only the labels left
- *   score     disparity maps of labellings, and their errors
- *   version   of the library
+ *   stereo    a problem from two grey pictures
+ *   score     a disparity map beside the true one
+ *   encode    a problem as the bytes of a .qcf, row by row
+ *   qubo      these bytes read back: the QUBO and its energy H
+ *   sample    bits to labels: feasibility and repair
+ *   samples   the bytes of a .qsf, written and read
+ *   model     a problem as the solvers want it
+ *   solve     classical solvers, with lower bounds
+ *   reduce    labels that are proven to be in no optimum leave
+ *   recode    a model, or what is left of it, in any encoding
  *
- * Common to all: the library allocates nothing, does no I/O, keeps no state
- * (every function may run in any thread at any time on its own arguments) and
- * uses integers only. Pointers are borrowed for the call, unless the comment
- * says that a view keeps them. Where a call fails its outputs are as they were,
- * unless its comment says otherwise. */
+ * What a QUBO is and what the words mean, docs/GLOSSARY.md says.
+ *
+ * Common to all: the library allocates nothing, does no I/O, keeps no state and
+ * uses integers only. Every function may run in any thread at any time, on its
+ * own arguments. Pointers are borrowed for the call, unless the comment says
+ * that a view keeps them. If a call fails, its outputs are as they were, unless
+ * its comment says otherwise. */
 #ifndef QSTEREO_H
 #define QSTEREO_H
 

@@ -2,19 +2,18 @@
 """Render the sample stereo pair and its exact disparities.
 
     generate.py              write left.png, right.png and truth.png beside this file
-    generate.py --check      write nothing; exit 1 if those files hold other pixels
     generate.py --pnm DIR    write left.ppm, right.ppm and truth.pgm into DIR instead
 
-Every surface is a plane, d = a x + b y + c in pixels of the left picture, cut out by a mask. A scene point
-seen at (x, y) on the left is seen at (x - d, y) on the right; where several surfaces meet a pixel, the
-nearest (largest d) hides the others. So the disparities are exact and occlusion is real.
+Every surface is a plane, d = a x + b y + c in pixels of the left picture, cut out by a mask. A
+scene point seen at (x, y) on the left is seen at (x - d, y) on the right; where several surfaces
+meet a pixel, the nearest (largest d) hides the others. So the disparities are exact and occlusion
+is real.
 
-The pixels are meant to outlive library versions: numpy's RandomState is frozen, and no sine, root or power,
-which differ from one mathematics library to the next, touches a colour.
+The pixels are meant to outlive library versions: numpy's RandomState is frozen, and no sine, root
+or power, which differ from one mathematics library to the next, touches a colour.
 """
 import argparse
 import pathlib
-import sys
 
 import numpy as np
 from PIL import Image
@@ -73,7 +72,8 @@ def planks(u, v):
 def picture(u, v):
     """A painting of coloured contour bands, in a frame."""
     height = 2.6 * noise(5, u / 5 + 3.1, v / 5, 4, 0.5) + 0.12 * v
-    band = mix((height / 4) % 1.0, (246, 226, 172), (232, 142, 70), (176, 54, 58), (62, 44, 92), (246, 226, 172))
+    band = mix((height / 4) % 1.0, (246, 226, 172), (232, 142, 70), (176, 54, 58), (62, 44, 92),
+               (246, 226, 172))
     return times(band, 1 + 0.14 * noise(6, u * 1.5, v * 1.5, 2))
 
 
@@ -84,7 +84,8 @@ def wood_frame(u, v):
 def gift(u, v):
     """Wrapping paper: diagonal stripes on a mottled ground."""
     stripe = ((u + 0.7 * v) / 1.7) % 1.0
-    ground = mix(0.5 + 0.6 * noise(8, u * 1.1, v * 1.1, 5, 0.7), (150, 30, 38), (208, 58, 52), (240, 112, 84))
+    ground = mix(0.5 + 0.6 * noise(8, u * 1.1, v * 1.1, 5, 0.7), (150, 30, 38), (208, 58, 52),
+                 (240, 112, 84))
     ribbon = mix(0.5 + 0.6 * noise(9, u * 1.4, v * 1.4, 4), (222, 190, 120), (252, 240, 204))
     return tuple(np.where(stripe < 0.3, r, g) for r, g in zip(ribbon, ground))
 
@@ -97,12 +98,14 @@ def crate(u, v):
 
 def plate(u, v):
     r2 = (u - 4.72) ** 2 + (v - 1.10) ** 2
-    ring = mix(r2 / 5.4, (250, 214, 96), (244, 232, 206), (70, 130, 96), (244, 232, 206), (214, 96, 60), (120, 40, 40))
+    ring = mix(r2 / 5.4, (250, 214, 96), (244, 232, 206), (70, 130, 96), (244, 232, 206),
+               (214, 96, 60), (120, 40, 40))
     return times(ring, 1 + 0.42 * noise(11, u * 1.6, v * 1.6, 4, 0.8))
 
 
 def leaf(u, v):
-    tone = 0.45 + 0.55 * noise(12, u * 2.5, v * 1.2, 5, 0.7) + 0.15 * np.where((u * 1.5 + v * 2.2) % 1 < 0.25, 1, 0)
+    vein = np.where((u * 1.5 + v * 2.2) % 1 < 0.25, 1, 0)
+    tone = 0.45 + 0.55 * noise(12, u * 2.5, v * 1.2, 5, 0.7) + 0.15 * vein
     return mix(tone, (18, 58, 26), (66, 128, 44), (190, 214, 96))
 
 
@@ -124,13 +127,13 @@ def ellipse(cx, cy, rx, ry):
 
 
 def upright(x0, x1, a, c, top, texture):
-    """A standing face between two columns. Its top is level in space, so it keeps top * d above the horizon;
-    its foot is wherever the floor comes to lie before it."""
+    """A standing face between two columns. Its top is level in space, so it keeps top * d above the
+    horizon; its foot is wherever the floor comes to lie before it."""
     y0, y1 = (HORIZON - top * (a * x + c) for x in (x0, x1))
     return (a, 0, c), polygon((x0, y0), (x1, y1), (x1, 400), (x0, 400)), texture, (0, 1)
 
 
-# The scene: plane (a, b, c), mask, texture, and which two axes of space (X, Y, Z) the texture runs along
+# The scene: plane (a, b, c), mask, texture, and the two axes of space (X, Y, Z) of the texture
 FLOOR, LID = 0.150, 0.245     # disparity per row below the horizon, of two level planes
 EVERYWHERE = ellipse(0, 0, 1e6, 1e6)
 SCENE = [
@@ -141,15 +144,20 @@ SCENE = [
     upright(38, 62, 0.090, 2.92, 5.4, gift),
     upright(62, 92, -0.050, 11.6, 5.4, gift),
     upright(112, 166, -0.006, 10.2, -1 / LID, crate),
-    ((0, LID, -LID * HORIZON), polygon((112, 110.89), (166, 109.57), (155, 99), (117, 100)), crate, (0, 2)),
+    ((0, LID, -LID * HORIZON),
+     polygon((112, 110.89), (166, 109.57), (155, 99), (117, 100)), crate, (0, 2)),
     ((0.020, 0.01, 4.6), ellipse(137, 81, 19, 24), plate, (0, 1)),
-    ((0.030, -0.02, 10.0), polygon((196, 160), (178, 128), (172, 104), (174, 82), (184, 100), (192, 124), (206, 160)),
+    ((0.030, -0.02, 10.0),
+     polygon((196, 160), (178, 128), (172, 104), (174, 82), (184, 100), (192, 124), (206, 160)),
      leaf, (0, 1)),
-    ((-0.020, 0.02, 14.6), polygon((190, 160), (186, 132), (189, 108), (198, 90), (212, 80), (208, 112), (202, 160)),
+    ((-0.020, 0.02, 14.6),
+     polygon((190, 160), (186, 132), (189, 108), (198, 90), (212, 80), (208, 112), (202, 160)),
      leaf, (0, 1)),
-    ((0.050, -0.02, 14.0), polygon((22, 160), (15, 132), (17, 112), (25, 96), (31, 116), (30, 138), (36, 160)),
+    ((0.050, -0.02, 14.0),
+     polygon((22, 160), (15, 132), (17, 112), (25, 96), (31, 116), (30, 138), (36, 160)),
      leaf, (0, 1)),
-    ((0.020, -0.01, 12.6), polygon((26, 160), (32, 138), (42, 124), (57, 116), (53, 134), (44, 148), (36, 160)),
+    ((0.020, -0.01, 12.6),
+     polygon((26, 160), (32, 138), (42, 124), (57, 116), (53, 134), (44, 148), (36, 160)),
      leaf, (0, 1)),
 ]
 
@@ -166,8 +174,8 @@ def visible(x_view, y, right):
 
 
 def lit(number, x, y, d, light):
-    """Where no surface stands between a point and the light. Straight lines of space are straight in
-    (x, y, disparity) too, so the shadow ray meets a plane by one division."""
+    """Where no surface stands between a point and the light. Straight lines of space are straight
+    in (x, y, disparity) too, so the shadow ray meets a plane by one division."""
     free = np.ones(x.shape, bool)
     for n, ((a, b, c), mask, _, _) in enumerate(SCENE):
         here, there = d - (a * x + b * y + c), light[2] - (a * light[0] + b * light[1] + c)
@@ -178,10 +186,11 @@ def lit(number, x, y, d, light):
 
 
 def render(right):
-    """One view's colours, 4 x 4 samples a pixel; each sample sees its own part of a lamp of some size."""
+    """One view's colours. Each of the 4 x 4 samples of a pixel sees its own part of the lamp."""
     rows, columns = np.mgrid[0:HEIGHT, 0:WIDTH].astype(float)
     total = np.zeros((HEIGHT, WIDTH, 3))
-    shade = np.array([0.94 + 1.6 * plane[0] for plane, _, _, _ in SCENE])   # what faces left faces the lamp
+    # What faces left faces the lamp.
+    shade = np.array([0.94 + 1.6 * plane[0] for plane, _, _, _ in SCENE])
     for k in range(16):
         y = rows + (k // 4 - 1.5) / 4
         number, x, d = visible(columns + (k % 4 - 1.5) / 4, y, right)
@@ -214,20 +223,15 @@ def pictures():
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    how = parser.add_mutually_exclusive_group()
-    how.add_argument("--check", action="store_true", help="compare with the files, write nothing")
-    how.add_argument("--pnm", metavar="DIR", type=pathlib.Path, help="write PPM and PGM files into DIR")
+    parser.add_argument("--pnm", metavar="DIR", type=pathlib.Path,
+                        help="write PPM and PGM files into DIR")
     options = parser.parse_args()
-    folder, differ = options.pnm or HERE, []
+    folder = options.pnm or HERE
     folder.mkdir(parents=True, exist_ok=True)
     for name, pixels in pictures().items():
-        path = folder / (name + (".png" if not options.pnm else ".ppm" if pixels.ndim == 3 else ".pgm"))
-        if not options.check:
-            Image.fromarray(pixels).save(path, optimize=True)
-        elif not path.exists() or not np.array_equal(np.asarray(Image.open(path)), pixels):
-            differ.append(path.name)
-    if differ:
-        sys.exit("generate.py: not what this program renders: " + ", ".join(differ))
+        pnm = ".ppm" if pixels.ndim == 3 else ".pgm"
+        Image.fromarray(pixels).save(folder / (name + (pnm if options.pnm else ".png")),
+                                     optimize=True)
 
 
 if __name__ == "__main__":

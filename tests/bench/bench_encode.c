@@ -1,5 +1,5 @@
 /* Speed of cost + encode in memory beside memcpy of the same bytes: one core, medians of many runs,
- * both in turn. */
+ * both in turn. Prints a JSON list. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -85,11 +85,10 @@ static void bench(uint32_t width, uint32_t height, uint32_t labels, qs_encoding 
         encode_times[run] = middle - begin;
     }
     double encode = median(encode_times), plain = median(copy_times);
-    printf("cost+encode %ux%ux%-3u %-7s %9llu bytes  %8.1f us  %5.2f GB/s   memcpy %7.1f us  %5.2f "
-           "GB/s   ratio %.2f\n",
-           width, height, labels, encoding == QS_ONE_HOT ? "one-hot" : "sparse",
-           (unsigned long long)size, encode * 1e6, (double)size / encode * 1e-9, plain * 1e6,
-           (double)size / plain * 1e-9, plain / encode);
+    printf("{\"width\": %u, \"height\": %u, \"labels\": %u, \"encoding\": \"%s\", "
+           "\"bytes\": %llu, \"seconds\": %.9f, \"memcpy_seconds\": %.9f}",
+           width, height, labels, encoding == QS_ONE_HOT ? "one-hot" : "one-hot-sparse",
+           (unsigned long long)size, encode, plain);
     free(copy);
     free(buffer.bytes);
     free(workspace);
@@ -100,10 +99,18 @@ static void bench(uint32_t width, uint32_t height, uint32_t labels, qs_encoding 
 
 int main(void)
 {
-    bench(177, 177, 16, QS_ONE_HOT);
-    bench(177, 177, 16, QS_ONE_HOT_SPARSE);
-    bench(369, 288, 16, QS_ONE_HOT_SPARSE);
-    bench(415, 383, 20, QS_ONE_HOT_SPARSE);
-    bench(1920, 1080, 64, QS_ONE_HOT_SPARSE);
+    static const struct {
+        uint32_t width, height, labels;
+        qs_encoding encoding;
+    } shapes[] = {{177, 177, 16, QS_ONE_HOT},
+                  {177, 177, 16, QS_ONE_HOT_SPARSE},
+                  {369, 288, 16, QS_ONE_HOT_SPARSE},
+                  {415, 383, 20, QS_ONE_HOT_SPARSE},
+                  {1920, 1080, 64, QS_ONE_HOT_SPARSE}};
+    for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++) {
+        fputs(i == 0 ? "[" : ",\n", stdout);
+        bench(shapes[i].width, shapes[i].height, shapes[i].labels, shapes[i].encoding);
+    }
+    puts("]");
     return 0;
 }

@@ -1,50 +1,108 @@
-"""What the benchmarks share: the scenes, their disparities and windows, and calls of the commands."""
+"""What the benchmarks share: scenes, calls of the commands, and the files that hold the figures."""
 
+import argparse
+import datetime
 import json
 import os
+import platform
 import subprocess
 import time
 from pathlib import Path
 
 from PIL import Image
 
-SAMPLES = Path(__file__).parents[2] / "samples" / "rendered"
-# Of each scene the disparities; the others have 0 to 19.
-DISPARITIES = {"tsukuba": (0, 15), "rendered": (2, 14)}
-OTHERS = (0, 19)
+ROOT = Path(__file__).parents[2]
+SAMPLES = ROOT / "samples" / "rendered"
+# Of each scene the least and the largest disparity.
+DISPARITIES = {"tsukuba": (0, 15), "venus": (0, 19), "bull": (0, 19), "sawtooth": (0, 19),
+               "barn1": (0, 19), "rendered": (2, 14)}
 LAMBDA, WINDOW = 20, 100
 
 
+def arguments(description):
+    """The options of every benchmark, parsed."""
+    parser = argparse.ArgumentParser(description=description.splitlines()[0])
+    parser.add_argument("--data", type=Path,
+                        help="folder of scenes with left.png and right.png (default: the sample)")
+    parser.add_argument("--figures", type=Path, default=ROOT / "build" / "figures",
+                        help="folder that the file of figures goes to (default build/figures)")
+    parser.add_argument("--build", type=Path, default=ROOT / "build",
+                        help="where make has built (default build)")
+    parser.add_argument("--bridge", type=Path, default=ROOT / ".venv" / "bin" / "qstereo-bridge")
+    options = parser.parse_args()
+    options.qstereo = options.build / "qstereo"
+    return options
+
+
 def scenes_of(data):
-    """The folders of `data` that hold a pair; without data the sample pair alone."""
-    return sorted(path.parent for path in data.glob("*/left.png")) if data else [SAMPLES]
+    """The folders of `data` whose disparities are known; without data the sample pair alone."""
+    if not data:
+        return [SAMPLES]
+    return [data / name for name in DISPARITIES if (data / name / "left.png").exists()]
 
 
 def disparities(scene):
-    return DISPARITIES.get(scene.name, OTHERS)
+    return DISPARITIES[scene.name]
 
 
 def pair(scene, window=False):
     """The arguments of `encode` for a scene, or for its central window."""
     least, most = disparities(scene)
-    width, height = Image.open(scene / "left.png").size
-    roi = ["--roi", f"{(width - WINDOW) // 2},{(height - WINDOW) // 2},{WINDOW},{WINDOW}"] if window else []
-    return [scene / "left.png", scene / "right.png", "--disparity", f"{least}:{most}", "--lambda", LAMBDA, *roi]
+    chosen = [scene / "left.png", scene / "right.png", "--disparity", f"{least}:{most}",
+              "--lambda", LAMBDA]
+    if window:
+        width, height = Image.open(scene / "left.png").size
+        corner = f"{(width - WINDOW) // 2},{(height - WINDOW) // 2}"
+        chosen += ["--roi", f"{corner},{WINDOW},{WINDOW}"]
+    return chosen
 
 
-def call(*arguments):
+def call(*words):
     """What a command says as JSON."""
-    return json.loads(subprocess.run([str(a) for a in (*arguments, "--json")], check=True, capture_output=True, text=True).stdout)
+    command = [str(word) for word in (*words, "--json")]
+    return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 
-def measured_call(*arguments):
+def measured_call(*words):
     """(what a command says as JSON, its seconds, its peak memory in MiB)."""
+    command = [str(word) for word in (*words, "--json")]
     begin = time.perf_counter()
-    process = subprocess.Popen([str(a) for a in (*arguments, "--json")], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    said = process.stdout.read()
-    errors = process.stderr.read()
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    said, errors = process.stdout.read(), process.stderr.read()
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode != 0:
-        raise subprocess.CalledProcessError(process.returncode, arguments, said, errors)
+        raise subprocess.CalledProcessError(process.returncode, command, said, errors)
     return json.loads(said), time.perf_counter() - begin, usage.ru_maxrss / 1024
+
+
+def machine():
+    """Where the figures come from. The load says how much else the machine did at the beginning."""
+    cpu = Path("/proc/cpuinfo")
+    names = [line.split(":", 1)[1].strip() for line in cpu.read_text().splitlines()
+             if line.startswith("model name")] if cpu.exists() else []
+    compiler = subprocess.run(["cc", "--version"], capture_output=True, text=True).stdout
+    return {"processor": names[0] if names else platform.machine(), "cores": os.cpu_count(),
+            "system": platform.system(), "compiler": (compiler.splitlines() or ["unknown"])[0],
+            "python": platform.python_version(), "load": round(os.getloadavg()[0], 1)}
+
+
+class Figures:
+    """The figures of one benchmark. `with Figures(...) as figures` writes them at the end, unless
+    the benchmark failed."""
+
+    def __init__(self, folder, name, command="make bench"):
+        self.path = folder / f"{name}.json"
+        self.head = {"date": datetime.date.today().isoformat(), "command": command,
+                     "machine": machine()}
+        self.values = {}
+
+    def __enter__(self):
+        print(f"{self.path.stem} ...", flush=True)
+        return self.values
+
+    def __exit__(self, failure, *_):
+        if failure is None:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            text = json.dumps({**self.head, "figures": self.values}, indent=1)
+            self.path.write_text(text + "\n")

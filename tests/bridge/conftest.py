@@ -1,3 +1,4 @@
+import multiprocessing
 import os
 import subprocess
 import sys
@@ -8,7 +9,7 @@ from qstereo_bridge import cli, qcf
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from bridge_tools import COMMAND  # noqa: E402
+from bridge_tools import COMMAND, forked  # noqa: E402
 from problems import grid  # noqa: E402
 from service import TOKEN, Service  # noqa: E402, F401
 
@@ -25,16 +26,44 @@ def problem_file(tmp_path):
 def environment(tmp_path):
     """The environment of a user without any D-Wave configuration."""
     kept = {key: value for key, value in os.environ.items() if not key.startswith("DWAVE_")}
-    return {**kept, "HOME": str(tmp_path), "DWAVE_CONFIG_FILE": "/dev/null", "DWAVE_CACHE_ENABLED": "false"}
+    return {**kept, "HOME": str(tmp_path), "DWAVE_CONFIG_FILE": "/dev/null",
+            "DWAVE_CACHE_ENABLED": "false"}
+
+
+@pytest.fixture(scope="session")
+def processes():
+    """Processes that have the modules already: to import them takes longer than most commands."""
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["qstereo_bridge.remote", "dwave.cloud.client",
+                                    "dwave.cloud.api.resources", "dwave.optimization",
+                                    "dwave.samplers", "dimod"])
+    return context
 
 
 @pytest.fixture
-def command(environment):
-    """Runs qstereo-bridge in a process of its own."""
-    def run(*arguments, **options):
-        options = {"env": environment, "capture_output": True, "timeout": 60, **options}
+def command(environment, processes, tmp_path_factory):
+    """Runs qstereo-bridge in a process of its own; in a new interpreter where `options` for it are
+    given."""
+    def run(*arguments, input=b"", cwd=".", **options):
         arguments = [word if isinstance(word, bytes) else str(word) for word in arguments]
-        found = subprocess.run([*COMMAND, *arguments], **options)
+        if options:
+            options = {"env": environment, "capture_output": True, "timeout": 600, "cwd": cwd,
+                       **options}
+            if options.get("stdin") is None:
+                options["input"] = input
+            found = subprocess.run([*COMMAND, *arguments], **options)
+        else:
+            streams = [tmp_path_factory.mktemp("streams") / name for name in ("stdin", "stdout",
+                "stderr")]
+            for path in streams:
+                path.write_bytes(input if path.name == "stdin" else b"")
+            process = processes.Process(target=forked, args=(list(map(os.fsdecode, arguments)),
+                                                             environment, str(cwd), streams),
+                                        daemon=True)
+            process.start()
+            process.join(600)
+            found = subprocess.CompletedProcess(arguments, process.exitcode, *(path.read_bytes()
+                for path in streams[1:]))
         assert TOKEN.encode() not in (found.stdout or b"") + (found.stderr or b"")
         return found
     return run
@@ -55,7 +84,8 @@ def main(capsys):
 def no_token_in_any_file(tmp_path):
     yield
     for path in tmp_path.rglob("*"):
-        assert not path.is_file() or path.name == "dwave.conf" or TOKEN.encode() not in path.read_bytes()
+        assert (not path.is_file() or path.name == "dwave.conf"
+                or TOKEN.encode() not in path.read_bytes())
 
 
 @pytest.fixture

@@ -1,6 +1,5 @@
 """Terms, energies and models against the definition of H, state by state."""
 
-import math
 import tracemalloc
 
 import dimod
@@ -26,14 +25,13 @@ def evaluate(coefficients, bits):
     return offset + x @ linear + (x[:, rows] * x[:, columns]) @ values
 
 
-@pytest.fixture(params=[0, math.inf], ids=["by runs", "by rows"])
-def way(request, monkeypatch):
-    """Both ways of expanding the terms, in pieces of few terms."""
-    monkeypatch.setattr(models, "LONG_RUN", request.param)
+@pytest.fixture
+def pieces(monkeypatch):
+    """The terms in pieces of few."""
     monkeypatch.setattr(models, "CHUNK", 5)
 
 
-@pytest.mark.usefixtures("way")
+@pytest.mark.usefixtures("pieces")
 @pytest.mark.parametrize("start", range(0, 240, 40))
 def test_energies_by_definition(start):
     for seed in range(start, start + 40):
@@ -45,7 +43,7 @@ def test_energies_by_definition(start):
         assert models.to_bqm(problem).energies((bits, range(bits.shape[1]))).tolist() == expected
 
 
-@pytest.mark.usefixtures("way")
+@pytest.mark.usefixtures("pieces")
 @pytest.mark.parametrize("start", range(0, 200, 100))
 def test_terms_are_sorted_and_not_zero(start):
     for seed in range(start, start + 100):
@@ -56,18 +54,6 @@ def test_terms_are_sorted_and_not_zero(start):
             assert (rows < columns).all() and (np.diff(key) > 0).all() and values.all()
             terms = models.Terms(problem, penalties)
             assert terms.repeated or terms.count == rows.size
-
-
-@pytest.mark.parametrize("dense", [False, True])
-def test_both_ways_agree_on_a_grid(dense, monkeypatch):
-    problem = grid(60, 9, 16, dense)
-    assert models.Terms(problem).count > models.LONG_RUN * 18
-    fast = models.expand(problem)
-    monkeypatch.setattr(models, "LONG_RUN", math.inf)
-    slow = models.expand(problem)
-    assert all((one == other).all() for one, other in zip((fast[0], *fast[1], fast[2]), (slow[0], *slow[1], slow[2]), strict=True)
-               if isinstance(one, np.ndarray))
-    assert fast[2] == slow[2]
 
 
 def test_repeated_pairs_add_up_and_cancel():

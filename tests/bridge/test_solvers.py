@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from problems import all_states, domain_walls, grid, make, random_problem
-from qstereo_bridge import models, qcf, qsf, services, solvers
+from qstereo_bridge import models, qcf, qsf, solvers
 from qstereo_bridge.container import OverLimit
 
 SMALL = grid(2, 2, 3)
@@ -55,7 +55,7 @@ def test_local_solvers_find_the_minimum(name, options, problem):
     energies = models.energies(problem, answer.bits)
     assert energies.min() == least(problem) and np.allclose(answer.energies, energies)
     assert answer.info["parameters"]["seed"] == 1
-    json.dumps(services.plain(answer.info))
+    json.dumps(qsf.plain(answer.info))
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -117,15 +117,55 @@ def test_wrong_answers_are_refused():
     with pytest.raises(solvers.SolverError, match="3 variables that are not the 4"):
         solvers.from_sampleset(samples, 4)
     with pytest.raises(solvers.SolverError, match="not the 3"):
-        solvers.from_sampleset(samples.relabel_variables({0: 7}), 3)
-    spins = dimod.SampleSet.from_samples(-np.ones((1, 3), int), energy=[0], vartype="SPIN")
+        solvers.from_sampleset(samples.relabel_variables({0: 7}, inplace=False), 3)
+    samples.record.sample[0, 1] = -1
     with pytest.raises(solvers.SolverError, match="values other than 0 and 1"):
+        solvers.from_sampleset(samples, 3)
+
+
+def test_spins_are_bits():
+    spins = dimod.SampleSet.from_samples(([[1, -1, 1]], [2, 1, 0]), energy=[0], vartype="SPIN")
+    assert solvers.from_sampleset(spins, 3).bits.tolist() == [[1, 0, 1]]
+    spins.record.sample[0, 1] = 0
+    with pytest.raises(solvers.SolverError, match="values other than -1 and 1"):
         solvers.from_sampleset(spins, 3)
+
+
+@pytest.mark.parametrize("sampler, more", [
+    ("dwave.samplers:SimulatedAnnealingSampler", ["--num-reads", 9, "--seed", 1, "--param", "num_sweeps=50"]),
+    ("dwave.samplers:TreeDecompositionSolver", []), ("dimod:ExactSolver", []),
+    ("dwave.samplers:SteepestDescentSolver", ["--num-reads", 30, "--spin-reversals", 3, "--seed", 2])])
+def test_any_sampler(sampler, more, problem_file, tmp_path, main):
+    solve = "solve", problem_file, "-o", tmp_path / "s.qsf", "--solver", sampler, *more
+    status, out, err = main(*solve, "--json")
+    assert (status, err) == (0, "") and json.loads(out)["energy"] == least(qcf.parse_qcf(problem_file.read_bytes()))
+    samples = qsf.parse_qsf((tmp_path / "s.qsf").read_bytes())
+    assert samples.solver == sampler
+    if "--param" in more:
+        assert samples.info["parameters"] == {"num_reads": 9, "seed": 1, "num_sweeps": 50}
+    if "--spin-reversals" in more:
+        assert samples.bits.shape[0] == 90 and samples.info["parameters"]["spin_reversals"] == 3
+
+
+@pytest.mark.parametrize("more, status, said", [
+    (["--solver", "dwave.samplers:None"], 2, "no such sampler"), (["--solver", "nowhere:X"], 2, "No module named 'nowhere'"),
+    (["--solver", "json:JSONDecoder"], 2, "no dimod sampler"), (["--solver", "taboo"], 2, "did you mean tabu?"),
+    (["--solver", "dwave.samplers:TabuSampler", "--param", "sweeps=1"], 2, "takes no parameter sweeps, only"),
+    (["--solver", "dwave.samplers:TreeDecompositionSolver", "--seed", 1], 2, "takes no parameter seed"),
+    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure"], 2, "no KEY=JSON"),
+    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=one"], 2, "a text wants quotes"),
+    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=1", "--param", "tenure=1"], 2, "given twice"),
+    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=-5"], 5, "fails"), (["--param", "x=1"], 2, "anneal takes no --param"),
+    (["--spin-reversals", 2], 2, "only MODULE:CLASS do")])
+def test_samplers_that_refuse(more, status, said, problem_file, tmp_path, main):
+    found, out, err = main("solve", problem_file, "-o", tmp_path / "s.qsf", *more)
+    assert (found, out) == (status, "") and said in err and err.count("\n") == 1
+    assert not (tmp_path / "s.qsf").exists()
 
 
 def test_plain():
     value = {1: np.int64(2), "a": np.array([1.5, math.nan]), "b": {"c": (True, None)}, "d": {3}, "e": np.bool_(True), "f": object}
-    found = services.plain(value)
+    found = qsf.plain(value)
     assert found == {"1": 2, "a": [1.5, None], "b": {"c": [True, None]}, "d": [3], "e": True, "f": str(object)}
     assert json.loads(json.dumps(found, allow_nan=False)) == found
 

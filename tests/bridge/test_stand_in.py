@@ -10,7 +10,7 @@ QUBO = {(0, 0): -1, (0, 1): 2, (1, 1): -1, (1, 2): 1, (0, 2): 1}
 @pytest.fixture(params=[True, False], ids=["at once", "polled"])
 def service(request, monkeypatch):
     with Service(immediate=request.param) as service:
-        service.pending = service.delay = 0 if request.param else 0.05
+        service.pending = service.delay = 0 if request.param else 1
         for name, value in service.environment.items():
             monkeypatch.setenv(name, value)
         yield service
@@ -20,7 +20,8 @@ def test_quantum_annealer(service):
     from dwave.system import DWaveSampler, EmbeddingComposite
     with EmbeddingComposite(DWaveSampler()) as sampler:
         found = sampler.sample_qubo(QUBO, num_reads=100, label="three")
-        assert found.first.energy == -1 and found.info["timing"]["qpu_access_time"] > 0 and found.info["problem_label"] == "three"
+        assert (found.first.energy == -1 and found.info["timing"]["qpu_access_time"] > 0
+                and found.info["problem_label"] == "three")
         found = sampler.sample_ising({"a": 1}, {"ab": -1}, num_reads=10)
         assert found.first.energy == -2
     assert len(service.problems) == 2

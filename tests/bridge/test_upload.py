@@ -9,7 +9,8 @@ from qstereo_bridge import models, upload
 
 
 def both(problem):
-    with upload.bqm_file(problem, 1 << 33) as ours, models.to_bqm(problem).to_file(ignore_labels=True) as theirs:
+    with upload.bqm_file(problem, 1 << 33) as ours, models.to_bqm(problem).to_file(
+            ignore_labels=True) as theirs:
         return ours.read(), theirs.read()
 
 
@@ -25,7 +26,8 @@ def test_grids_to_the_byte(size, dense, monkeypatch):
     monkeypatch.setattr(models, "CHUNK", 1000)
     problem = grid(*size, dense)
     ours, theirs = both(problem)
-    assert ours == theirs and dimod.BinaryQuadraticModel.from_file(io.BytesIO(ours)) == models.to_bqm(problem)
+    assert (ours == theirs and dimod.BinaryQuadraticModel.from_file(io.BytesIO(ours))
+            == models.to_bqm(problem))
 
 
 def test_no_model_is_built_but_for_repeated_pairs(monkeypatch):

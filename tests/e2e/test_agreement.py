@@ -1,4 +1,4 @@
-"""C and Python, the two implementations of FORMAT.md, agree on golden and on random files to the last unit."""
+"""C and Python, the two implementations of FORMAT.md, agree on golden and on random files."""
 
 import re
 import struct
@@ -45,24 +45,29 @@ def test_golden_problems(path):
     samples = qsf.parse_qsf(path.with_suffix(".qsf").read_bytes())
     assert samples.records["energy"].tolist() == models.energies(problem, samples.bits).tolist()
     assert models.feasible(problem, samples.bits).tolist() == [True, True, False]
-    assert qsf.pack_qsf(samples).replace(b'{"by":"hand"}', b'{"by": "hand"}')[-50:] == path.with_suffix(".qsf").read_bytes()[-50:]
+    packed = qsf.pack_qsf(samples).replace(b'{"by":"hand"}', b'{"by": "hand"}')
+    assert packed[-50:] == path.with_suffix(".qsf").read_bytes()[-50:]
     # The constrained model's objective is H on every feasible state.
     cqm = models.to_cqm(problem)
     for sample in samples.bits[:2]:
         assert cqm.objective.energy(dict(enumerate(sample.tolist()))) == c.energy(sample)
         assert cqm.check_feasible(dict(enumerate(sample.tolist())))
-    assert c.energy(c.repair(samples.bits[2])) <= c.energy(samples.bits[2]) or "quadratic" in path.stem
+    if "quadratic" not in path.stem:
+        assert c.energy(c.repair(samples.bits[2])) <= c.energy(samples.bits[2])
     assert models.feasible(problem, c.repair(samples.bits[2])[None]).all()
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "tests" / "golden").glob("recoded-*.qcf")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path",
+                         sorted((ROOT / "tests" / "golden").glob("recoded-*.qcf")),
+                         ids=lambda path: path.stem)
 def test_golden_problems_of_every_encoding(path):
     data = path.read_bytes()
     problem, c = agree(data)
     assert qcf.pack_qcf(problem) == data
     samples = qsf.parse_qsf(path.with_suffix(".qsf").read_bytes())
     energies = samples.records["energy"].tolist()
-    assert energies == models.energies(problem, samples.bits).tolist() == [c.energy(bits) for bits in samples.bits]
+    assert energies == models.energies(problem, samples.bits).tolist()
+    assert energies == [c.energy(bits) for bits in samples.bits]
     assert all(c.energy(c.repair(bits)) <= energy for bits, energy in zip(samples.bits, energies))
     assert c.repair(samples.bits[0]).tolist() == samples.bits[0].tolist()
 
@@ -87,21 +92,23 @@ def test_random_pictures_encoded_by_c(seed, run, tmp_path):
     bound = [] if smoothness == "potts" else ["--truncation", "1" if seed % 2 else "3"]
     encoding = ["--encoding", "one-hot"] if seed % 4 == 0 else []
     weight = ["20", "12.5", "0.3", "0"][seed % 4]
-    run("qstereo", "encode", "left.pgm", "right.pgm", "-o", "p.qcf", "--disparity", f"0:{labels - 1}", "--lambda", weight,
-        "--smoothness", smoothness, *bound, *encoding, "--penalty", "paper" if seed % 5 == 0 else "local")
-    problem, c = agree((tmp_path / "p.qcf").read_bytes()) if width * height * labels < 100 else (None, None)
-    if problem is None:
-        data = (tmp_path / "p.qcf").read_bytes()
-        problem, c = qcf.parse_qcf(data), Qubo(data)
+    run("qstereo", "encode", "left.pgm", "right.pgm", "-o", "p.qcf", "--disparity",
+        f"0:{labels - 1}", "--lambda", weight, "--smoothness", smoothness, *bound, *encoding,
+        "--penalty", "paper" if seed % 5 == 0 else "local")
+    data = (tmp_path / "p.qcf").read_bytes()
+    small = width * height * labels < 100
+    problem, c = agree(data) if small else (qcf.parse_qcf(data), Qubo(data))
     scale = problem.scale
     columns = np.arange(labels - 1, width)
-    theta = np.stack([np.abs(left[:, columns].astype(int) - right[:, columns - d]) for d in range(labels)], axis=-1)
+    theta = [np.abs(left[:, columns].astype(int) - right[:, columns - d]) for d in range(labels)]
+    theta = np.stack(theta, axis=-1)
     for _ in range(20):
         w = random.integers(0, labels, theta.shape[:2])
         apart = np.concatenate([(w[:, 1:] - w[:, :-1]).ravel(), (w[1:] - w[:-1]).ravel()])
         cost = {"potts": apart != 0, "linear": np.abs(apart), "quadratic": apart**2}[smoothness]
         pairwise = np.minimum(cost, int(bound[1])) if bound else cost
-        f = np.take_along_axis(theta, w[..., None], -1).sum() * scale + round(float(weight) * scale) * pairwise.sum()
+        f = np.take_along_axis(theta, w[..., None], -1).sum() * scale
+        f += round(float(weight) * scale) * pairwise.sum()
         bits = (w.reshape(-1, 1) == np.arange(labels)).astype(np.uint8).ravel()
         assert c.energy(bits) == f
         assert models.energies(problem, bits[None]).tolist() == [f]
@@ -114,14 +121,17 @@ def test_every_encoding_of_random_pictures(seed, run, tmp_path):
     left, right = random.integers(0, 256, (2, height, width + labels - 1), dtype=np.uint8)
     for name, picture in (("left.pgm", left), ("right.pgm", right)):
         (tmp_path / name).write_bytes(b"P5 %d %d 255\n" % picture.shape[::-1] + picture.tobytes())
-    encoding, smoothness = [("one-hot", "potts"), ("one-hot-sparse", "linear"), ("domain-wall", "potts"), ("domain-wall", "linear"),
-                            ("multiway-cut", "potts"), ("st-cut", "linear"), ("st-cut-arcs", "linear"), ("one-hot-sparse", "potts")][seed % 8]
+    encoding, smoothness = [("one-hot", "potts"), ("one-hot-sparse", "linear"),
+                            ("domain-wall", "potts"), ("domain-wall", "linear"),
+                            ("multiway-cut", "potts"), ("st-cut", "linear"),
+                            ("st-cut-arcs", "linear"), ("one-hot-sparse", "potts")][seed % 8]
     small = seed % 8 in (4, 6)  # encodings with many variables
     roi = ["--roi", f"{labels - 1},0,2,1"] if small else []
     reduce = ["--reduce", *(["--target", "12"] if "hot" in encoding or "wall" in encoding else [])]
     options = [*(["--truncate"] if seed % 3 == 0 else []), *(reduce if seed % 3 == 1 else [])]
-    run("qstereo", "encode", "left.pgm", "right.pgm", "-o", "p.qcf", "--disparity", f"0:{labels - 1}", "--smoothness", smoothness, *roi,
-        "--encoding", encoding, "--lambda", "0.5" if seed % 5 == 0 else "7", *options)
+    run("qstereo", "encode", "left.pgm", "right.pgm", "-o", "p.qcf", "--disparity",
+        f"0:{labels - 1}", "--smoothness", smoothness, *roi, "--encoding", encoding, "--lambda",
+        "0.5" if seed % 5 == 0 else "7", *options)
     agree((tmp_path / "p.qcf").read_bytes())
 
 
@@ -142,15 +152,25 @@ def run_of_couplings(block, g, h, weight=1):
     return struct.pack("<IIIiIIIII", block, 0, 0, weight, g, h, 1, 1, 0)
 
 
-@pytest.mark.parametrize("changes", [
-    {"PNLT": struct.pack("<IIIHH", 2, 0, 2, 1, 5)},  # a width of 2 where 1 would do
-    {"PNLT": struct.pack("<IIIBBIBB", 1, 0, 1, 1, 5, 1, 1, 5)},  # neighbouring runs alike
-    {"CPLS": struct.pack("<I", 1) + run_of_couplings(0, 1, 1)},  # a penalised group coupled with itself
-    {"CPLS": struct.pack("<I", 1) + run_of_couplings(1, 0, 1)},  # no such block
-    {"CPLS": struct.pack("<I", 1) + run_of_couplings(0, 0, 1, 0)},  # a weight of 0 for all
-    {"BLKS": struct.pack("<I", 1) + struct.pack("<IIIiiI", 2, 3, 1, 0, 0, 1) + struct.pack("<i", -1)},  # a block that fits no groups
-    {"GRPS": struct.pack("<IIII", 1, 2, 1, 2)},  # neighbouring runs alike
-], ids=lambda changes: next(iter(changes)))
+BROKEN = [
+    # A width of 2 where 1 would do.
+    {"PNLT": struct.pack("<IIIHH", 2, 0, 2, 1, 5)},
+    # Neighbouring runs alike.
+    {"PNLT": struct.pack("<IIIBBIBB", 1, 0, 1, 1, 5, 1, 1, 5)},
+    # A penalised group coupled with itself.
+    {"CPLS": struct.pack("<I", 1) + run_of_couplings(0, 1, 1)},
+    # No such block.
+    {"CPLS": struct.pack("<I", 1) + run_of_couplings(1, 0, 1)},
+    # A weight of 0 for all.
+    {"CPLS": struct.pack("<I", 1) + run_of_couplings(0, 0, 1, 0)},
+    # A block that fits no groups.
+    {"BLKS": struct.pack("<IIIIiiIi", 1, 2, 3, 1, 0, 0, 1, -1)},
+    # Neighbouring runs alike.
+    {"GRPS": struct.pack("<IIII", 1, 2, 1, 2)},
+]
+
+
+@pytest.mark.parametrize("changes", BROKEN, ids=lambda changes: next(iter(changes)))
 def test_both_refuse(changes):
     data = (ROOT / "tests" / "golden" / "good-smallest.qcf").read_bytes()
     agree(resealed(data, {}))
@@ -165,8 +185,13 @@ def test_blocks_stand_in_order():
     data = (ROOT / "tests" / "golden" / "good-edges-table.qcf").read_bytes()
     block = data[data.index(b"BLKS") + 20:][:48]
     for order, good in (((0, 1), True), ((1, 0), False)):
-        runs = b"".join(struct.pack("<IIIiIIIII", block, 0, 0, 1, g, g + 1, 2 - g, 1, 0) for block, g in zip(order, (0, 1)))
-        changed = resealed(data, {"BLKS": struct.pack("<I", 2) + 2 * block, "CPLS": struct.pack("<I", 2) + runs})
+        runs = b"".join(
+            struct.pack("<IIIiIIIII", block, 0, 0, 1, g, g + 1, 2 - g, 1, 0)
+            for block, g in zip(order, (0, 1)))
+        changed = resealed(data, {
+            "BLKS": struct.pack("<I", 2) + 2*block,
+            "CPLS": struct.pack("<I", 2) + runs
+        })
         changed = changed[:32] + (3).to_bytes(8, "little") + changed[40:]
         changed = resealed(changed, {})
         if good:
@@ -180,8 +205,12 @@ def test_blocks_stand_in_order():
 
 def test_worked_example_of_the_specification():
     """The hex dump in FORMAT.md is the golden file, byte for byte."""
-    lines = (ROOT / "docs" / "FORMAT.md").read_text().split("## 4. A worked example")[1].splitlines()
+    text = (ROOT / "docs" / "FORMAT.md").read_text()
+    lines = text.split("## 4. A worked example")[1].splitlines()
     found = [re.match(r"    ([0-9A-F]{3})  ((?:[0-9A-F]{2} ?)+)", line) for line in lines]
     dump = b"".join(bytes.fromhex(match[2]) for match in found if match)
     assert dump == (ROOT / "tests" / "golden" / "good-smallest.qcf").read_bytes()
-    assert all(int(match[1], 16) == sum(len(bytes.fromhex(m[2])) for m in found[:i] if m) for i, match in enumerate(found) if match)
+    at = 0
+    for match in filter(None, found):
+        assert int(match[1], 16) == at
+        at += len(bytes.fromhex(match[2]))

@@ -1,4 +1,4 @@
-"""`best` beside the solvers that it is made of, on problems too large and too noisy for TRW-S alone."""
+"""`best` beside the solvers that it is made of, on problems too noisy for TRW-S alone."""
 
 import numpy as np
 
@@ -8,10 +8,15 @@ def test_best_is_below_its_parts(run, tmp_path):
     for seed in range(6):
         random = np.random.default_rng(seed)
         for name in ("left.pgm", "right.pgm"):
-            (tmp_path / name).write_bytes(b"P5 60 50 255\n" + random.integers(0, 256, (50, 60), dtype=np.uint8).tobytes())
-        run("qstereo", "encode", "left.pgm", "right.pgm", "-o", "p.qcf", "--disparity", "0:7", "--lambda", "30")
-        found = {name: run("qstereo", "solve", "p.qcf", "-o", "s.qsf", "--solver", name, "--iterations", "100", "--json")
-                 for name in ("best", "trws", "expansion")}
+            picture = random.integers(0, 256, (50, 60), dtype=np.uint8)
+            (tmp_path / name).write_bytes(b"P5 60 50 255\n" + picture.tobytes())
+        run("qstereo", "encode", "left.pgm", "right.pgm", "-o", "p.qcf", "--disparity", "0:7",
+            "--lambda", "30")
+        found = {
+            name: run("qstereo", "solve", "p.qcf", "-o", "s.qsf", "--solver", name, "--iterations",
+                      "100", "--json")
+            for name in ("best", "trws", "expansion")
+        }
         assert found["best"]["energy"] <= min(found["trws"]["energy"], found["expansion"]["energy"])
         assert found["best"]["lower_bound"] >= found["trws"]["lower_bound"]
         better += found["best"]["energy"] < found["trws"]["energy"]

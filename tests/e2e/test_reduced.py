@@ -1,4 +1,6 @@
-"""From pictures to a proof: reduce, solve what is left, and decode the whole map; the coefficients that an annealer gets."""
+"""From pictures to a proof: reduce, solve what is left, and decode the whole map; and the
+coefficients that an annealer gets.
+"""
 
 import numpy as np
 import pytest
@@ -22,7 +24,8 @@ def energy_of_map(path, left, right, window, lam):
     disparities = np.where(held == 1, 0, held // 8)
     rows, columns = np.mgrid[window]
     unary = np.abs(grey(left)[window] - grey(right)[rows, columns - disparities]).sum()
-    return unary + lam * (np.count_nonzero(np.diff(disparities, axis=1)) + np.count_nonzero(np.diff(disparities, axis=0)))
+    return unary + lam * (np.count_nonzero(np.diff(disparities, axis=1)) +
+                          np.count_nonzero(np.diff(disparities, axis=0)))
 
 
 @pytest.fixture
@@ -46,21 +49,26 @@ def test_the_whole_map_of_what_is_left(run, pairs, tmp_path, name, encoding):
     if not scene.is_dir():
         pytest.skip(f"no scene in {scene}")
     left, right, window = pairs(scene, roi, "p.qcf")
-    facts = run("qstereo", "reduce", "p.qcf", "-o", "small.qcf", "--encoding", encoding, "--truncate", "--json")
+    facts = run("qstereo", "reduce", "p.qcf", "-o", "small.qcf", "--encoding", encoding,
+                "--truncate", "--json")
     assert facts["proven_optimal"]
     if name == "tsukuba":
         assert facts["variables_before"] == 160000 and facts["variables_after"] < 160
     run("qstereo", "solve", "small.qcf", "-o", "s.qsf")
     decoded = run("qstereo", "decode", "small.qcf", "s.qsf", "-o", "m.png", "--json")
-    assert decoded["energy"] == facts["lower_bound"] == energy_of_map(tmp_path / "m.png", left, right, window, 20)
+    assert decoded["energy"] == facts["lower_bound"] == energy_of_map(tmp_path / "m.png", left,
+                                                                      right, window, 20)
     whole = run("qstereo", "solve", "p.qcf", "-o", "w.qsf", "--json")
     assert whole["energy"] == decoded["energy"] and whole["proven_optimal"]
 
 
 @pytest.mark.parametrize("encoding", ["one-hot-sparse", "domain-wall"])
 def test_a_core_is_left_for_an_annealer(run, pairs, tmp_path, encoding):
-    """The bridge anneals what a target leaves, without knowing of labels; repair and the fixed labels make the whole map."""
-    left, right, window = pairs(RENDERED, "40,20,40,30", "small.qcf", "--reduce", "--target", "200", "--encoding", encoding, "--truncate")
+    """The bridge anneals what a target leaves, without knowing of labels; repair and the fixed
+    labels make the whole map.
+    """
+    left, right, window = pairs(RENDERED, "40,20,40,30", "small.qcf", "--reduce", "--target", "200",
+                                "--encoding", encoding, "--truncate")
     info = run("qstereo", "info", "small.qcf", "--json")
     assert info["variables"] <= 200 and info["sites"] == 1200
     run("qstereo-bridge", "solve", "small.qcf", "-o", "s.qsf", "--num-reads", "5", "--seed", "1")
@@ -77,11 +85,13 @@ def test_units_are_those_of_the_ising_model(run, pairs, tmp_path):
     checked = 0
     for row in rows:
         if row["why_not"] is None:
-            pairs(RENDERED, "40,20,12,10", "q.qcf", "--lambda", "12.5", "--encoding", row["encoding"], "--penalty", row["penalty"],
+            pairs(RENDERED, "40,20,12,10", "q.qcf", "--lambda", "12.5", "--encoding",
+                  row["encoding"], "--penalty", row["penalty"],
                   *(["--truncate"] if row["truncated"] else []))
             h, J, _ = models.to_bqm(qcf.parse_qcf((tmp_path / "q.qcf").read_bytes())).to_ising()
             h, J = np.array(list(h.values())) / 2, np.array(list(J.values())) / 2
-            unit = min(4 / abs(h).max(), *([2 / -J.min()] if J.min() < 0 else []), *([1 / J.max()] if J.max() > 0 else []))
+            unit = min(4 / abs(h).max(), *([2 / -J.min()] if J.min() < 0 else []),
+                       *([1 / J.max()] if J.max() > 0 else []))
             assert row["unit"] == pytest.approx(unit, rel=1e-9), row
             checked += 1
     assert checked == 12

@@ -17,10 +17,13 @@ def grey(path):
 
 def test_venus_window_solved_decoded_and_scored(run, tmp_path):
     scene = SCENES / "venus"
-    run("qstereo", "encode", scene / "left.png", scene / "right.png", "-o", "p.qcf", "--disparity", "0:19", "--roi", "200,150,40,40")
-    solved = run("qstereo-bridge", "solve", "p.qcf", "-o", "s.qsf", "--num-reads", "2", "--seed", "1", "--json")
+    run("qstereo", "encode", scene / "left.png", scene / "right.png", "-o", "p.qcf", "--disparity",
+        "0:19", "--roi", "200,150,40,40")
+    solved = run("qstereo-bridge", "solve", "p.qcf", "-o", "s.qsf", "--num-reads", "2", "--seed",
+                 "1", "--json")
     valid = run("qstereo", "validate", "p.qcf", "s.qsf", "--json")
-    assert valid["energies_agree"] and valid["feasible"] > 0 and valid["best_energy"] == solved["best_energy"]
+    assert valid["energies_agree"] and valid["feasible"] > 0 and valid["best_energy"] == solved[
+        "best_energy"]
     decoded = run("qstereo", "decode", "p.qcf", "s.qsf", "-o", "d.png", "--color", "--json")
     held = np.asarray(Image.open(tmp_path / "d.png")).astype(int)
     assert held.shape == (383, 434) and np.count_nonzero(held) == 1600
@@ -49,11 +52,12 @@ def test_whole_scene_grid_and_penalties(run):
     info = run("qstereo", "info", "p.qcf", "--json")
     assert (info["width"], info["height"], info["sites"]) == (369, 288, 369 * 288)
     assert info["variables"] == 369 * 288 * 16
-    run("qstereo", "encode", scene / "left.png", scene / "right.png", "-o", "q.qcf", "--roi", "142,94,100,100", "--penalty", "paper",
-        "--encoding", "one-hot")
+    run("qstereo", "encode", scene / "left.png", scene / "right.png", "-o", "q.qcf", "--roi",
+        "142,94,100,100", "--penalty", "paper", "--encoding", "one-hot")
     columns, rows = slice(142, 242), slice(94, 194)
     left, right = grey(scene / "left.png"), grey(scene / "right.png")
-    theta = np.stack([np.abs(left[rows, columns] - right[rows, 142 - d:242 - d]) for d in range(16)])
+    theta = np.stack(
+        [np.abs(left[rows, columns] - right[rows, 142 - d:242 - d]) for d in range(16)])
     alpha = theta.max(0).sum() + 20 * 19800 + 1
     assert alpha > 900000
     assert run("qstereo", "info", "q.qcf", "--json")["penalty_max"] == alpha

@@ -1,5 +1,6 @@
 #include "penalty.h"
 
+#include "../base/minmax.h"
 #include "../base/saturate.h"
 #include "../problem/pairwise.h"
 
@@ -15,7 +16,7 @@ static uint64_t share(uint64_t x, uint64_t y, uint64_t divisor)
 /* (tau - 1) + (tau - 2) + ..., at most `count` terms. */
 static uint64_t falling(uint64_t tau, uint64_t count)
 {
-    uint64_t terms = count < tau - 1 ? count : tau - 1;
+    uint64_t terms = qs_min_u64(count, tau - 1);
     return terms * tau - terms * (terms + 1) / 2;
 }
 
@@ -23,6 +24,22 @@ static uint64_t falling(uint64_t tau, uint64_t count)
 static uint64_t largest_row(uint64_t tau, uint64_t labels)
 {
     return tau == 0 ? 0 : tau + falling(tau, (labels - 1) / 2) + falling(tau, labels / 2);
+}
+
+/* b - a of one-hot-sparse, less the gap. */
+static uint64_t sparse_bound(qs_penalty penalty, const qs_pairwise *pairwise, uint32_t labels,
+                             qs_site_edges edges)
+{
+    uint64_t tau = qs_band(pairwise, labels), bound = 0;
+    bool local = penalty == QS_PENALTY_LOCAL;
+    if (pairwise->smoothness == QS_POTTS) {
+        return local ? edges.most : share(edges.most, 1, 2);
+    }
+    if (local) {
+        qs_grow(&bound, edges.weights, largest_row(tau, labels));
+        return bound;
+    }
+    return tau > 0 ? share(edges.weights, 6 * tau - 3, 4) : 0;
 }
 
 void qs_one_hot_bound(qs_encoding encoding, qs_penalty penalty, const qs_pairwise *pairwise,
@@ -33,14 +50,7 @@ void qs_one_hot_bound(qs_encoding encoding, qs_penalty penalty, const qs_pairwis
     if (encoding == QS_ONE_HOT) {
         qs_grow(a, 1, edges.most);
     } else {
-        uint64_t tau = qs_band(pairwise, labels);
-        if (pairwise->smoothness == QS_POTTS) {
-            qs_grow(&above, 1, penalty == QS_PENALTY_LOCAL ? edges.most : share(edges.most, 1, 2));
-        } else if (penalty == QS_PENALTY_LOCAL) {
-            qs_grow(&above, edges.weights, largest_row(tau, labels));
-        } else if (tau > 0) {
-            qs_grow(&above, 1, share(edges.weights, 6 * tau - 3, 4));
-        }
+        qs_grow(&above, 1, sparse_bound(penalty, pairwise, labels, edges));
     }
     *b = *a;
     qs_grow(b, 1, above);

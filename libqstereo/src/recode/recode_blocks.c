@@ -1,21 +1,22 @@
-/* The blocks of two sites depend on their label sets alone: one for each two sets that meet. */
+/* The block of two sites depends on their label sets alone. So there is one block for each two sets
+ * of which two sites are neighbours. */
 #include <string.h>
 
-#include "../encode/penalty.h"
 #include "../base/saturate.h"
+#include "../base/sort.h"
 #include "../problem/pairwise.h"
 #include "recoder.h"
-#include "../base/sort.h"
 
 /* ---- Entries. ---- */
 
+/* The label of a site that has `index` labels left below it. */
 static uint32_t label_of(const qs_remaining *rest, uint32_t site, uint32_t index)
 {
     return rest->label[rest->start[site] + index];
 }
 
-/* Of variables u_row+1 and u_column+1 of two domain walls: x_i = u_i - u_i+1 in sum_ij V(i, j) x_i
- * x_j. */
+/* Of the variables u_row+1 and u_column+1 of two domain walls: put x_i = u_i - u_i+1 into
+ * sum_ij V(i, j) x_i x_j. */
 static int64_t wall_entry(const qs_remaining *rest, const qs_block_of *block, uint32_t row,
                           uint32_t column)
 {
@@ -36,9 +37,10 @@ static int64_t pair_entry(const qs_recoder *r, const qs_block_of *block, uint32_
         return wall_entry(rest, block, row, column);
     }
     uint32_t a = label_of(rest, block->first, row), b = label_of(rest, block->second, column);
-    return r->encoding == QS_ONE_HOT_SPARSE
-               ? -qs_band_entry(qs_band(&m->pairwise, m->labels), (int64_t)a - b)
-               : qs_model_pairwise(m, a, b);
+    if (r->encoding == QS_ONE_HOT_SPARSE) {
+        return -qs_band_entry(qs_band(&m->pairwise, m->labels), (int64_t)a - b);
+    }
+    return qs_model_pairwise(m, a, b);
 }
 
 static int64_t entry(const void *context, uint32_t number, uint32_t row, uint32_t column)
@@ -127,12 +129,13 @@ static bool edge_before(const void *context, uint32_t a, uint32_t b)
     return first != other ? first < other : r->set[x->second] < r->set[y->second];
 }
 
-/* In one-hot files of a whole masked grid each run is a row's own (docs/FORMAT.md). */
+/* In one-hot files of a whole masked grid no run goes on from one row into the next, nor over a
+ * masked cell (docs/FORMAT.md). */
 static bool ends_run(const qs_recoder *r, const qs_edge *before, const qs_edge *edge)
 {
     const qs_remaining *rest = &r->rest;
     const qs_model *m = rest->model;
-    if (!m->mask || !rest->counts.whole || r->encoding > QS_ONE_HOT_SPARSE) {
+    if (!m->mask || !rest->counts.whole || !qs_encoding_facts_of(r->encoding)->is_streamed) {
         return false;
     }
     uint32_t from = rest->cell[before->first], to = rest->cell[before->second];
@@ -145,10 +148,10 @@ static void couple_set_pair(qs_recoder *r, const uint32_t *edges, size_t count)
     const qs_remaining *rest = &r->rest;
     const qs_edge *one = &rest->edges[edges[0]];
     uint32_t block = qs_add_block(r, (qs_block_of){QS_PAIR_BLOCK, one->first, one->second});
-    /* Repair moves the walls of linear costs along every edge, also where no two labels left tell
-     * the edge's cost from unary ones. */
-    bool wanted = rest->counts.whole || (r->encoding == QS_DOMAIN_WALL &&
-                                         qs_is_linear(&rest->model->pairwise, rest->model->labels));
+    /* The repair of linear walls needs a coupling for each edge, also where its block is all 0. */
+    bool linear_walls =
+        r->encoding == QS_DOMAIN_WALL && qs_is_linear(&rest->model->pairwise, rest->model->labels);
+    bool wanted = rest->counts.whole || linear_walls;
     if (!wanted && qs_draft_block_sum(&r->draft, block) == 0) {
         r->draft.block_count--; /* what the edges cost is in the offset and the linear terms */
         return;
@@ -168,11 +171,24 @@ void qs_couple_neighbours(qs_recoder *r)
         r->order[e] = (uint32_t)e;
     }
     qs_sort(r->order, r->scratch, count, edge_before, r);
-    for (size_t from = 0, to; from < count; from = to) {
-        for (to = from + 1; to < count && !edge_before(r, r->order[from], r->order[to]); to++) {
+    for (size_t from = 0; from < count;) {
+        size_t to = from + 1;
+        while (to < count && !edge_before(r, r->order[from], r->order[to])) {
+            to++;
         }
         couple_set_pair(r, r->order + from, to - from);
+        from = to;
     }
+}
+
+/* The cheapest label of a site: its cost is 0. */
+static uint32_t winner(const qs_remaining *rest, uint32_t site)
+{
+    uint32_t i = rest->start[site];
+    while (rest->cost[i] != 0) {
+        i++;
+    }
+    return rest->label[i];
 }
 
 uint64_t qs_winner_energy(const qs_remaining *rest)
@@ -180,16 +196,9 @@ uint64_t qs_winner_energy(const qs_remaining *rest)
     uint64_t energy = 0;
     for (uint64_t e = 0; e < rest->counts.edges; e++) {
         const qs_edge *edge = &rest->edges[e];
-        uint32_t label[2];
-        for (int side = 0; side < 2; side++) {
-            uint32_t i = rest->start[side == 0 ? edge->first : edge->second];
-            while (rest->cost[i] != 0) {
-                i++;
-            }
-            label[side] = rest->label[i];
-        }
-        qs_grow(&energy, (uint64_t)edge->weight,
-                (uint64_t)qs_model_pairwise(rest->model, label[0], label[1]));
+        int64_t cost =
+            qs_model_pairwise(rest->model, winner(rest, edge->first), winner(rest, edge->second));
+        qs_grow(&energy, (uint64_t)edge->weight, (uint64_t)cost);
     }
     return energy;
 }

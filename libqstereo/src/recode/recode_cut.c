@@ -1,6 +1,6 @@
-/* The minimum cuts of Ishikawa's graph (docs/MATHS.md): a variable a vertex, 1 on the side of the
- * source; and, for st-cut-arcs, a variable an arc. */
-#include "../base/saturate.h"
+/* The minimum cut of Ishikawa's graph (docs/MATHS.md): a variable for each vertex, 1 on the side of
+ * the source; and, in st-cut-arcs, a variable for each arc. */
+#include "../base/minmax.h"
 #include "recoder.h"
 
 /* Kinds of edges, in the order of the arcs' variables: along a site's chain; from its last vertex
@@ -16,7 +16,7 @@ typedef struct cut_edge {
 
 typedef void visit_edge(qs_recoder *r, const cut_edge *edge);
 
-/* First vertex of a site, which has one more than labels. */
+/* The first vertex of a site, which has one vertex more than labels. */
 static uint32_t first_vertex(const qs_remaining *rest, uint32_t p)
 {
     return rest->start[p] + p;
@@ -34,7 +34,8 @@ static void visit_site(qs_recoder *r, uint32_t p, unsigned kinds, visit_edge *vi
     const int64_t *cost = rest->cost + rest->start[p];
     int64_t firm =
         (int64_t)(rest->reach[p].most + r->gap); /* keeps the ends of the chain in place */
-    for (uint32_t i = 0; (kinds & CHAIN) != 0 && i < size; i++) {
+    uint32_t links = (kinds & CHAIN) != 0 ? size : 0;
+    for (uint32_t i = 0; i < links; i++) {
         cut_edge edge = {vertex + i, vertex + i + 1, cost[i], (int64_t)r->gap, vertex + i};
         visit(r, &edge);
     }
@@ -48,16 +49,16 @@ static void visit_site(qs_recoder *r, uint32_t p, unsigned kinds, visit_edge *vi
     }
 }
 
-/* The last boundary between labels, from 0, that the vertex `index` of a site stands for: below the
- * label itself, or above all. */
+/* The last boundary that the vertex `index` of a site stands for. Boundary d is the one below label
+ * d; the last boundary is above all labels. */
 static uint32_t boundary(const qs_remaining *rest, uint32_t p, uint32_t index)
 {
     return index < qs_remaining_size(rest, p) ? rest->label[rest->start[p] + index]
                                               : rest->model->labels;
 }
 
-/* Boundaries where the same two vertices stand for both sites make one edge; returns the number of
- * the next. */
+/* Boundaries for which the same two vertices stand make one edge. `number` is that of the first
+ * edge; returns the number of the one behind the last. */
 static uint64_t visit_neighbours(qs_recoder *r, const qs_edge *edge, uint64_t number,
                                  visit_edge *visit)
 {
@@ -65,7 +66,7 @@ static uint64_t visit_neighbours(qs_recoder *r, const qs_edge *edge, uint64_t nu
     uint32_t i = 0, j = 0;
     for (uint32_t from = 0; from <= rest->model->labels;) {
         uint32_t last = boundary(rest, edge->first, i), other = boundary(rest, edge->second, j),
-                 to = last < other ? last : other;
+                 to = qs_min_u32(last, other);
         int64_t capacity = edge->weight * (int64_t)(to - from + 1);
         cut_edge arcs = {first_vertex(rest, edge->first) + i, first_vertex(rest, edge->second) + j,
                          capacity, capacity, number++};
@@ -77,7 +78,7 @@ static uint64_t visit_neighbours(qs_recoder *r, const qs_edge *edge, uint64_t nu
     return number;
 }
 
-/* Visits the edges of some kinds; returns the number of all edges, if all are visited. */
+/* Visits the edges of some kinds. Where all are visited, returns how many there are. */
 static uint64_t visit_edges(qs_recoder *r, unsigned kinds, visit_edge *visit)
 {
     const qs_remaining *rest = &r->rest;
@@ -85,7 +86,8 @@ static uint64_t visit_edges(qs_recoder *r, unsigned kinds, visit_edge *visit)
     for (uint32_t p = 0; p < rest->counts.undecided; p++) {
         visit_site(r, p, kinds, visit);
     }
-    for (uint64_t e = 0; (kinds & NEIGHBOURS) != 0 && e < rest->counts.edges; e++) {
+    uint64_t edges = (kinds & NEIGHBOURS) != 0 ? rest->counts.edges : 0;
+    for (uint64_t e = 0; e < edges; e++) {
         if (rest->edges[e].weight > 0) {
             number = visit_neighbours(r, &rest->edges[e], number, visit);
         }
@@ -114,8 +116,7 @@ static uint32_t arc_variable(const qs_recoder *r, const cut_edge *edge, bool bac
 
 static void count_edge(qs_recoder *r, const cut_edge *edge)
 {
-    int64_t larger = edge->there > edge->back ? edge->there : edge->back;
-    r->force = larger > r->force ? larger : r->force;
+    r->force = qs_max_i64(r->force, qs_max_i64(edge->there, edge->back));
 }
 
 static void enter_linear(qs_recoder *r, const cut_edge *edge)
@@ -152,8 +153,8 @@ static void couple_back_head(qs_recoder *r, const cut_edge *edge)
     qs_draft_couple(&r->draft, edge->u, arc_variable(r, edge, true), 0, 2 * r->force);
 }
 
-/* Visits all edges kind by kind, as each is regular in itself; what comes is not a part of the run
- * before. */
+/* Visits all edges kind by kind: each kind is regular in itself and makes few runs. Each begins a
+ * run of its own. */
 static void by_kind(qs_recoder *r, visit_edge *visit)
 {
     static const unsigned kinds[3] = {CHAIN, SINK | SOURCE, NEIGHBOURS};

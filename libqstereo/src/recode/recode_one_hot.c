@@ -1,5 +1,6 @@
-/* One-hot, one-hot-sparse, and multiway-cut, which is one-hot with a terminal a label
+/* One-hot and one-hot-sparse; and multiway-cut, which is one-hot with a terminal for each label
  * (docs/MATHS.md). */
+#include "../base/minmax.h"
 #include "../base/saturate.h"
 #include "../problem/pairwise.h"
 #include "recoder.h"
@@ -13,7 +14,7 @@ static uint64_t enter_costs(qs_recoder *r)
         int64_t largest = 0;
         for (uint32_t i = rest->start[p]; i < rest->start[p + 1]; i++) {
             r->draft.linear[i] = rest->cost[i];
-            largest = rest->cost[i] > largest ? rest->cost[i] : largest;
+            largest = qs_max_i64(largest, rest->cost[i]);
         }
         qs_grow(&sum, 1, (uint64_t)largest);
     }
@@ -34,8 +35,33 @@ static uint64_t paper_alpha(const qs_remaining *rest, uint64_t largest)
 {
     uint64_t bound = largest;
     qs_grow(&bound, weight_sum(rest), (uint64_t)rest->model->pairwise_max);
-    qs_grow(&bound, 1, rest->constant > 0 ? (uint64_t)rest->constant + 1 : 1);
+    qs_grow(&bound, 1, (uint64_t)qs_max_i64(rest->constant, 0) + 1);
     return bound;
+}
+
+/* The sites' groups and penalties. */
+static void enter_groups(qs_recoder *r)
+{
+    const qs_remaining *rest = &r->rest;
+    const qs_model *m = rest->model;
+    for (uint32_t p = 0; p < rest->counts.undecided; p++) {
+        uint64_t a = r->alpha, b = 2 * r->alpha;
+        if (qs_penalty_keeps_gap(r->penalty)) {
+            qs_one_hot_bound(r->encoding, r->penalty, &m->pairwise, m->labels, r->gap,
+                             rest->reach[p], &a, &b);
+        }
+        qs_draft_groups(&r->draft, 1, qs_remaining_size(rest, p), a, b);
+    }
+}
+
+/* A whole problem is written as qs_encode writes it, to the byte: it has a block also where it has
+ * no edge, and its couplings are lattices in a grid and a list in any other graph. */
+static void match_encode(qs_recoder *r)
+{
+    if (r->draft.block_count == 0) {
+        qs_add_block(r, (qs_block_of){QS_PAIR_BLOCK, 0, 0});
+    }
+    r->draft.lattice = r->rest.model->width > 0 ? 1 : UINT32_MAX;
 }
 
 void qs_recode_one_hot(qs_recoder *r)
@@ -46,22 +72,11 @@ void qs_recode_one_hot(qs_recoder *r)
     if (r->penalty == QS_PENALTY_PAPER) {
         r->alpha = paper_alpha(rest, largest);
     }
-    for (uint32_t p = 0; p < rest->counts.undecided; p++) {
-        uint64_t a = r->alpha, b = 2 * r->alpha;
-        if (qs_penalty_keeps_gap(r->penalty)) {
-            qs_one_hot_bound(r->encoding, r->penalty, &m->pairwise, m->labels, r->gap,
-                             rest->reach[p], &a, &b);
-        }
-        qs_draft_groups(&r->draft, 1, qs_remaining_size(rest, p), a, b);
-    }
+    enter_groups(r);
     qs_number_sets(r);
     qs_couple_neighbours(r);
-    if (rest->counts.whole && r->draft.block_count == 0) {
-        qs_add_block(r, (qs_block_of){QS_PAIR_BLOCK, 0,
-                                      0}); /* which a whole problem has also where it has no edge */
-    }
     if (rest->counts.whole) {
-        r->draft.lattice = m->width > 0 ? 1 : UINT32_MAX; /* a grid's runs, a graph's list */
+        match_encode(r);
     }
     if (r->encoding == QS_ONE_HOT_SPARSE) {
         uint64_t edges = 0;
@@ -72,13 +87,13 @@ void qs_recode_one_hot(qs_recoder *r)
 
 /* ---- Multiway cut. ---- */
 
-/* C(p, t) = K - cost: the capacity of the edge between a site and the terminal of a label that is
- * left to it, K being above the site's costs. */
+/* K of a site: one more than its largest cost. The edge between a site p and the terminal t of a
+ * label left to it has the capacity C(p, t) = K - cost. */
 static int64_t ceiling(const qs_remaining *rest, uint32_t p)
 {
     int64_t largest = 0;
     for (uint32_t i = rest->start[p]; i < rest->start[p + 1]; i++) {
-        largest = rest->cost[i] > largest ? rest->cost[i] : largest;
+        largest = qs_max_i64(largest, rest->cost[i]);
     }
     return largest + 1;
 }
@@ -94,8 +109,8 @@ static uint64_t site_capacity(const qs_remaining *rest, uint32_t p)
     return sum;
 }
 
-/* The sites' groups and penalties; the offset such that H is F: the cut of a labelling is F + sum_p
- * (sum_t C(p, t) - K). */
+/* The groups and penalties of the sites, and the offset that makes H equal F: the cut of a
+ * labelling is F + sum_p (sum_t C(p, t) - K). */
 static void enter_sites(qs_recoder *r)
 {
     const qs_remaining *rest = &r->rest;
@@ -119,8 +134,8 @@ static void enter_sites(qs_recoder *r)
     }
 }
 
-/* The terminals, each bound to its own label; C of each is gathered in the linear terms, which come
- * to hold what binds it. */
+/* The groups and penalties of the terminals, and the linear terms that bind each to its own label.
+ * First the linear term of a terminal's own label holds the sum of its C, for the penalty. */
 static void enter_terminals(qs_recoder *r)
 {
     const qs_remaining *rest = &r->rest;
@@ -144,7 +159,7 @@ static void enter_terminals(qs_recoder *r)
     }
 }
 
-/* Sites of one set after another share a block. */
+/* Sites with the same label set share a block; in `order` they stand one after another. */
 static void couple_terminals(qs_recoder *r)
 {
     const qs_remaining *rest = &r->rest;

@@ -1,7 +1,8 @@
-/* Domain walls: u_i = [the site's label is its i-th or a higher one] (docs/MATHS.md). */
-#include "../base/saturate.h"
-#include "recoder.h"
+/* Domain walls: u_i = 1 where the label of the site is the i-th left to it or a higher one, counted
+ * from 0 (docs/MATHS.md). */
+#include "../base/minmax.h"
 #include "../base/sort.h"
+#include "recoder.h"
 
 /* First variable of a site: u_1. */
 static uint32_t first_wall(const qs_remaining *rest, uint32_t p)
@@ -9,18 +10,19 @@ static uint32_t first_wall(const qs_remaining *rest, uint32_t p)
     return rest->start[p] - p;
 }
 
+/* kappa of a site. */
 static uint64_t bound(const qs_recoder *r, uint32_t p)
 {
     const qs_remaining *rest = &r->rest;
     const qs_model *m = rest->model;
     int64_t inner = 0;
     for (uint32_t i = rest->start[p] + 1; i + 1 < rest->start[p + 1]; i++) {
-        inner = rest->cost[i] > inner ? rest->cost[i] : inner;
+        inner = qs_max_i64(inner, rest->cost[i]);
     }
     return qs_wall_bound(&m->pairwise, m->labels, r->gap, (uint64_t)inner, rest->reach[p].weights);
 }
 
-/* Costs and kappa (1 - u_i) u_i+1, without its couplings. */
+/* The groups, the costs, and the linear part of kappa (1 - u_i) u_i+1. */
 static void enter_sites(qs_recoder *r)
 {
     const qs_remaining *rest = &r->rest;
@@ -36,7 +38,7 @@ static void enter_sites(qs_recoder *r)
     }
 }
 
-/* What an edge costs each label of one site while the other has its first. */
+/* Adds to one site of an edge what the edge costs while the other site has its lowest label. */
 static void add_edge(qs_recoder *r, const qs_edge *edge, bool first)
 {
     const qs_remaining *rest = &r->rest;
@@ -58,7 +60,7 @@ static bool shorter(const void *context, uint32_t a, uint32_t b)
     return qs_remaining_size(context, a) < qs_remaining_size(context, b);
 }
 
-/* The chains: one block for each number of labels. */
+/* The quadratic part of kappa (1 - u_i) u_i+1: one block for each number of labels. */
 static void couple_chains(qs_recoder *r)
 {
     const qs_remaining *rest = &r->rest;

@@ -14,7 +14,7 @@ typedef enum qs_block_kind {
     QS_SCALAR_BLOCK /* 1: of two single variables */
 } qs_block_kind;
 
-/* A block, by two undecided sites that it is the block of. */
+/* A block, named by two undecided sites that it couples. */
 typedef struct qs_block_of {
     qs_block_kind kind;
     uint32_t first, second;
@@ -29,21 +29,22 @@ typedef struct qs_recoder {
     int64_t force; /* of st-cut-arcs: what holds an arc's variable to its vertices' */
     qs_block_of *blocks; /* of the draft */
     uint32_t *set; /* of each undecided site: the number of its label set */
-    uint32_t *order,
-        *scratch; /* as many as there are undecided sites or edges, whichever are more */
+    /* As many numbers as there are undecided sites or edges, whichever are more. */
+    uint32_t *order, *scratch;
 } qs_recoder;
 
-/* Numbers the sites' label sets and leaves the sites in `order`, sorted by set. */
+/* Numbers the label sets of the sites, and puts the sites into `order`, sorted by their sets. */
 void qs_number_sets(qs_recoder *r);
 
 /* Appends a block to the draft and returns its number. */
 uint32_t qs_add_block(qs_recoder *r, qs_block_of block);
 
-/* Couples the groups of all pairs of neighbours by their pairwise cost, a block for each two sets
- * that meet. Disturbs `order`. */
+/* Couples the groups of all neighbours by their pairwise cost, with a block for each two label sets
+ * of which two sites are neighbours. Overwrites `order`. */
 void qs_couple_neighbours(qs_recoder *r);
 
-/* The winner-takes-all labelling's energy, without the constant. */
+/* The energy, without the constant, of the labelling in which each site takes its cheapest
+ * label. */
 uint64_t qs_winner_energy(const qs_remaining *rest);
 
 /* The encoders. Each fills in the draft of a problem with undecided sites. */

@@ -33,9 +33,8 @@ typedef struct qs_remaining {
     qs_remaining_counts counts; /* its edges are exact once it has been filled */
     int64_t constant;
     bool overflow; /* a cost does not fit */
-    bool
-        no_model; /* a model of the file would overflow: a cost, with what truncation takes, is above
-                      2^31 - 1 */
+    bool no_model; /* a cost, with what truncation takes, is above 2^31 - 1: a model cannot hold
+                      it */
     bool trims; /* truncation took something */
     /* Undecided sites, numbered in the order of the model's. */
     int64_t *cost; /* of each label left to each of them; each site's least is 0 */

@@ -7,7 +7,7 @@
 #include "qubo/blocks.h"
 #include "base/bytes.h"
 
-enum { ROUNDS = 1500, BITS = 16, FEW = 11, DRAWN = 150, BYTES = SLOW_VARIABLES / 8 };
+enum { ROUNDS = 500, BITS = 16, FEW = 11, DRAWN = 150, BYTES = SLOW_VARIABLES / 8 };
 
 static tiny t;
 static slow_qubo q;

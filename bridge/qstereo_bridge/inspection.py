@@ -1,0 +1,42 @@
+"""The command `inspect`: D-Wave's inspector on the samples of its annealer."""
+
+from . import embedding, problem
+from .failure import BAD_INPUT, IO, USAGE, Failure, io
+
+
+def inspect(options):
+    """Open dwave-inspector with the samples in `options.samples`, where it is installed."""
+    try:
+        import dwave.inspector
+        from dwave.system import DWaveSampler
+    except ImportError as error:
+        raise Failure(IO, f"{error.name} is not installed; `dwave install inspector` installs "
+                      "D-Wave's inspector") from None
+    samples = problem.load_samples(options.samples, options.memory_limit)
+    if samples.solver != "qpu":
+        raise Failure(BAD_INPUT, f"{options.samples}: samples of {samples.solver}; the inspector "
+                      "shows those of the solver qpu")
+    if options.problem is None:
+        raise Failure(USAGE, "the inspector wants the problem; name it with --problem P.qcf")
+    whole = problem.load(options.problem, options.memory_limit)
+    chains = _chains(options, samples, len(whole))
+    dwave.inspector.show(
+        whole.to_bqm(), samples.sampleset(whole),
+        DWaveSampler(solver=samples.info.get("service_solver")),
+        embedding_context={"embedding": chains,
+                           "chain_strength": samples.info.get("chain_strength")})
+
+
+def _chains(options, samples, n):
+    """{variable: qubits}: of the user's file, or as the samples tell them."""
+    if options.embedding:
+        with io(options.embedding, "read"):
+            try:
+                return embedding.read(options.embedding).chains
+            except embedding.NotThisOne as error:
+                raise Failure(BAD_INPUT, str(error)) from None
+    chains = samples.info.get("chains", [])
+    if len(chains) != n:
+        raise Failure(USAGE, f"{options.samples} does not tell the chains of the {n:,} variables; "
+                      "give --embedding E.json")
+    return dict(enumerate(chains))

@@ -1,0 +1,67 @@
+"""The solvers by their names. No module of a solver is imported before it runs."""
+
+import importlib
+import os
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Solver:
+    """One row of the table: where a solver is, and the options that it takes with defaults.
+
+    module, name    where its function (problem, options, progress) -> Answer is
+    kind            the name of the class of one of D-Wave's services in `module`, which takes
+                    (problem, options); None = it runs on this machine
+    """
+
+    module: str
+    summary: str
+    options: dict
+    kind: str = None
+
+    def run(self, name, *arguments):
+        module = importlib.import_module("." + self.module, __package__)
+        return getattr(module, self.kind or ("sample" if ":" in name else name))(*arguments)
+
+
+_SERVICE = {"solver_name": None, "label": None, "max_charge": None}
+
+SOLVERS = {
+    "anneal": Solver("solvers", "simulated annealing, finished by steepest descent (the default)",
+                     {"num_reads": 20, "num_sweeps": 1000, "seed": None, "time_limit": None}),
+    "tabu": Solver("solvers", "tabu search; --time-limit is for all reads together",
+                   {"num_reads": 10, "seed": None, "time_limit": 10.0}),
+    "exact": Solver("solvers", "every state; at most 24 variables; writes up to 100 of the best, "
+                    "feasible ones first", {}),
+    "ilp": Solver("ilp", "integer programs solved by HiGHS, one for each connected part: the "
+                  "proven least labelling", {"time_limit": None}),
+    "qpu": Solver("qpu", "D-Wave's quantum annealer, by minor embedding",
+                  {"num_reads": 1000, "annealing_time": None, "chain_strength": None,
+                   "fast_anneal": None, "reverse_from": None, "embedding": None, "copies": 1,
+                   "seed": None, "param": None, **_SERVICE}, "Qpu"),
+    "hybrid-nl": Solver("hybrid", "D-Wave's nonlinear hybrid solver (Stride), one integer a site: "
+                        "for pictures of more than a few thousand pixels",
+                        {"time_limit": None, **_SERVICE}, "Nl"),
+    "hybrid-bqm": Solver("hybrid", "D-Wave's hybrid solver, penalties in the model",
+                         {"time_limit": None, **_SERVICE}, "Bqm"),
+    "hybrid-cqm": Solver("hybrid", "D-Wave's hybrid solver, one-hot groups as constraints, no "
+                         "penalties", {"time_limit": None, **_SERVICE}, "Cqm"),
+}
+# Other names of the same: what D-Wave calls it today.
+ALIASES = {"stride": "hybrid-nl"}
+ANY = "MODULE:CLASS"
+EVERY = {**SOLVERS, ANY: Solver(
+    "samplers", "any dimod sampler, with --param for all that it takes",
+    {"num_reads": None, "seed": None, "param": None, "spin_reversals": None})}
+
+
+def find(name):
+    """The Solver of this name: one of the table, or any dimod sampler as MODULE:CLASS."""
+    return EVERY[ANY if ":" in name else name]
+
+
+def name_label(options):
+    """A service gets to know the problem by its file's name, unless by another."""
+    if "label" in find(options.solver).options and options.label is None and options.problem != "-":
+        name = os.path.splitext(os.path.basename(options.problem))[0]
+        options.label = name.encode("utf-8", "replace").decode()

@@ -1,0 +1,143 @@
+"""One run of the command: read a problem, have it solved, check the answer, write and tell it."""
+
+import contextlib
+import hashlib
+import json
+import sys
+import time
+
+import numpy as np
+
+from . import models, qsf, registry
+from .container import FormatError
+from .failure import SolverError, io
+from .output import Output
+from .qcf import read_qcf
+from .solvers import nothing_to_decide, samples_of
+from .text import line, lines
+
+
+def progress(options):
+    """A function that shows one line of progress on a terminal, elsewhere nothing.
+
+    With None it clears the line.
+    """
+    if options.quiet or getattr(options, "out_dir", None) or not sys.stderr.isatty():
+        return lambda text: None
+    began = time.monotonic()
+
+    def show(text):
+        seconds = time.monotonic() - began
+        line = "" if text is None else f"{options.solver}: {text}, {seconds:.0f} s"
+        print(f"\r\033[K{line}", end="", file=sys.stderr, flush=True)
+    return show
+
+
+def read(options):
+    """The Problem; its file's SHA-256 becomes `options.digest`."""
+    name = options.problem
+    with io(name, "read"), open(0 if name == "-" else name, "rb", closefd=name != "-") as stream:
+        problem, data = read_qcf(stream, options.memory_limit)
+    options.digest = hashlib.sha256(data).digest()
+    return problem
+
+
+def show(options, text):
+    """A result, on stdout, or on stderr where the samples go to stdout."""
+    dry_run = getattr(options, "dry_run", False)
+    aside = getattr(options, "output", None) == "-" and not dry_run
+    if options.json or dry_run or not getattr(options, "quiet", False):
+        with io("stderr" if aside else "stdout", "write"):
+            print(text if options.json else lines(text),
+                  file=sys.stderr if aside else sys.stdout, flush=True)
+
+
+def _here(options, problem, tell):
+    solver = registry.find(options.solver)
+    return solver.run(options.solver, problem, options, tell), contextlib.nullcontext()
+
+
+def solve(options, print_result=show, ask=_here, problem=None):
+    """Solve, check, write, print. A regular file gets its name last, when all else has gone well.
+
+    ask(options, problem, progress) -> (Answer, a context in which the answer is written).
+    """
+    with io(options.output, "write"):
+        output = Output(options.output, last=options.out_dir is None)
+    with output:
+        problem = problem or read(options)
+        began, tell = time.monotonic(), progress(options)
+        try:
+            answer, kept = ((nothing_to_decide(problem), contextlib.nullcontext())
+                            if problem.linear.size == 0 else ask(options, problem, tell))
+        finally:
+            tell(None)
+        with kept:
+            deliver(options, problem, answer, output, began, print_result)
+
+
+def deliver(options, problem, answer, output, began, print_result=show):
+    """Check the answer, write it to `output`, print the result."""
+    samples = samples_of(problem, options.digest, options.solver, answer)
+    energies = samples.records["energy"]
+    if registry.find(options.solver).kind and not energies.size:
+        raise SolverError("the service's answer has no samples")
+    _check_energies(answer, energies, problem)
+    for warning in [] if options.quiet else answer.info.get("warnings", []):
+        print(f"qstereo-bridge {options.command}: warning: {line(str(warning))}", file=sys.stderr)
+    data = qsf.pack_qsf(samples)
+    try:
+        # What cannot be read again does not end a job.
+        qsf.parse_qsf(data, sys.maxsize)
+    except FormatError as error:
+        raise SolverError(f"internal error: the samples would make no sound .qsf ({error}); "
+                          "please report this") from None
+    with io(options.output, "write"):
+        output.write(data)
+    seconds = time.monotonic() - began
+    print_result(options, _summary(options, problem, answer, energies, seconds))
+    with io(options.output, "write"):
+        output.keep()
+
+
+def _check_energies(answer, energies, problem):
+    """The solver's energies must be the recomputed ones, but for floating point's rounding."""
+    if answer.energies is None:
+        return
+    expected = models.energies(problem, answer.bits, False) if answer.objective else energies
+    rounding = 0.5 + float(problem.magnitude(np.int64)) * 2**-44
+    wrong = ~(np.abs(answer.energies - expected) <= rounding)
+    if wrong.any():
+        at = wrong.argmax()
+        raise SolverError(f"internal error: the solver says that sample {at} has energy "
+                          f"{answer.energies[at]}, it has {expected[at]}; please report this")
+
+
+def _real(energy, scale):
+    """An energy in real units; a whole number stays one."""
+    return None if energy is None else energy // scale if energy % scale == 0 else energy / scale
+
+
+def _summary(options, problem, answer, energies, seconds):
+    good = energies[models.feasible(problem, answer.bits)]
+    told = problem.groups_say_all
+    least, bound = min(energies.tolist(), default=None), answer.lower_bound
+    # A minimum of H that is no labelling proves nothing of the labellings.
+    proven = bound is not None and bool((good == bound).any())
+    real = {key: _real(value, problem.scale) for key, value in {
+        "energy": least, "lower_bound": bound, "gap": None if bound is None else least - bound,
+        "best_energy": min(good.tolist(), default=None)}.items()}
+    if options.json:
+        return json.dumps({"schema": 1, "solver": options.solver, **real,
+                           "proven_optimal": proven if told else None,
+                           "iterations": answer.iterations, "seconds": round(seconds, 3),
+                           "samples": energies.size, "feasible": good.size if told else None})
+    bounded = ("" if bound is None else
+               f" (proven {'optimal' if told else 'least of the QUBO'})" if proven else
+               f" (at most {real['gap']} above the least)" if bound < least else
+               " (the minimum of the QUBO is infeasible: the penalty is too small)")
+    best = ("`qstereo validate` says which samples are labellings" if not told else
+            f"{good.size} feasible, best energy of these {real['best_energy']}" if good.size else
+            "none feasible")
+    return (f"{options.solver}: {energies.size} samples, best energy {real['energy']}{bounded}; "
+            f"{best}; {seconds:.1f} s\n{options.output}: written")
