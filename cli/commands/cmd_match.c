@@ -106,20 +106,13 @@ static int write_found(job *at, request *asked, const laid_out *laid, const solv
     return DONE;
 }
 
-/* Finds out before the work whether there is memory for all of it. The workspaces depend on the
- * size and the pairwise cost of the model, which is not laid out yet. */
-static int check_memory(const job *at, const request *asked, const qs_problem *problem)
+/* Finds out before the work whether there is memory for all of it. The map is made after the
+ * solver's work is freed. */
+static int check_memory(const job *at, const request *asked, uint64_t model, uint64_t work,
+                        const qs_frame *frame)
 {
-    const qs_labels labels = {.frame = problem->frame};
-    const laid_out planned = {.model = {.sites = qs_problem_sites(problem),
-                                        .labels = problem->labels,
-                                        .pairwise = problem->pairwise,
-                                        .width = problem->grid.width,
-                                        .height = problem->grid.height},
-                              .problem = problem};
-    uint64_t model = qs_model_of_problem_workspace(problem);
-    uint64_t work = solve_bytes(&planned, asked->by), map = map_bytes(&asked->map, &labels);
-    /* The map is made after the solver's work is freed. */
+    const qs_labels labels = {.frame = *frame};
+    uint64_t map = map_bytes(&asked->map, &labels);
     return budget_need(&at->limit, input_name(asked->pair.left),
                        bytes_sum(model, work > map ? work : map));
 }
@@ -136,10 +129,12 @@ static int match(job *at, request *asked)
                        (uint32_t)left->height, &at->limit, &asked->truth));
         hint_truth(&asked->pair, &asked->truth);
     }
-    TRY(check_memory(at, asked, &problem));
+    TRY(check_memory(at, asked, qs_model_of_problem_workspace(&problem),
+                     solve_bytes_ahead(&problem, asked->by), &problem.frame));
     hint_swapped(&asked->pair);
     TRY(pair_lay_out(&asked->pair, &problem, &at->limit, &laid));
     TRY(map_check(laid.name, &laid.labels));
+    TRY(check_memory(at, asked, 0, solve_bytes(&laid, asked->by), &problem.frame));
     TRY(map_request_open(&asked->map, at));
     TRY(solve_problem(&laid, asked->by, &asked->how, &at->limit, &found));
     TRY(solved_check(&laid, &found));
