@@ -31,6 +31,9 @@ static void remove_and_exit(int signal_number)
     if (settled) {
         return; /* too late: the status is that of what happened */
     }
+    if (progress_takes_signal(signal_number)) {
+        return;
+    }
     for (int i = 0; i < OUTPUTS_MAX; i++) {
         if (temporaries[i] != NULL) {
             (void)unlink(temporaries[i]);
@@ -353,6 +356,22 @@ static void take_back(output *out)
     out->placed = false;
 }
 
+/* Returns true if a signal that ends the command has come while they waited. One that is ignored
+ * waits, too, but ends nothing. */
+static bool is_signal_waiting(void)
+{
+    sigset_t waiting;
+    struct sigaction action;
+    (void)sigpending(&waiting);
+    for (int i = 0; i < FATAL_SIGNALS; i++) {
+        if (sigismember(&waiting, fatal_signals[i]) == 1 &&
+            sigaction(fatal_signals[i], NULL, &action) == 0 && action.sa_handler != SIG_IGN) {
+            return true;
+        }
+    }
+    return false;
+}
+
 int output_commit(output *outs, size_t count)
 {
     int status = DONE;
@@ -365,6 +384,9 @@ int output_commit(output *outs, size_t count)
             (void)block_signals();
             status = put_in_place(&outs[i]) ? DONE : fail_system(outs[i].name, "cannot be written");
         }
+    }
+    if (status == DONE && is_signal_waiting()) {
+        status = NO_RESOURCE; /* output_settle takes the files back, and the signal comes then */
     }
     return status;
 }

@@ -14,6 +14,7 @@ int search_read(const char *const *values, search *asked)
 {
     const char *time_limit = values[SEARCH_TIME_LIMIT], *iterations = values[SEARCH_ITERATIONS];
     memset(asked, 0, sizeof *asked);
+    asked->gap = -1;
     TRY(number64_read("--seed", values[SEARCH_SEED], 0, UINT64_MAX, &asked->seed));
     if (time_limit != NULL) {
         TRY(seconds_read("--time-limit", time_limit, &asked->time_limit));
@@ -73,6 +74,14 @@ int solvers_read(const char *text, size_t length, const solver **chosen)
     (void)snprintf(name, sizeof name, "%.*s", length < sizeof name ? (int)length : (int)sizeof name,
                    text);
     return read_name("solvers", name, chosen);
+}
+
+int stopping_read(const char *const *values, search *asked)
+{
+    const char *gap = values[STOPPING_GAP_LIMIT];
+    asked->whole_command = true;
+    asked->keep_on_interrupt = values[STOPPING_KEEP] != NULL;
+    return gap != NULL ? percent_read("--gap-limit", gap, &asked->gap) : DONE;
 }
 
 static int fail_model(const char *name, qs_status status)
@@ -213,12 +222,18 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
         return NO_RESOURCE;
     }
     qs_model_winner(&problem->model, found->labelling);
-    progress watched = progress_begin(by->name, problem->scale, how->time_limit);
+    progress watched =
+        progress_begin(by->name, problem->scale, how->time_limit, how->whole_command);
+    watched.gap = how->gap;
+    progress_keep_on_interrupt(how->keep_on_interrupt);
     const qs_solve_options options = {how->iterations, how->seed, progress_watch, &watched};
     qs_status ran =
         by->run(&problem->model, &options, workspace, size, found->labelling, &found->solution);
+    progress_keep_on_interrupt(false);
     found->microseconds = progress_end(&watched);
     found->out_of_time = watched.out_of_time;
+    found->in_gap = watched.in_gap;
+    found->interrupted = watched.interrupted;
     found->own_limit = how->iterations == 0;
     if (ran == QS_E_ENCODING || ran == QS_E_OVERFLOW) {
         found->refusal = ran;
@@ -328,8 +343,12 @@ static void print_stop(const solved *found)
     if (found->solution.converged) {
         return;
     }
-    if (found->out_of_time) {
+    if (found->interrupted) {
+        fputs(", interrupted", stdout);
+    } else if (found->out_of_time) {
         fputs(", stopped at the time limit", stdout);
+    } else if (found->in_gap) {
+        fputs(", stopped at the gap limit", stdout);
     } else {
         printf(", stopped at %s limit of %" PRIu64 " iteration%s",
                found->own_limit ? "its own" : "the", found->solution.iterations,

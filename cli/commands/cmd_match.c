@@ -14,7 +14,8 @@ enum {
     PAIR,
     SOLVER = PAIR + PAIR_OPTIONS,
     SEARCH,
-    SCALE = SEARCH + SEARCH_OPTIONS,
+    STOPPING = SEARCH + SEARCH_OPTIONS,
+    SCALE = STOPPING + STOPPING_OPTIONS,
     COLOR,
     TRUTH,
     TRUTH_SCALE,
@@ -28,6 +29,7 @@ static const option options[] = {
     [PAIR] = PAIR_OPTION_ROWS,
     [SOLVER] = SOLVER_OPTION,
     [SEARCH] = SEARCH_OPTION_ROWS,
+    [STOPPING] = STOPPING_OPTION_ROWS,
     [SCALE] = SCALE_OPTION,
     [COLOR] = COLOR_OPTION,
     [TRUTH] = TRUTH_OPTION,
@@ -56,6 +58,7 @@ static int read_request(job *at, request *asked)
                   &asked->pair));
     TRY(solver_read(values[SOLVER], &asked->by));
     TRY(search_read(&values[SEARCH], &asked->how));
+    TRY(stopping_read(&values[STOPPING], &asked->how));
     TRY(truth_form_read(values[TRUTH_SCALE], values[TRUTH_NO_VALUE], &asked->truth_form));
     return map_request_read(values[OUTPUT], values[SCALE], values[COLOR] != NULL, &at->limit,
                             &asked->map);

@@ -9,12 +9,20 @@
 #include "text/numbers.h"
 #include "text/plain.h"
 
-enum { OUTPUT, SOLVER, SEARCH, JSON = SEARCH + SEARCH_OPTIONS, MEMORY_LIMIT };
+enum {
+    OUTPUT,
+    SOLVER,
+    SEARCH,
+    STOPPING = SEARCH + SEARCH_OPTIONS,
+    JSON = STOPPING + STOPPING_OPTIONS,
+    MEMORY_LIMIT
+};
 
 static const option options[] = {
     [OUTPUT] = {"output", 'o', true, "S.qsf", NULL, "samples file to write, - is standard output"},
     [SOLVER] = SOLVER_OPTION,
     [SEARCH] = SEARCH_OPTION_ROWS,
+    [STOPPING] = STOPPING_OPTION_ROWS,
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -96,6 +104,7 @@ static int run_solve(job *at)
     solved found;
     TRY(solver_read(at->values[SOLVER], &asked.by));
     TRY(search_read(&at->values[SEARCH], &asked.how));
+    TRY(stopping_read(&at->values[STOPPING], &asked.how));
     TRY(job_open_problem(at));
     TRY(lay_out(&at->both.problem, &at->limit, &laid));
     TRY(budget_need(&at->limit, laid.name, solve_bytes(&laid, asked.by)));
@@ -123,7 +132,9 @@ const command cmd_solve = {
                 "give an exact lower bound: no "
                 "labelling has a lower energy. If the energy of the answer is equal to it, the "
                 "answer is proven optimal.\n\n"
-                "Ctrl-C ends the command without a file.\n",
+                "--time-limit counts from the start of the command. Ctrl-C ends the command "
+                "without a file; with --keep-on-interrupt the first one stops the solver, and "
+                "its best so far is written.\n",
             OPTIONS(options),
             .examples =
                 "  qstereo solve p.qcf -o s.qsf\n"

@@ -87,6 +87,17 @@ int real_read(const char *option, const char *text, double *number)
     return read_real(text, number) ? DONE : fail_usage("%s %s is not a number", option, text);
 }
 
+int percent_read(const char *option, const char *text, double *percent)
+{
+    char number[32];
+    size_t length = strlen(text);
+    length -= length > 0 && text[length - 1] == '%';
+    (void)snprintf(number, sizeof number, "%.*s", (int)length, text);
+    return length < sizeof number && read_real(number, percent) && *percent >= 0
+               ? DONE
+               : fail_usage("%s %s is not a percentage from 0, such as 0.1%%", option, text);
+}
+
 int seconds_read(const char *option, const char *text, int64_t *microseconds)
 {
     double seconds;
