@@ -25,23 +25,15 @@ int search_read(const char *const *values, search *asked)
     return DONE;
 }
 
-/* best runs these two together, with a labelling for each. What its cuts take depends on the
- * costs. */
-static size_t best_ahead(const qs_model *model)
-{
-    return qs_expansion_workspace(model) + qs_trws_workspace(model) +
-           2 * sizeof(uint16_t) * model->sites;
-}
-
 static const solver solvers[] = {
-    {"icm", qs_icm, qs_icm_workspace, qs_icm_workspace},
-    {"anneal", qs_anneal, qs_anneal_workspace, qs_anneal_workspace},
-    {"swap", qs_swap, qs_swap_workspace, qs_swap_workspace},
-    {"expansion", qs_expansion, qs_expansion_workspace, qs_expansion_workspace},
-    {"bp", qs_bp, qs_bp_workspace, qs_bp_workspace},
-    {"trws", qs_trws, qs_trws_workspace, qs_trws_workspace},
-    {"cut", qs_min_cut, qs_min_cut_workspace, NULL},
-    {"best", qs_best, qs_best_workspace, best_ahead},
+    {"icm", qs_icm, qs_icm_workspace},
+    {"anneal", qs_anneal, qs_anneal_workspace},
+    {"swap", qs_swap, qs_swap_workspace},
+    {"expansion", qs_expansion, qs_expansion_workspace},
+    {"bp", qs_bp, qs_bp_workspace},
+    {"trws", qs_trws, qs_trws_workspace},
+    {"cut", qs_min_cut, qs_min_cut_workspace},
+    {"best", qs_best, qs_best_workspace},
 };
 enum { SOLVERS = sizeof solvers / sizeof solvers[0] };
 
@@ -242,29 +234,12 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
     return ran == QS_OK ? check_found(problem, work, found) : fail_status(name, ran);
 }
 
-/* Room for the labelling, and for the check of it. */
-static uint64_t result_bytes(const laid_out *problem, uint64_t sites)
-{
-    uint64_t check = problem->file != NULL ? ((uint64_t)problem->variables + 7) / 8
-                                           : qs_problem_workspace(problem->problem);
-    return sizeof(uint16_t) * sites + check;
-}
-
 uint64_t solve_bytes(const laid_out *problem, const solver *by)
 {
-    return bytes_sum(by->workspace(&problem->model), result_bytes(problem, problem->model.sites));
-}
-
-uint64_t solve_bytes_ahead(const qs_problem *problem, const solver *by)
-{
-    const laid_out planned = {.problem = problem,
-                              .model = {.sites = qs_problem_sites(problem),
-                                        .labels = problem->labels,
-                                        .pairwise = problem->pairwise,
-                                        .width = problem->grid.width,
-                                        .height = problem->grid.height}};
-    uint64_t work = by->ahead != NULL ? by->ahead(&planned.model) : 0;
-    return bytes_sum(work, result_bytes(&planned, planned.model.sites));
+    uint64_t labelling = sizeof(uint16_t) * (uint64_t)problem->model.sites;
+    uint64_t check = problem->file != NULL ? ((uint64_t)problem->variables + 7) / 8
+                                           : qs_problem_workspace(problem->problem);
+    return bytes_sum(by->workspace(&problem->model), labelling + check);
 }
 
 int solve_problem(const laid_out *problem, const solver *by, const search *how, budget *limit,

@@ -47,7 +47,6 @@ typedef struct solver {
     const char *name;
     qs_solver *run;
     size_t (*workspace)(const qs_model *model);
-    size_t (*ahead)(const qs_model *model); /* looks at the size of the model alone; NULL = none */
 } solver;
 
 /* The names of the solvers, one by one; NULL after the last. */
@@ -99,9 +98,6 @@ typedef struct solved {
 
 /* The bytes that solve_problem takes. */
 uint64_t solve_bytes(const laid_out *problem, const solver *by);
-
-/* About the same, and no more, of a problem that is not laid out yet. */
-uint64_t solve_bytes_ahead(const qs_problem *problem, const solver *by);
 
 /* Solves the problem. The energy is computed again, from the sample or the problem. What was found
  * stays in memory of the budget, the work does not. Returns DONE, also if the solver refuses, or
