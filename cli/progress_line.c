@@ -153,6 +153,11 @@ bool progress_watch(void *context, const qs_progress *now)
     return has_time(watched, time) && !is_in_gap(watched, now);
 }
 
+bool progress_goes_on(void *context)
+{
+    return has_time(context, microseconds());
+}
+
 bool progress_watch_reduction(void *context, const qs_reduction *now)
 {
     progress *watched = context;

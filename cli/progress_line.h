@@ -36,6 +36,9 @@ bool progress_takes_signal(int signal_number);
 /* The qs_watch of a progress: writes the line, and stops the solver when its time is over. */
 bool progress_watch(void *context, const qs_progress *now);
 
+/* The qs_going of a progress: looks at the time and at signals alone. */
+bool progress_goes_on(void *context);
+
 /* The same for a reduction: its qs_reduce_watch. */
 bool progress_watch_reduction(void *context, const qs_reduction *now);
 

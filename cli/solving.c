@@ -218,7 +218,8 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
         progress_begin(by->name, problem->scale, how->time_limit, how->whole_command);
     watched.gap = how->gap;
     progress_keep_on_interrupt(how->keep_on_interrupt);
-    const qs_solve_options options = {how->iterations, how->seed, progress_watch, &watched};
+    const qs_solve_options options = {how->iterations, how->seed, progress_watch, &watched,
+                                      progress_goes_on};
     qs_status ran =
         by->run(&problem->model, &options, workspace, size, found->labelling, &found->solution);
     progress_keep_on_interrupt(false);

@@ -48,16 +48,14 @@ typedef struct expansion {
     int32_t *label_height, *label_dual; /* the label's rows of height and dual */
     int32_t *row; /* V(label, .) */
     uint32_t *loaded, loaded_count; /* the chunks that have been loaded */
-    /* For the watch, which may stop a cut: */
-    const qs_solve_options *options;
-    const qs_solution *solution;
+    const qs_solve_options *options; /* its `going` may stop a cut */
     bool stopped;
 } expansion;
 
-static bool watch_cut(void *context)
+static bool ask_in_cut(void *context)
 {
     expansion *e = context;
-    e->stopped = !qs_report_progress(e->options, e->solution);
+    e->stopped = !e->options->going(e->options->context);
     return !e->stopped;
 }
 
@@ -417,8 +415,8 @@ static void find_sources(expansion *e)
     }
 }
 
-/* Makes the best move to the label. Returns true if it lowered the energy. A move that the watch
- * stops is not made, and no other may follow it. */
+/* Makes the best move to the label. Returns true if it lowered the energy. A move that is
+ * stopped is not made, and no other may follow it. */
 static bool expand(expansion *e, uint16_t label)
 {
     const qs_model *model = e->m.model;
@@ -501,10 +499,9 @@ qs_status qs_expansion(const qs_model *model, const qs_solve_options *options, v
     take_expansion(&e, model, workspace);
     qs_mover_start(&e.m);
     e.m.cut.load = load;
-    e.m.cut.going = watch_cut;
+    e.m.cut.going = options && options->going ? ask_in_cut : NULL;
     e.m.cut.context = &e;
     e.options = options;
-    e.solution = solution;
     start_duals(&e);
     *solution = (qs_solution){.energy = e.m.energy, .lower_bound = QS_NO_BOUND};
     expand_all(&e, options, times, solution);
