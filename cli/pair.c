@@ -135,8 +135,8 @@ static int fail_encode(const pair *asked, qs_status status)
     }
     if (status == QS_E_OVERFLOW) {
         return fail(BAD_INPUT, name,
-                    "the coefficients overflow (their sum is above 2^53): choose a smaller %s",
-                    asked->weights);
+                    "the coefficients overflow (their sum is above 2^53): %schoose a smaller %s",
+                    fewer_decimals(asked->weights, asked->stereo.scale), asked->weights);
     }
     return fail_status(name, status);
 }

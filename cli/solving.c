@@ -94,7 +94,7 @@ static int fail_model(const char *name, qs_status status)
     case QS_E_OVERFLOW:
         return fail(BAD_INPUT, name,
                     "has costs above 2^31 - 1 units, too large for these solvers: encode the pair "
-                    "with a smaller --lambda");
+                    "with fewer decimals in --lambda, or with a smaller --lambda");
     default: return fail_status(name, status);
     }
 }
@@ -120,6 +120,11 @@ int lay_out(problem_file *problem, budget *limit, laid_out *made)
     return built == QS_OK ? DONE : fail_model(problem->name, built);
 }
 
+const char *fewer_decimals(const char *mend, uint32_t scale)
+{
+    return scale > 1 && strstr(mend, "--lambda") != NULL ? "give --lambda fewer decimals, or " : "";
+}
+
 int lay_out_problem(const char *name, const qs_problem *problem, const char *mend, budget *limit,
                     laid_out *made)
 {
@@ -132,7 +137,8 @@ int lay_out_problem(const char *name, const qs_problem *problem, const char *men
     qs_status built = qs_model_of_problem(problem, workspace, size, &made->model, &made->labels);
     if (built == QS_E_OVERFLOW) {
         return fail(BAD_INPUT, name,
-                    "its costs overflow what the solvers can hold: choose a smaller %s", mend);
+                    "its costs overflow what the solvers can hold: %schoose a smaller %s",
+                    fewer_decimals(mend, problem->scale), mend);
     }
     made->name = name;
     made->scale = made->labels.scale;

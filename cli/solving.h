@@ -80,6 +80,10 @@ int lay_out(problem_file *problem, budget *limit, laid_out *made);
 int lay_out_problem(const char *name, const qs_problem *problem, const char *mend, budget *limit,
                     laid_out *made);
 
+/* The beginning of advice where costs overflow: costs are whole numbers of 1 / scale, and the scale
+ * comes from the decimals of --lambda. "" if `mend` does not name it, or if it has none. */
+const char *fewer_decimals(const char *mend, uint32_t scale);
+
 /* What a solver found. */
 typedef struct solved {
     const char *solver;

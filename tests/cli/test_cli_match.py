@@ -319,3 +319,15 @@ def test_a_truth_beyond_the_range_is_suspected(folder, tmp_path):
     assert "100 % of its disparities are above 9" in err and "wrong by more than 1" in err
     err = hints(folder, *moved(5), "--disparity", "0:9", "--truth", truth, "--truth-scale", "32")
     assert err == ""
+
+
+def test_what_overflows_by_decimals_asks_for_fewer(folder, tmp_path):
+    """The same lambda, within a millionth, but in finer units."""
+    *_, left, right = random_pair(tmp_path, 580, 40)
+    line = ["match", left, right, "-o", folder / "m.pgm", "--disparity", "0:511"]
+    line += ["--smoothness", "quadratic", "--solver", "icm", "--iterations", 1, "--lambda"]
+    done = run(*line, "2000.000001")
+    assert done.status == 3
+    assert "give --lambda fewer decimals, or choose a smaller --lambda" in done.err
+    assert not list(folder.iterdir())
+    assert run(*line, "2000").status == 0
