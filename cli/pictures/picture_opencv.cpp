@@ -96,11 +96,10 @@ template <typename Sample> static void copy_samples(const cv::Mat &from, picture
 static picture_status copy_picture(const cv::Mat &from, picture *to, char *reason)
 {
     if (from.empty() || (from.depth() != CV_8U && from.depth() != CV_16U) || from.channels() > 4) {
-        std::snprintf(
-            reason, REASON_SIZE, "%s",
-            from.empty()
-                ? "is not a picture that can be read (PNG, JPEG, TIFF, BMP, WebP or Netpbm), or a damaged one"
-                : "is a picture of another kind than 8 or 16 bits, grey or RGB");
+        std::snprintf(reason, REASON_SIZE, "%s",
+                      from.empty() ? "is not a picture that can be read (PNG, JPEG, TIFF, BMP, "
+                                     "WebP or Netpbm), or a damaged one"
+                                   : "is a picture of another kind than 8 or 16 bits, grey or RGB");
         return PICTURE_BAD;
     }
     to->width = static_cast<size_t>(from.cols);

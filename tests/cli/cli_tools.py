@@ -90,7 +90,8 @@ def tiff(values, tile=None):
     tags += [(322, tile), (323, tile)] if tile else [(278, height)]
     tags += [(339, kind)]
     rows = [(tag, 4, 1, value) for tag, value in tags]
-    rows += [((324, 325) if tile else (273, 279))[i : i + 1] + (4, count, places[i]) for i in (0, 1)]
+    names = (324, 325) if tile else (273, 279)
+    rows += [(name, 4, count, place) for name, place in zip(names, places)]
     folder = b"".join(struct.pack("<HHII", *row) for row in sorted(rows))
     head = struct.pack("<2sHI", b"II", 42, end + len(lists))
     return head + b"".join(parts) + lists + struct.pack("<H", len(rows)) + folder + bytes(4)

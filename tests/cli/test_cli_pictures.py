@@ -57,7 +57,8 @@ def alpha(samples):
 
 def pam(samples, kind):
     depth = samples.size // GREY.size
-    head = f"P7\n# a comment\nWIDTH 8\nHEIGHT 4\nDEPTH {depth}\nMAXVAL 255\nTUPLTYPE {kind}\nENDHDR\n"
+    head = f"P7\n# a comment\nWIDTH 8\nHEIGHT 4\nDEPTH {depth}\nMAXVAL 255\n"
+    head += f"TUPLTYPE {kind}\nENDHDR\n"
     return head.encode() + samples.tobytes()
 
 
@@ -257,7 +258,8 @@ def test_numbers_that_are_no_greys(tmp_path, opencv):
         (-GREY.astype("i2"), "but a grey picture has 0 to 65535"),
     ):
         (tmp_path / "p.tiff").write_bytes(tiff(values))
-        done = run("encode", tmp_path / "p.tiff", tmp_path / "p.tiff", "-o", "-", "--disparity", "0:3")
+        line = ["encode", tmp_path / "p.tiff", tmp_path / "p.tiff", "-o", "-"]
+        done = run(*line, "--disparity", "0:3")
         assert (done.status, words in done.err, done.out) == (3, True, b"")
 
 

@@ -27,7 +27,8 @@ typedef bool qs_watch(void *context, const qs_progress *progress);
 
 /* Asked within an iteration, often, by expansion, trws and best, whose
  * iterations are long. Returns false to stop the solver at once. What it has
- * then is the best of its earlier labellings; if there is none, the winner's. */
+ * then is the best of its labellings so far, or the winner's if there is
+ * none. */
 typedef bool qs_going(void *context);
 
 /* All zero = the defaults. */
