@@ -46,7 +46,7 @@ static int run_reduction(const laid_out *problem, const reducing *asked, budget 
     if (workspace == NULL) {
         return NO_RESOURCE;
     }
-    progress watched = progress_begin("reduce", problem->scale, asked->time_limit);
+    progress watched = progress_begin("reduce", problem->scale, asked->time_limit, true);
     const qs_reduce_options options = {asked->iterations, asked->target,
                                        qs_encoding_facts_of(asked->into)->code == QS_CODE_WALL,
                                        progress_watch_reduction, &watched};

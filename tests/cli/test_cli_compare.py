@@ -15,6 +15,7 @@ from cli_tools import (
     signal_at_output,
     started,
     succeed,
+    with_chunk,
     without_chunk,
     write_pgm,
     write_qsf,
@@ -87,10 +88,8 @@ def test_all_solvers_and_a_samples_file(tmp_path, folder, solved, truth):
         scored = json.loads(
             run("score", tmp_path / "m.pgm", truth, "--truth-scale", "16", "--json").out
         )
-        assert scored == {
-            "schema": 1,
-            **{key: result[key] for key in ("pixels", "rms", "bad_0_5", "bad_1_0")},
-        }
+        errors = ("pixels", "rms", "bad_0_5", "bad_1_0")
+        assert {key: scored[key] for key in errors} == {key: result[key] for key in errors}
         bounds += [alone["lower_bound"]] * (alone["lower_bound"] is not None)
     assert facts["lower_bound"] == max(bounds)
     for result in facts["results"]:
@@ -364,3 +363,33 @@ def test_too_many_results(solved):
     )
     done = run("compare", solved.problem, *["--samples", solved.samples] * 257)
     assert (done.status, "more than 256 options" in done.err) == (2, True)
+
+
+def test_maps_of_a_solver_with_a_long_name(tmp_path, folder, solved, pnm_only):
+    """A solver's name may have 255 bytes, as the name of a file may with its ending."""
+    for letter in "ab":
+        with_chunk(solved.samples, "SOLV", b"x" * 254 + letter.encode(), tmp_path / letter)
+    options = ["--solvers", "icm", "--samples", tmp_path / "a", "--samples", tmp_path / "b"]
+    done = run("compare", solved.problem, *options, "--maps", folder, program=pnm_only)
+    assert done.status == 0, done.err
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "icm.pgm",
+        "x" * 200 + "-2.pgm",
+        "x" * 200 + ".pgm",
+    ]
+
+
+def test_names_of_solvers_cannot_steer_a_terminal(tmp_path, solved):
+    """The format forbids C0 in them, but not the marks that turn the direction of writing."""
+    samples = with_chunk(
+        solved.samples, "SOLV", "a\u202eb\u2066c".encode(), tmp_path / "named.qsf"
+    )
+    for line in (
+        ["compare", solved.problem, "--solvers", "icm", "--samples", samples],
+        ["validate", solved.problem, samples],
+        ["info", samples],
+    ):
+        for options in ([], ["--json"]):
+            text = run(*line, *options).out.decode()
+            assert "a\\u202eb\\u2066c" in text or (line[0], options) == ("validate", ["--json"])
+            assert not {"\u202e", "\u2066"} & set(text)

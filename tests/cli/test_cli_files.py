@@ -1,5 +1,6 @@
 """Outputs appear whole or not at all, whatever goes wrong; standard streams."""
 
+import json
 import os
 import pty
 import resource
@@ -118,8 +119,8 @@ class TestOutputs:
 
     def test_a_full_device(self, commands, name):
         arguments, _ = commands[name]
-        done = run(name, *arguments, "-o", "/dev/full")
-        assert done.status == 4
+        done = run(name, *arguments, "-o", "/dev/full", "--json")
+        assert (done.status, done.out) == (4, b"")
         assert (
             done.err == f"qstereo {name}: /dev/full: cannot be written: No space left on device\n"
         )
@@ -171,6 +172,25 @@ class TestOutputs:
         os.close(master)
         assert (done.status, "terminal" in done.err) == (2, True)
 
+    def test_a_result_that_cannot_be_printed_brings_the_old_file_back(
+        self, commands, folder, name
+    ):
+        arguments, ending = commands[name]
+        output = folder / f"out{ending}"
+        output.write_text("as it was")
+        with open("/dev/full", "w") as full:
+            done = run(
+                name,
+                *arguments,
+                "-o",
+                output,
+                stdout=full,
+                stderr=subprocess.PIPE,
+                capture_output=False,
+            )
+        assert done.status == 4
+        assert list(folder.iterdir()) == [output] and output.read_text() == "as it was"
+
     def test_closed_standard_output(self, commands, folder, name):
         arguments, ending = commands[name]
         output = folder / f"out{ending}"
@@ -203,6 +223,10 @@ def test_full_standard_output(arguments):
         (signal.SIGHUP, 129),
         (signal.SIGQUIT, 131),
         (signal.SIGPIPE, 141),
+        (signal.SIGALRM, 142),
+        (signal.SIGUSR1, 138),
+        (signal.SIGUSR2, 140),
+        (signal.SIGXCPU, 152),
     ],
 )
 def test_a_signal_while_reading(folder, pair, number, status):
@@ -225,6 +249,10 @@ def test_a_signal_while_reading(folder, pair, number, status):
         (signal.SIGHUP, 129),
         (signal.SIGQUIT, 131),
         (signal.SIGPIPE, 141),
+        (signal.SIGALRM, 142),
+        (signal.SIGUSR1, 138),
+        (signal.SIGUSR2, 140),
+        (signal.SIGXCPU, 152),
     ],
 )
 def test_a_signal_while_writing(folder, number, status):
@@ -286,3 +314,69 @@ def test_names_that_look_like_options(tmp_path):
     left_path.rename(tmp_path / "--left.pgm")
     done = succeed("encode", "-o", "p.qcf", *ENCODE, "--", "--left.pgm", "right.pgm", cwd=tmp_path)
     assert (tmp_path / "p.qcf").exists()
+
+
+def test_two_outputs_are_both_written_or_none(folder, pair):
+    for name in ("m.pgm", "m.color.ppm"):
+        (folder / name).write_text(name)
+    line = ["match", *pair.paths, "-o", folder / "m.pgm", "--color", *ENCODE]
+    with open("/dev/full", "w") as full:
+        done = run(*line, stdout=full, stderr=subprocess.PIPE, capture_output=False)
+    assert done.status == 4
+    assert {path.name: path.read_text() for path in folder.iterdir()} == {
+        name: name for name in ("m.pgm", "m.color.ppm")
+    }
+    assert run(*line).status == 0
+    assert sorted(path.name for path in folder.iterdir()) == ["m.color.ppm", "m.pgm"]
+    assert (folder / "m.color.ppm").read_bytes()[:2] == b"P6"
+
+
+def test_a_temporary_has_the_mode_of_its_target(folder, tmp_path):
+    *_, left, right = random_pair(tmp_path, 400, 300)
+    (folder / "m.pgm").write_text("secret")
+    (folder / "m.pgm").chmod(0o600)
+    line = ["match", left, right, "-o", folder / "m.pgm", "--solver", "anneal"]
+    process = started(*line, "--iterations", 10**9)
+    signal_at_output(process, folder, 2, signal.SIGSTOP)
+    modes = {stat.S_IMODE(path.stat().st_mode) for path in folder.iterdir()}
+    process.send_signal(signal.SIGTERM)
+    process.send_signal(signal.SIGCONT)
+    assert process.wait(20) == 143
+    process.communicate()
+    assert modes == {0o600}
+    assert [path.read_text() for path in folder.iterdir()] == ["secret"]
+
+
+STEERING = "a\x1b[2Jb\x07c\x7fd\u0085e\u202ef\u2066g"
+
+
+@pytest.mark.parametrize("json_asked", [False, True])
+def test_names_cannot_steer_a_terminal(folder, pair, json_asked):
+    name = folder / f"{STEERING}\u00e4.pgm"
+    line = ["match", *pair.paths, "-o", name, *ENCODE, *(["--json"] if json_asked else [])]
+    done = run(*line)
+    assert done.status == 0
+    text = done.out.decode()
+    assert not set(STEERING) - set("abcdefg[2J") & set(text)
+    assert "\u00e4" in text  # a letter stays one
+    if json_asked:
+        assert json.loads(text)["map"] == str(name)
+    else:
+        assert "a\\x1b[2Jb\\x07c\\x7fd\\u0085e\\u202ef\\u2066g" in text
+
+
+def test_messages_cannot_steer_a_terminal(folder):
+    for name in (STEERING, b"\xff\x1b"):
+        done = run("info", os.fsdecode(name) if isinstance(name, bytes) else name)
+        assert done.status == 4
+        assert not set(STEERING) - set("abcdefg[2J") & set(done.err)
+        assert "\\x1b" in done.err
+    assert "\\xff" in done.err
+    assert "\\x1b" in run("info", "--\x1bx").err
+
+
+def test_a_name_that_is_no_utf8_is_still_json(folder, pair):
+    name = os.fsencode(folder) + b"/\xffm.pgm"
+    done = run("match", *pair.paths, "-o", os.fsdecode(name), *ENCODE, "--json")
+    assert done.status == 0
+    assert json.loads(done.out.decode())["map"].endswith("/\ufffdm.pgm")

@@ -169,7 +169,7 @@ def test_the_time_limit(folder, large, solver):
         "--iterations",
         str(10**12),
     )
-    assert facts["seconds"] >= 0.05 and not facts["converged"]
+    assert facts["seconds"] > 0 and not facts["converged"]
     assert json.loads(chunks_of(folder / "s.qsf")["INFO"])["parameters"] == {
         "iterations": 10**12,
         "time_limit": 0.05,
@@ -399,3 +399,29 @@ def test_what_stopped_a_solver_in_words(folder, pair, solver, options, words):
         .splitlines()
     )
     assert re.sub(r"\d+\.\d+ s", "S s", lines[1]) == words
+
+
+def test_an_interrupt_keeps_the_best_so_far(folder, large):
+    """Without the option it would end the command without a file."""
+    line = ["solve", large, "-o", folder / "s.qsf", "--solver", "anneal", "--iterations", 10**12]
+    status, shown = on_terminal(*line, "--keep-on-interrupt", interrupt_at=b"iteration")
+    assert status == 0 and shown.startswith("\r\033[Kanneal: ")
+    assert json.loads(run("validate", large, folder / "s.qsf", "--json").out)["energies_agree"]
+
+
+def test_a_gap_limit(folder, tmp_path):
+    """The first solution within the gap is taken."""
+    *_, left, right = random_pair(tmp_path, 100, 60)
+    assert run("encode", left, right, "-o", tmp_path / "p.qcf").status == 0
+    found = {
+        limit: solve(tmp_path / "p.qcf", folder / "s.qsf", "--solver", "trws", *limit)
+        for limit in ((), ("--gap-limit", "5%"), ("--gap-limit", "1"))
+    }
+    iterations = [of["iterations"] for of in found.values()]
+    assert iterations[1] <= iterations[2] <= iterations[0] and iterations[1] < iterations[0]
+    assert 0 < found["--gap-limit", "5%"]["gap"] <= 0.05 * found["--gap-limit", "5%"]["energy"]
+    line = ["solve", tmp_path / "p.qcf", "-o", folder / "s.qsf", "--gap-limit"]
+    assert b"stopped at the gap limit" in run(*line, "5%", "--solver", "trws").out
+    for text in ("x", "-1", "%"):
+        done = run(*line, text)
+        assert (done.status, "is not a percentage" in done.err) == (2, True)

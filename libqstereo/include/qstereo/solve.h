@@ -25,6 +25,12 @@ typedef struct qs_progress {
  * possible. */
 typedef bool qs_watch(void *context, const qs_progress *progress);
 
+/* Asked within an iteration, often, by expansion, trws and best, whose
+ * iterations are long. Returns false to stop the solver at once. What it has
+ * then is the best of its labellings so far, or the winner's if there is
+ * none. */
+typedef bool qs_going(void *context);
+
 /* All zero = the defaults. */
 typedef struct qs_solve_options {
     uint64_t iterations; /* at most; 0 = the solver's own default, which its
@@ -32,7 +38,8 @@ typedef struct qs_solve_options {
     uint64_t seed; /* of the solvers that draw random numbers */
     qs_watch *watch; /* NULL = nobody. It is called at least once in each
                         iteration. There may be none: in swap with one label */
-    void *context; /* of watch */
+    void *context; /* of watch and going */
+    qs_going *going; /* NULL = nobody */
 } qs_solve_options;
 
 typedef struct qs_solution {
