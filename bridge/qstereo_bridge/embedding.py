@@ -74,7 +74,7 @@ class Source:
     def of(cls, problem, limit=DEFAULT_LIMIT):
         """The graph of a Problem's QUBO, penalties included. Raises OverLimit."""
         _, (rows, columns, _), _ = models.expand(problem, limit=limit)
-        return cls(rows, columns, problem.starts())
+        return cls(rows, columns, problem.starts)
 
     @property
     def variables(self):

@@ -134,9 +134,9 @@ class Cqm(Hybrid):
         return models.Terms(self.problem, penalties=False)
 
     def sizes(self):
-        one_hot, n = self.problem.one_hot(), self.problem.linear.size
+        one_hot, n = self.problem.one_hot, self.problem.linear.size
         return {"variables": n, "constraints": int(one_hot.sum()),
-                "biases": n + self.terms().count + int(self.problem.sizes()[one_hot].sum())}
+                "biases": n + self.terms().count + int(self.problem.sizes[one_hot].sum())}
 
     def least_time(self, properties):
         (variables, constraints, biases), get = self.sizes().values(), properties.get
@@ -202,8 +202,8 @@ class Nl(Hybrid):
             found = [(decision.state(i), float(objective.state(i)))
                      for i in range(model.states.size()) if decision.has_state(i)]
         bits = np.array([state for state, _ in found], np.int64).reshape(len(found), -1)
-        if problem.one_hot().all():
-            places = problem.starts()[:-1] + bits
+        if problem.one_hot.all():
+            places = problem.starts[:-1] + bits
             bits = np.zeros((len(found), problem.linear.size), np.uint8)
             np.put_along_axis(bits, places, 1, axis=1)
         timing = dict(future.timing)

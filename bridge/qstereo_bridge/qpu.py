@@ -154,7 +154,7 @@ class Qpu:
         """The graph of ising()."""
         pairs = np.sort(np.array(list(ising.quadratic), np.int32).reshape(-1, 2), axis=1)
         pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
-        starts = self.problem.starts()
+        starts = self.problem.starts
         return embedding.Source(pairs[:, 0], pairs[:, 1], np.append(starts, len(ising))
                                 if len(ising) > starts[-1] else starts)
 

@@ -129,8 +129,9 @@ def _beta_range(problem):
     included, and ends at the least coefficient: on a labelling problem most of its sweeps are spent
     where nothing is decided any more, or nothing yet.
     """
-    g, h, block, weight = problem.coupled_pairs()
-    largest = np.array([block.abs_max() for block in problem.blocks], np.int64)
+    g, h, block, weight = problem.couplings
+    largest = np.array([np.abs(block.values.astype(np.int64)).max() for block in problem.blocks],
+                       np.int64)
     strengths = np.abs(weight) * largest[block]
     strengths = strengths[(g != h) & (strengths > 0)]
     if strengths.size == 0:
@@ -203,8 +204,8 @@ def exact(problem, options, progress):
         np.add(energies[:1 << k], flip[:1 << k], out=energies[1 << k:2 << k])
     best = np.flatnonzero(energies == energies.min())
     # Feasible minimisers first: where there is one, the minimum is that of the labellings.
-    sound, starts = np.ones(best.size, bool), problem.starts().tolist()
-    for group in np.flatnonzero(problem.one_hot()).tolist():
+    sound, starts = np.ones(best.size, bool), problem.starts.tolist()
+    for group in np.flatnonzero(problem.one_hot).tolist():
         inside = best & (1 << starts[group + 1]) - (1 << starts[group])
         sound &= (inside != 0) & (inside & inside - 1 == 0)
     best = np.append(best[sound], best[~sound])
