@@ -67,7 +67,7 @@ def _advice(problem, source, error):
               "itself (Problem.parts in Python)",
               "make it smaller with `qstereo reduce` or a smaller window (encode --roi)",
               sparser and f"encode it with fewer couplers (--encoding {sparser})",
-              "" if error.hopeless else "search with another --seed or a longer --timeout"]
+              "" if isinstance(error, embedding.Hopeless) else "search with another --seed or a longer --timeout"]
     return ", or ".join(filter(None, advice))
 
 

@@ -24,7 +24,8 @@ import networkx as nx
 import numpy as np
 
 from . import models, services, tiles
-from .failure import SolverError
+from .failure import NO, Error, SolverError
+from .output import temporary
 from .qcf import DEFAULT_LIMIT
 from .solvers import interruptible
 
@@ -33,15 +34,17 @@ SCHEMA = 1
 SMALLEST, LARGEST = 2, 32
 
 
-class NoEmbedding(Exception):
-    """A well-posed no. `hopeless`: no search can find one, the chip has not enough of something."""
+class NoEmbedding(Error):
+    """No embedding was found."""
 
-    def __init__(self, message, hopeless=False):
-        super().__init__(message)
-        self.hopeless = hopeless
+    status = NO
 
 
-class NotThisOne(Exception):
+class Hopeless(NoEmbedding):
+    """No search can find one: the chip is too small."""
+
+
+class NotThisOne(Error):
     """A file that holds no embedding, or not one of this problem into this chip."""
 
 
@@ -216,9 +219,8 @@ def find(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None):
     began, seed = time.monotonic(), secrets.randbelow(2**31) if seed is None else seed
     qubits, couplers = len(chip.graph), chip.graph.number_of_edges()
     if source.variables > qubits or source.rows.size > couplers:
-        raise NoEmbedding(f"{source.variables:,} variables and {source.rows.size:,} couplings "
-                          f"cannot fit on {chip.name} with its {qubits:,} qubits and {couplers:,} "
-                          "couplers", hopeless=True)
+        raise Hopeless(f"{source.variables:,} variables and {source.rows.size:,} couplings cannot "
+                       f"fit on {chip.name} with its {qubits:,} qubits and {couplers:,} couplers")
     method, chains = _tiled(source, chip, seed, timeout / 2, progress)
     if not chains:
         left = timeout - (time.monotonic() - began)
@@ -296,8 +298,8 @@ def read(path):
         try:
             return _parse(json.load(stream))
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-            raise NotThisOne(f"{path}: no embedding file ({type(error).__name__}: {error}); make "
-                             "one with `qstereo-bridge embed`") from None
+            raise NotThisOne(f"no embedding file ({type(error).__name__}: {error}); make one with "
+                             "`qstereo-bridge embed`") from None
 
 
 def _parse(found):
@@ -347,15 +349,11 @@ def keep(embedding, source, chip, copies=1):
     if before is not None and len(before.used()) <= len(embedding.used()):
         return
     path = _cache_path(source, chip, copies)
-    temporary = f"{path}.{secrets.token_hex(8)}.tmp"
     with contextlib.suppress(OSError):
         os.makedirs(os.path.dirname(path), exist_ok=True)
-        try:
-            with open(temporary, "x", encoding="ascii") as stream:
-                stream.write(embedding.to_json())
-            os.replace(temporary, path)
-        except OSError:
-            os.remove(temporary)
+        with temporary(path) as (name, stream), stream:
+            stream.write(embedding.to_json().encode())
+            os.replace(name, path)
 
 
 # Of this process: a lock for each search, and what the searches of a given seed have found.
@@ -369,17 +367,15 @@ def obtain(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None,
     A `seed` asks for its own embedding: the one kept is passed by. Threads that want the same one
     wait for the first to find it.
     """
-    graphs = source.digest, chip.digest, copies
+    graphs, key = (source.digest, chip.digest, copies), (source.digest, chip.digest, copies, seed)
     with _searching.setdefault(graphs, threading.Lock()):
-        known = (kept(source, chip, copies) if seed is None else
-                 _seeded.get((graphs, seed, timeout)))
-        if known and seed is None:
-            return known
-        found = known or (find(source, chip, seed, timeout, progress) if copies == 1 else
-                          find_copies(source, chip, copies,
-                                      obtain(source, chip, seed, timeout, progress), seed, timeout,
-                                      progress))
+        found = kept(source, chip, copies) if seed is None else _seeded.get(key)
+        if found is None:
+            found = (find(source, chip, seed, timeout, progress) if copies == 1 else
+                     find_copies(source, chip, copies,
+                                 obtain(source, chip, seed, timeout, progress), seed, timeout,
+                                 progress))
         if seed is not None:
-            _seeded[graphs, seed, timeout] = found
+            _seeded[key] = found
         keep(found, source, chip, copies)
     return found

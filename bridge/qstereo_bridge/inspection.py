@@ -1,7 +1,7 @@
 """The command `inspect`: D-Wave's inspector on the samples of its annealer."""
 
 from . import embedding, problem
-from .failure import BAD_INPUT, IO, USAGE, Failure, io
+from .failure import BAD_INPUT, IO, USAGE, Failure, failing, io
 
 
 def inspect(options):
@@ -30,11 +30,8 @@ def inspect(options):
 def _chains(options, samples, n):
     """{variable: qubits}: of the user's file, or as the samples tell them."""
     if options.embedding:
-        with io(options.embedding, "read"):
-            try:
-                return embedding.read(options.embedding).chains
-            except embedding.NotThisOne as error:
-                raise Failure(BAD_INPUT, str(error)) from None
+        with failing(options.embedding), io(options.embedding, "read"):
+            return embedding.read(options.embedding).chains
     chains = samples.info.get("chains", [])
     if len(chains) != n:
         raise Failure(USAGE, f"{options.samples} does not tell the chains of the {n:,} variables; "

@@ -18,6 +18,22 @@ def sync_folder(path):
             os.close(folder)
 
 
+@contextlib.contextmanager
+def temporary(path):
+    """(name, stream) of a new file beside `path`, of a name that nobody can have put a link at. It
+    is removed where something fails in the `with`, and is else to get its own name there."""
+    name = f"{path}.{secrets.token_hex(8)}.tmp"
+    stream = open(name, "xb+")
+    try:
+        yield name, stream
+    except BaseException:
+        # What is buffered fails once more where the disk is full.
+        for step in (stream.close, lambda: os.remove(name)):
+            with contextlib.suppress(OSError):
+                step()
+        raise
+
+
 def hold():
     """After a signal no other thread goes on: the process is about to end."""
     while Output.stopping and threading.current_thread() is not threading.main_thread():

@@ -8,7 +8,7 @@ import numpy as np
 
 from . import embedding, models
 from .embedding import Chip
-from .failure import BAD_INPUT, Failure, SolverError, io
+from .failure import InputError, SolverError, failing, io
 from .hybrid import SMALLER, Request, refusal
 from .qsf import plain, read_qsf
 from .services import given
@@ -34,10 +34,9 @@ WARNINGS = {
     "EnergyScaleWarning": "some coefficients are a thousand times smaller than the largest and "
                           "drown in the chip's noise; smaller penalties help",
     "ChainBreakWarning": "the best samples have broken chains; try a larger --chain-strength",
-    "TooFewSamplesWarning": "the lowest energy was seen in few samples. Steepest descent from the "
-                            "samples and merging them are free; beyond these, more reads or a "
-                            "longer --annealing-time may help",
-}
+    "TooFewSamplesWarning": "the lowest energy was seen in few samples. Descent from the samples "
+                            "and merging them are free; more reads or a longer --annealing-time "
+                            "may help"}
 
 
 class Qpu:
@@ -53,30 +52,31 @@ class Qpu:
     def __init__(self, problem, options):
         self.problem, self.options = problem, options
 
+    @property
+    def least_copies(self):
+        return 1 if self.options.copies == "auto" else self.options.copies
+
     def check(self, properties):
         options, n, qubits = self.options, self.problem.linear.size, len(properties["qubits"])
         if n > qubits:
             raise SolverError(f"{n:,} variables do not fit on a chip of {qubits:,} qubits; "
                               f"{SMALLER}, or use hybrid-nl")
-        if n * self.least_copies() > qubits:
+        if n * self.least_copies > qubits:
             raise SolverError(f"{options.copies:,} copies of {n:,} variables do not fit on a chip "
                               f"of {qubits:,} qubits; take fewer --copies")
         _within(options.num_reads, "reads", properties.get("num_reads_range"))
-        known = set(properties.get("parameters", {}))
-        if options.fast_anneal and "fast_anneal" not in known:
+        known, fast = set(properties.get("parameters", {})), options.fast_anneal
+        if fast and "fast_anneal" not in known:
             raise SolverError("this solver has no fast anneal; `qstereo-bridge solvers` shows "
                               "which has")
         if options.reverse_from and not {"initial_state", "anneal_schedule"} <= known:
             raise SolverError("this solver has no reverse annealing")
-        _within(options.annealing_time, "microseconds of annealing", properties.get(
-            "fast_anneal_time_range" if options.fast_anneal else "annealing_time_range"))
-        unknown = sorted(set(getattr(options, "param", None) or {}) - known)
+        _within(options.annealing_time, "microseconds of annealing",
+                properties.get("fast_anneal_time_range" if fast else "annealing_time_range"))
+        unknown = sorted(set(options.param or {}) - known)
         if unknown and known:
             raise SolverError(f"this solver has no parameter {unknown[0]}; it has "
                               + ", ".join(map(line, sorted(known))))
-
-    def least_copies(self):
-        return 1 if self.options.copies == "auto" else self.options.copies
 
     def prepare(self, session, progress):
         from dwave.cloud.coders import encode_problem_as_qp
@@ -162,16 +162,12 @@ class Qpu:
         """The Embedding in the user's file. Raises Failure where it is none of this graph into this
         chip."""
         path = self.options.embedding
-        try:
-            with io(path, "read"):
-                found = embedding.read(path)
+        with failing(path), io(path, "read"):
+            found = embedding.read(path)
             if source.variables > len(found.chains) == self.problem.linear.size:
-                raise embedding.NotThisOne("--fast-anneal wants an embedding of its own, with one "
-                                           "more variable: leave --embedding out")
+                raise InputError("--fast-anneal wants an embedding of its own, with one more "
+                                 "variable: leave --embedding out")
             embedding.check(found, source, chip)
-        except embedding.NotThisOne as error:
-            said = str(error)
-            raise Failure(BAD_INPUT, said if said.startswith(path) else f"{path}: {said}") from None
         return found
 
     def anneal(self, properties):
@@ -185,7 +181,7 @@ class Qpu:
             told["anneal_schedule"] = [[0.0, 1.0], [time / 4, REVERSE_TO],
                                        [3 * time / 4, REVERSE_TO], [time, 1.0]]
             told["reinitialize_state"] = True
-        return {**told, **(getattr(options, "param", None) or {})}
+        return {**told, **(options.param or {})}
 
     def parameters(self, chains, properties):
         """The annealing parameters: (for the user, for the service)."""
@@ -204,11 +200,10 @@ class Qpu:
     def start(self):
         """The bits of the best sample in --reverse-from: feasible ones first."""
         path = self.options.reverse_from
-        with io(path, "read"), open(path, "rb") as stream:
+        with failing(path), io(path, "read"), open(path, "rb") as stream:
             samples = read_qsf(stream, self.options.memory_limit)
-        if samples.digest != self.options.digest or not samples.records.size:
-            raise Failure(BAD_INPUT, f"{path}: these samples are not of this problem, or there are "
-                                     "none")
+            if samples.digest != self.options.digest or not samples.records.size:
+                raise InputError("these samples are not of this problem, or there are none")
         feasible = models.feasible(self.problem, samples.bits)
         return samples.bits[np.lexsort((samples.records["energy"], ~feasible))[0]]
 
@@ -249,42 +244,39 @@ class Qpu:
         it is at least (each coupling on one coupler), the charge what it is at most (all qubits
         read out).
         """
-        n, least = self.problem.linear.size, self.least_copies()
+        options, terms = self.options, models.Terms(self.problem).count
         chips = (PUBLISHED_CHIPS if properties is None else
                  {properties.get("chip_id", "the chip"): properties})
         refusals = {name: refusal(self, chip) for name, chip in chips.items()}
         sizes = {name: len(chip["qubits"]) for name, chip in chips.items()}
         takers = [name for name, why in refusals.items() if why is None]
-        found = {"variables": n, "quadratic_terms": models.Terms(self.problem).count,
-                 "copies": self.options.copies, "qubits": sizes, "minimum_time_limit": None,
-                 "embedded_qubits": None, "fits": None if takers else False,
+        found = {"variables": self.problem.linear.size, "quadratic_terms": terms,
+                 "copies": options.copies, "qubits": sizes, "limits": {},
+                 "minimum_time_limit": None, "embedded_qubits": None,
+                 "upload_bytes": _qp_bytes(min(sizes[name] for name in takers or sizes),
+                                           self.least_copies * terms),
+                 "fits": None if takers else False,
                  "reason": None if takers else refusals[max(sizes, key=sizes.get)]}
-        if takers and self.options.reverse_from:
+        if takers and options.reverse_from:
             self.start()
-        if n * least <= max(sizes.values()):
-            found.update(_ranges(*models.expand(self.problem, limit=self.options.memory_limit)))
-        found["upload_bytes"] = _qp_bytes(min(sizes[name] for name in takers or sizes),
-                                          least * found["quadratic_terms"])
-        return {**found, **self.plan_embedded(solver)} if takers and solver else found
-
-    def plan_embedded(self, solver):
-        """plan() as far as it depends on the chip's graph and on the embedding."""
-        options, chip, source = self.options, Chip.of_solver(solver), self.source(self.ising())
-        known = None
+        if not takers or solver is None:
+            return found
+        chip, source, known = Chip.of_solver(solver), self.source(self.ising()), None
         if options.embedding:
             known = self.users(source, chip)
             # The other copies are looked for anew each time.
             known = known if options.copies == 1 else None
         elif options.seed is None:
             known = embedding.kept(source, chip, options.copies)
-        qubits = len(known.used()) if known else None
-        found = {"embedded_qubits": qubits, "charge_seconds": estimated_seconds(
-            solver, qubits or chip.qubits.size, self.anneal(solver.properties))}
         if known:
             used = np.isin(chip.couplers, known.used()).all(axis=1)
-            found.update(fits=True, upload_bytes=_qp_bytes(chip.qubits.size, int(used.sum())))
+            found.update(fits=True, embedded_qubits=len(known.used()),
+                         upload_bytes=_qp_bytes(chip.qubits.size, int(used.sum())))
+        qubits = found["embedded_qubits"]
+        found["charge_seconds"] = estimated_seconds(solver, qubits or chip.qubits.size,
+                                                    self.anneal(solver.properties))
         try:
-            self.check_duration(solver, qubits or source.variables * self.least_copies())
+            self.check_duration(solver, qubits or source.variables * self.least_copies)
         except SolverError as error:
             found.update(fits=False, reason=str(error))
         return found
@@ -333,14 +325,3 @@ def estimated_seconds(solver, qubits, anneal):
                                                **anneal) / 1e6
     except (KeyError, ValueError):
         return None
-
-
-def _ranges(linear, quadratic, offset):
-    """The number of quadratic terms, the largest degree and the ranges of the coefficients of an
-    expanded problem."""
-    rows, columns, values = quadratic
-    degree = np.bincount(np.append(rows, columns), minlength=1)
-    return {"quadratic_terms": rows.size, "largest_degree": int(degree.max()),
-            "linear_min": int(linear.min()), "linear_max": int(linear.max()),
-            "quadratic_min": int(values.min()) if rows.size else None,
-            "quadratic_max": int(values.max()) if rows.size else None}

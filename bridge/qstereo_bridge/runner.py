@@ -57,26 +57,28 @@ def _here(options, problem, tell):
     return solver.run(options.solver, problem, options, tell), contextlib.nullcontext()
 
 
-def solve(options, print_result=show, ask=_here, problem=None):
+def solve(options, print_result=show, ask=_here):
     """Solve, check, write, print. A regular file gets its name last, when all else has gone well.
 
-    ask(options, problem, progress) -> (Answer, a context in which the answer is written).
+    ask(options, problem, progress) -> (Answer, a context in which the answer is written); without
+    an Answer nothing is.
     """
     with io(options.output, "write"):
-        output = Output(options.output, last=options.out_dir is None)
+        output = Output(options.output, last=getattr(options, "out_dir", None) is None)
     with output:
-        problem = problem or read(options)
+        problem = read(options)
         began, tell = time.monotonic(), progress(options)
         try:
             answer, kept = ((nothing_to_decide(problem), contextlib.nullcontext())
                             if problem.linear.size == 0 else ask(options, problem, tell))
         finally:
             tell(None)
-        with kept:
-            deliver(options, problem, answer, output, began, print_result)
+        if answer is not None:
+            with kept:
+                deliver(options, problem, answer, output, began, print_result)
 
 
-def deliver(options, problem, answer, output, began, print_result=show):
+def deliver(options, problem, answer, output, began, print_result):
     """Check the answer, write it to `output`, print the result."""
     samples = samples_of(problem, options.digest, options.solver, answer)
     energies = samples.records["energy"]

@@ -105,7 +105,7 @@ def test_help_and_version(command):
 
 
 @pytest.mark.parametrize("arguments, said", [
-    ([], "COMMAND"), (["slove"], "did you mean solve?"), (["rhubarb"], "only solve, collect"), (["solve"], "P.qcf"), (["solve", "P"], "-o S.qsf"), (["solve", "P", "--bogus"], "--bogus"), (["solve", "P", "--num-read", "1"], "--num-reads"),
+    ([], "Missing command"), (["slove"], "'solve'"), (["rhubarb"], "No such command"), (["solve"], "P.qcf"), (["solve", "P"], "-o S.qsf"), (["solve", "P", "--bogus"], "--bogus"), (["solve", "P", "--num-read", "1"], "--num-reads"),
     (["solve", "P", "-o", "S", "--num-reads", "0"], "not between"), (["solve", "P", "-o", "S", "--num-reads", "x"], "whole number"),
     (["solve", "P", "-o", "S", "--seed", "-1"], "not between"), (["solve", "P", "-o", "S", "--time-limit", "nan"], "not between"),
     (["solve", "P", "-o", "S", "--time-limit", "0"], "not between"), (["solve", "P", "-o", "S", "--memory-limit", "0"], "not between"),
@@ -419,8 +419,6 @@ def test_dry_run_beyond_every_chip_expands_nothing(tmp_path, command):
 def test_dry_run_without_memory(tmp_path, main, monkeypatch):
     (tmp_path / "p.qcf").write_bytes(pack_qcf(grid(16, 16, 16, dense=True)))
     dry_run = "solve", tmp_path / "p.qcf", "--solver", "qpu", "--dry-run"
-    status, out, err = main(*dry_run, "--memory-limit", 5)
-    assert (status, out) == (4, "") and "p.qcf: a model of" in err
     assert main(*dry_run)[0] == 0
 
     def full(*arguments):

@@ -737,10 +737,6 @@ def test_plans_agree_with_the_models(dense):
     plan = planning("qpu", problem)
     assert (plan["upload_bytes"] == 4 * sum(math.ceil(8 * count / 3)
                                             for count in (4577, bqm.num_interactions)))
-    assert plan["largest_degree"] == max(bqm.degree(v) for v in bqm.variables)
-    assert (plan["linear_min"], plan["linear_max"]) == (bqm.linear.min(), bqm.linear.max())
-    assert ((plan["quadratic_min"], plan["quadratic_max"]) == (bqm.quadratic.min(),
-        bqm.quadratic.max()))
 
 
 @pytest.mark.parametrize("options", [[], ["--copies", 3], ["--fast-anneal", "--annealing-time", 5],
@@ -831,17 +827,6 @@ def test_plan_beyond_the_limits():
     assert planning("hybrid-nl", problem)["fits"]
     assert planning("qpu", SMALL)["fits"] is None
     assert planning("qpu", grid(41, 41, 4))["fits"] is False
-    assert planning("qpu", make([1], [], [], [3], [(0, 0)]))["quadratic_max"] is None
-
-
-def test_plan_of_repeated_pairs():
-    """What cancels is not sent."""
-    problem = make([1] * 3, [Table(np.array([[5]], "<i4"))],
-                   [{"weight": 1, "h": 1}, {"weight": 2, "h": 1}, {"weight": 1, "h": 2},
-                    {"weight": -1, "h": 2}], [0] * 3, [(0, 0)] * 3)
-    plan = planning("qpu", problem)
-    assert ((plan["quadratic_terms"], plan["quadratic_min"], plan["quadratic_max"],
-             plan["largest_degree"]) == (1, 15, 15, 1))
 
 
 def test_configured(monkeypatch, tmp_path):
