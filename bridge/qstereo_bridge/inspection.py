@@ -19,21 +19,14 @@ def inspect(options):
     if options.problem is None:
         raise Failure(USAGE, "the inspector wants the problem; name it with --problem P.qcf")
     whole = problem.load(options.problem, options.memory_limit)
-    chains = _chains(options, samples, len(whole))
-    dwave.inspector.show(
-        whole.to_bqm(), samples.sampleset(whole),
-        DWaveSampler(solver=samples.info.get("service_solver")),
-        embedding_context={"embedding": chains,
-                           "chain_strength": samples.info.get("chain_strength")})
-
-
-def _chains(options, samples, n):
-    """{variable: qubits}: of the user's file, or as the samples tell them."""
+    chains = dict(enumerate(samples.info.get("chains", [])))
     if options.embedding:
         with failing(options.embedding), io(options.embedding, "read"):
-            return embedding.read(options.embedding).chains
-    chains = samples.info.get("chains", [])
-    if len(chains) != n:
-        raise Failure(USAGE, f"{options.samples} does not tell the chains of the {n:,} variables; "
-                      "give --embedding E.json")
-    return dict(enumerate(chains))
+            chains = embedding.read(options.embedding).chains
+    if len(chains) != len(whole):
+        raise Failure(USAGE, f"{options.samples} does not tell the chains of the {len(whole):,} "
+                      "variables; give --embedding E.json")
+    dwave.inspector.show(
+        whole.to_bqm(), samples.sampleset(whole),
+        DWaveSampler(solver=samples.info.get("service_solver")), embedding_context={
+            "embedding": chains, "chain_strength": samples.info.get("chain_strength")})

@@ -78,18 +78,17 @@ class Job:
                     stream.close()
                 except FileNotFoundError:
                     return None
-            try:
+            job = cls(path, {"state": UPLOADING}, stream)
+            with contextlib.suppress(ValueError, KeyError, TypeError, RecursionError):
                 facts = json.load(stream)
-                sound = _sound(facts)
-            except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-                sound = False
-        if not sound and whatever:
-            facts = {"state": UPLOADING}
-        elif not sound:
-            stream.close()
-            raise Failure(BAD_INPUT, f"{path}: this is no job file of this program's version; give "
-                                     "another, or remove it")
-        return cls(path, facts, stream)
+                if _sound(facts):
+                    job.facts = facts
+                    return job
+        if whatever:
+            return job
+        job.leave()
+        raise Failure(BAD_INPUT, f"{path}: this is no job file of this program's version; give "
+                                 "another, or remove it")
 
     def save(self, new=False, **changes):
         """Change facts, and have them on the disk. `new`: there must be no such file yet.
@@ -105,21 +104,19 @@ class Job:
             os.fsync(stream.fileno())
             _put(name, self.path, new)
             sync_folder(self.path)
-        self._close()
+        if self.stream:
+            self.stream.close()
         self.stream = stream
         if self not in Job.active:
             Job.active.append(self)
-
-    def _close(self):
-        if self.stream:
-            self.stream.close()
-            self.stream = None
 
     def leave(self):
         """Let go of the file; it stays."""
         if self in Job.active:
             Job.active.remove(self)
-        self._close()
+        if self.stream:
+            self.stream.close()
+            self.stream = None
 
     def remove(self):
         with contextlib.suppress(OSError):
@@ -159,31 +156,29 @@ def _put(name, path, new):
     if new:
         try:
             os.link(name, path)
+            os.remove(name)
+            return
         except FileExistsError:
             raise Failure(IO, _AT_WORK.format(path)) from None
         except OSError:
             # A file system without links: two processes at one instant are not told apart there.
-            os.replace(name, path)
-        else:
-            os.remove(name)
-    else:
-        os.replace(name, path)
+            pass
+    os.replace(name, path)
 
 
 _AT_WORK = "{}: another qstereo-bridge is at work on this job; wait for it, or stop it"
 
 
 def _lock(stream, path):
-    if fcntl is None:
-        stream.close()
-        raise Failure(IO, "what keeps a problem from being charged twice wants the locks on files "
-                      "of Linux, macOS and other systems of the Unix family; on Windows run "
-                      "qstereo-bridge in WSL. Nothing was sent")
     try:
+        if fcntl is None:
+            raise Failure(IO, "what keeps a problem from being charged twice wants the locks on "
+                              "files of Linux, macOS and other systems of the Unix family; on "
+                              "Windows run qstereo-bridge in WSL. Nothing was sent")
         fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
+    except (Failure, OSError) as error:
         stream.close()
-        raise Failure(IO, _AT_WORK.format(path)) from None
+        raise error if fcntl is None else Failure(IO, _AT_WORK.format(path)) from None
 
 
 def path_of(output, digest):
@@ -227,17 +222,17 @@ def was_sent(job):
 def start(options, variables, earlier=None):
     """A new Job for the problem, in place of an `earlier` one that is held."""
     path, digest = path_of(options.output, options.digest), options.digest.hex()
-    folder = os.path.dirname(path) or "."
-    problem = None if options.problem == "-" else os.path.relpath(options.problem, folder)
+    problem = None if options.problem == "-" else os.path.relpath(options.problem,
+                                                                  os.path.dirname(path) or ".")
     # What a service might change in it is left out; the last word is no other job's.
     words = re.sub(r"[^A-Za-z0-9._ -]", "_", " ".join((options.label or "").split())).split()
     label = " ".join(words)[:100].strip() or "qstereo"
-    label = f"{label} {digest[:8]}-{secrets.token_hex(6)}"
     job = earlier or Job(path, {})
     job.facts = {"schema": SCHEMA, "state": UPLOADING, "solver": options.solver,
-                 "service_solver": None, "label": label, "user_label": options.label,
-                 "problem_id": None, "problem": problem, "problem_digest": digest,
-                 "variables": variables, "time": _now(), "parameters": {}}
+                 "service_solver": None, "user_label": options.label, "problem_id": None,
+                 "label": f"{label} {digest[:8]}-{secrets.token_hex(6)}", "problem": problem,
+                 "problem_digest": digest, "variables": variables, "time": _now(),
+                 "parameters": {}}
     job.save(new=earlier is None)
     return job
 
@@ -305,15 +300,12 @@ def upload(session, data, progress):
     fails is sent again."""
     from dwave.cloud.exceptions import ProblemUploadError
 
-    def once():
+    for last in (False, True):
         future = session.client.upload_problem_encoded(data)
         while not concurrent.futures.wait([future], 0.2).done:
             progress("uploading")
-        return future.result()
-    try:
-        return once()
-    except ProblemUploadError:
-        return once()
+        if last or not isinstance(future.exception(), ProblemUploadError):
+            return future.result()
 
 
 def send(session, job, problem_type, data, parameters):
@@ -348,8 +340,7 @@ def send(session, job, problem_type, data, parameters):
             if _never_arrived(error):
                 job.remove()
                 raise
-            _find_after(error, session, job)
-            return
+            return _find_after(error, session, job)
     if "error_msg" in reply:
         job.remove()
         raise SolverError(f"D-Wave's service refuses the problem: {line(str(reply['error_msg']))}")
@@ -357,8 +348,7 @@ def send(session, job, problem_type, data, parameters):
         job.save(state=SENT, problem_id=reply["id"])
     except Failure as failure:
         raise Failure(failure.status, f"{failure}. The problem is at the service as "
-                      f"{line(reply['id'])}; {job.command} finds it by its "
-                      "label") from None
+                      f"{line(reply['id'])}; {job.command} finds it by its label") from None
 
 
 def _never_arrived(error):
@@ -380,9 +370,8 @@ def _find_after(error, session, job):
         raise
     except Exception as trouble:
         error = trouble
-    raise SolverError(f"{explain(error)}. Whether the problem arrived is not known; "
-                      f"{job.command} asks again, and nothing is sent twice"
-                      ) from None
+    raise SolverError(f"{explain(error)}. Whether the problem arrived is not known; {job.command} "
+                      "asks again, and nothing is sent twice") from None
 
 
 def find(session, job, patience=None):
@@ -404,13 +393,13 @@ def find(session, job, patience=None):
             job.save(state=SENT, problem_id=found[0].id)
             return True
         if time.monotonic() > stop:
-            if job.facts.get("account") not in (None, session.account(job.label)):
-                raise SolverError(
-                    "the problem may have been sent with another token or to another endpoint than "
-                    "are configured now, and these know nothing of it; with those that sent it, "
-                    f"{job.command} finds it")
-            return False
+            break
         time.sleep(0.5)
+    if job.facts.get("account") not in (None, session.account(job.label)):
+        raise SolverError("the problem may have been sent with another token or to another "
+                          "endpoint than are configured now, and these know nothing of it; with "
+                          f"those that sent it, {job.command} finds it")
+    return False
 
 
 def _is_label_of(job, label):
@@ -424,17 +413,13 @@ def _patiently(ask):
         try:
             return ask()
         except Exception as error:
-            if pause is None or not _passing(error):
+            status, names = (getattr(error, "error_code", None),
+                             {cls.__name__ for cls in type(error).__mro__})
+            passing = status == 429 or status >= 500 if isinstance(status, int) else names & {
+                "RequestTimeout", "ConnectionError", "ChunkedEncodingError", "RetryError"}
+            if pause is None or not passing:
                 raise
             time.sleep(pause)
-
-
-def _passing(error):
-    status = getattr(error, "error_code", None)
-    if isinstance(status, int):
-        return status == 429 or status >= 500
-    return {"RequestTimeout", "ConnectionError", "ChunkedEncodingError", "RetryError"} & {
-        cls.__name__ for cls in type(error).__mro__}
 
 
 def wait(session, job, progress, once=False):
@@ -485,11 +470,10 @@ def _told(job, error):
     if getattr(error, "error_code", None) == 404:
         return (f"D-Wave's service does not know problem {job.problem_id} ({line(str(error))}): it "
                 "has expired, or belongs to another project or region than the one configured. "
-                f"Where it is known {job.command} fetches the answer; "
-                "`qstereo-bridge solve --resubmit` sends and charges it once more")
+                f"Where it is known {job.command} fetches the answer; `qstereo-bridge solve "
+                "--resubmit` sends and charges it once more")
     said = str(error) if isinstance(error, SolverError) else explain(error)
-    return (f"{said}. The problem is at the service; {job.command} "
-            "fetches the answer later")
+    return f"{said}. The problem is at the service; {job.command} fetches the answer later"
 
 
 def interrupted(cancel):
@@ -498,12 +482,10 @@ def interrupted(cancel):
     lines, found = [], list(Job.active)
     cancelled = _cancelled([job for job in found if job.state == SENT]) if cancel else []
     for job in found:
-        if job.state == UPLOADING:
+        if job.state == UPLOADING or job in cancelled:
             job.remove()
-            lines.append("nothing was sent")
-        elif job in cancelled:
-            job.remove()
-            lines.append(f"{job.problem_id} had not begun and is cancelled; nothing is charged")
+            lines.append("nothing was sent" if job.state == UPLOADING else
+                         f"{job.problem_id} had not begun and is cancelled; nothing is charged")
         else:
             what = ("the problem is at the service" if job.state == SENT else
                     "whether the problem arrived is not known")
