@@ -70,10 +70,10 @@ def _not_above_zero(table):
         of_columns = (table - of_rows[:, None]).max(0)
         return of_rows, of_columns, table - of_rows[:, None] - of_columns
 
-    if (table <= 0).all() and np.count_nonzero(table) <= max(table.shape):
-        return np.zeros(table.shape[0], int), np.zeros(table.shape[1], int), table
     one, (columns, rows, rest) = rows_first(table), rows_first(table.T)
-    return min(one, (rows, columns, rest.T), key=lambda form: np.count_nonzero(form[2]))
+    nothing = np.zeros(table.shape[0], int), np.zeros(table.shape[1], int), table
+    forms = [one, (rows, columns, rest.T)] + [nothing] * bool((table <= 0).all())
+    return min(forms, key=lambda form: np.count_nonzero(form[2]))
 
 
 def reduce(problem, limit):
@@ -169,12 +169,11 @@ class Program:
     """
 
     def __init__(self, form, variables, products):
-        self.form, self.variables, n = form, variables, form.linear.size
+        self.form, self.variables, self.n = form, variables, form.linear.size
         self.left, self.right = form.left[products], form.right[products]
         self.coupling, self.cost = form.coupling[products], form.cost[products]
         self.costs = np.concatenate((form.linear[variables], -self.cost))
-        self.place = np.zeros(n, np.int64)
-        self.place[variables] = np.arange(variables.size)
+        self.site = form.site[variables]
 
     def energy(self, bits):
         """The costs of the columns in the state `bits`."""
@@ -184,19 +183,17 @@ class Program:
 
     def bound(self):
         """A bound without any search: -c A B >= -c (A + B) / 2, then every site for itself."""
-        n, constant = self.form.linear.size, 0
-        double = 2 * self.form.linear
+        double, constant = 2 * self.form.linear, 0
         for end in (self.left, self.right):
-            turned = end >= n
-            np.add.at(double, end % n, np.where(turned, self.cost, -self.cost))
+            turned = end >= self.n
+            np.add.at(double, end % self.n, np.where(turned, self.cost, -self.cost))
             constant -= int(self.cost[turned].sum())
-        site = self.form.site[self.variables]
         least = np.where(self.form.hot, np.iinfo(np.int64).max, 0)
-        np.minimum.at(least, site, double[self.variables])
-        return -(-(constant + int(least[np.unique(site)].sum())) // 2)
+        np.minimum.at(least, self.site, double[self.variables])
+        return -(-(constant + int(least[np.unique(self.site)].sum())) // 2)
 
     def constraints(self):
-        n, columns = self.form.linear.size, self.costs.size
+        n, columns = self.n, self.costs.size
         # A link is a literal with a site of one coupling: one row for all their products.
         literal, other = (np.concatenate(ends) for ends in (
             (self.left, self.right), (self.right, self.left)))
@@ -205,24 +202,22 @@ class Program:
         new = np.append(True, (np.diff(keys[:, order]) != 0).any(0))
         link = np.empty(order.size, np.int64)
         link[order], literal = np.cumsum(new) - 1, literal[order[new]]
-        site = self.form.site[self.variables]
-        hot = np.flatnonzero(self.form.hot[site])
-        group = np.unique(site[hot], return_inverse=True)[1]
+        hot = np.flatnonzero(self.form.hot[self.site])
+        group = np.unique(self.site[hot], return_inverse=True)[1]
         groups, product = group.max(initial=-1) + 1, self.variables.size + np.arange(self.cost.size)
         rows = np.concatenate((group, groups + link, groups + np.arange(literal.size)))
         entries = np.concatenate((np.ones(rows.size - literal.size),
                                   np.where(literal < n, -1.0, 1.0)))
         matrix = coo_array((entries, (rows, np.concatenate((
-            hot, product, product, self.place[literal % n])))), (groups + literal.size, columns))
+            hot, product, product, np.searchsorted(self.variables, literal % n))))),
+            (groups + literal.size, columns))
         return LinearConstraint(
             matrix.tocsr(), np.repeat([1.0, -np.inf], [groups, literal.size]),
             np.concatenate((np.ones(groups), literal >= n)))
 
     def solve(self, best, low, seconds):
-        """(the values of the variables that HiGHS finds or None, a proven lower bound).
-
-        best, low       the energy of a known state, a known bound
-        """
+        """(the values of the variables that HiGHS finds or None, a proven lower bound), where a
+        state of energy `best` and the bound `low` are known."""
         # All energies are multiples of the unit: nothing is better than the best by less than
         # that. The gap is less by what bounds may be wrong, there and in what is claimed here.
         unit = max(1, int(np.gcd.reduce(self.costs)))
@@ -265,9 +260,9 @@ class Search:
         self.bits = begin(self.problem, form.linear)
         parts, components = split(form)
         programs = [Program(form, *part) for part in parts]
-        bounds = [program.bound() for program in programs]
-        alone = np.setdiff1d(np.arange(form.linear.size), np.concatenate(
-            [[], *(program.variables for program in programs)]))
+        bounds, alone = [program.bound() for program in programs], np.ones(form.linear.size, bool)
+        for program in programs:
+            alone[program.variables] = False
         rest = form.offset + int(form.linear[alone] @ self.bits[alone])
         self.bound = rest + sum(bounds)
         self.info.update(components=components, programs=len(programs), open_programs=len(programs))
@@ -279,7 +274,7 @@ class Search:
             if best > bounds[k] and not self.over():
                 values, bounds[k] = program.solve(best, bounds[k], self.stop - time.monotonic())
                 best = self.take(program, values, best)
-                self.bound = max(self.bound, rest + sum(bounds))
+                self.bound = rest + sum(bounds)
             self.info["open_programs"] -= best <= bounds[k]
 
     def take(self, program, values, best):
