@@ -119,27 +119,26 @@ def begin(problem, linear):
 
 
 def descend(problem, x, limit, over):
-    """Better labellings until over(), or no site alone has one. In each step those sites move that
-    gain more than all their neighbours."""
+    """Better labellings until over(), or no site alone has one. In each step a share of the sites
+    that gain moves; the share is halved where neighbours spoil it for each other."""
     linear, (rows, columns, values), _ = models.expand(problem, penalties=False, limit=limit)
     matrix = coo_array((values, (rows, columns)), (x.size, x.size)).tocsr()
-    (site, first, hot), matrix, x = sites_of(problem), matrix + matrix.T, x.copy()
-    one, other = (np.concatenate(ends) for ends in (
-        (site[rows], site[columns]), (site[columns], site[rows])))
-    one, other = one[one != other], other[one != other]
+    (site, first, hot), matrix = sites_of(problem), matrix + matrix.T
+    lot, share = np.random.default_rng(0), 1.0
     while not over():
         costs = linear + matrix @ x
         best = np.lexsort((costs, site))[first]
         gain = np.where(hot, np.add.reduceat(costs * x, first) - costs[best],
                         costs[best] * (2 * x[best] - 1))
-        rank, moves = np.empty(first.size, np.int64), gain > 0
-        rank[np.argsort(gain)] = np.arange(first.size)
-        moves[one[rank[one] < rank[other]]] = False
+        moves = (gain > 0) & (lot.random(gain.size) < share)
         if not moves.any():
-            break
-        value = np.where(hot, 1, 1 - x[best])[moves]
-        x[moves[site]] = 0
-        x[best[moves]] = value
+            if gain.max(initial=0) <= 0:
+                break
+            moves = np.arange(gain.size) == gain.argmax()
+        step = np.where(moves[site], -x, 0)
+        step[best[moves]] += np.where(hot, 1, 1 - x[best])[moves]
+        better = 2 * (costs @ step) + step @ (matrix @ step) < 0
+        x, share = (x + step, min(1.0, 2 * share)) if better else (x, share / 2)
     return x
 
 

@@ -350,7 +350,7 @@ def test_command(problem_file, tmp_path, main, cache):
     path = tmp_path / "e.json"
     status, out, err = main("embed", problem_file, "--topology", "zephyr:3", "-o", path)
     assert (status, err) == (0, "") and f"{path}: written" in out
-    assert "zephyr:3: 12 variables, 24 couplers on 24 qubits, 7.1 % of the chip; " in out
+    assert "zephyr:3: 12 variables, 24 couplers on 24 qubits, 7.1% of the chip; " in out
     assert "; longest chain 2, mean 2.00; tiles" in out
     found = embedding.read(path)
     dwave.embedding.verify_embedding(found.chains, nx.Graph(
