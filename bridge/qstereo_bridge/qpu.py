@@ -58,25 +58,25 @@ class Qpu:
 
     def check(self, properties):
         options, n, qubits = self.options, self.problem.linear.size, len(properties["qubits"])
-        if n > qubits:
-            raise SolverError(f"{n:,} variables do not fit on a chip of {qubits:,} qubits; "
-                              f"{SMALLER}, or use hybrid-nl")
-        if n * self.least_copies > qubits:
-            raise SolverError(f"{options.copies:,} copies of {n:,} variables do not fit on a chip "
-                              f"of {qubits:,} qubits; take fewer --copies")
-        _within(options.num_reads, "reads", properties.get("num_reads_range"))
         known, fast = set(properties.get("parameters", {})), options.fast_anneal
-        if fast and "fast_anneal" not in known:
-            raise SolverError("this solver has no fast anneal; `qstereo-bridge solvers` shows "
-                              "which has")
-        if options.reverse_from and not {"initial_state", "anneal_schedule"} <= known:
-            raise SolverError("this solver has no reverse annealing")
+        unknown = sorted(set(options.param or {}) - known) if known else []
+        for wrong, said in (
+                (n > qubits, f"{n:,} variables do not fit on a chip of {qubits:,} qubits; "
+                             f"{SMALLER}, or use hybrid-nl"),
+                (n * self.least_copies > qubits,
+                 f"{options.copies:} copies of {n:,} variables do not fit on a chip of {qubits:,} "
+                 "qubits; take fewer --copies"),
+                (fast and "fast_anneal" not in known,
+                 "this solver has no fast anneal; `qstereo-bridge solvers` shows which has"),
+                (options.reverse_from and not {"initial_state", "anneal_schedule"} <= known,
+                 "this solver has no reverse annealing"),
+                (unknown, f"this solver has no parameter {', '.join(unknown)}; it has "
+                          + ", ".join(map(line, sorted(known))))):
+            if wrong:
+                raise SolverError(said)
+        _within(options.num_reads, "reads", properties.get("num_reads_range"))
         _within(options.annealing_time, "microseconds of annealing",
                 properties.get("fast_anneal_time_range" if fast else "annealing_time_range"))
-        unknown = sorted(set(options.param or {}) - known)
-        if unknown and known:
-            raise SolverError(f"this solver has no parameter {unknown[0]}; it has "
-                              + ", ".join(map(line, sorted(known))))
 
     def prepare(self, session, progress):
         from dwave.cloud.coders import encode_problem_as_qp
@@ -176,8 +176,7 @@ class Qpu:
         told = given(num_reads=options.num_reads, annealing_time=options.annealing_time,
                      fast_anneal=options.fast_anneal or None)
         if options.reverse_from:
-            default = properties.get("default_annealing_time", 20.0)
-            time = told.pop("annealing_time", default)
+            time = told.pop("annealing_time", properties.get("default_annealing_time", 20.0))
             told["anneal_schedule"] = [[0.0, 1.0], [time / 4, REVERSE_TO],
                                        [3 * time / 4, REVERSE_TO], [time, 1.0]]
             told["reinitialize_state"] = True
@@ -187,15 +186,14 @@ class Qpu:
         """The annealing parameters: (for the user, for the service)."""
         from dwave.cloud.solver import StructuredSolver
 
-        options, told = self.options, self.anneal(properties)
-        if not options.reverse_from:
+        told, path = self.anneal(properties), self.options.reverse_from
+        if not path:
             return told, told
-        spins = 2 * self.start().astype(int) - 1
-        spins = np.tile(spins, len(chains) // spins.size)
-        state = {qubit: int(spin) for chain, spin in zip(chains, spins) for qubit in chain}
-        sent = StructuredSolver.reformat_parameters("ising", {**told, "initial_state": state},
-                                                    properties)
-        return {**told, "reverse_from": os.path.basename(options.reverse_from)}, sent
+        spins = np.resize(2 * self.start().astype(int) - 1, len(chains)).tolist()
+        state = {qubit: spin for chain, spin in zip(chains, spins) for qubit in chain}
+        return {**told, "reverse_from": os.path.basename(path)}, (
+            StructuredSolver.reformat_parameters("ising", {**told, "initial_state": state},
+                                                 properties))
 
     def start(self):
         """The bits of the best sample in --reverse-from: feasible ones first."""
