@@ -20,7 +20,8 @@ FIELDS = struct.Struct("<IIQ20s")
 REQUIRED = ["GRPS", "BLKS", "CPLS", "LINR", "PNLT", "OFFS"]
 MAX_ENERGY = 2**53
 WIDTHS = (1, 2, 4, 8)
-LABL_SIZE, LABL_ENCODING, LABL_SCALE = 64, 0, 16
+LABL_SIZE, LABL_ENCODING, LABL_SCALE, LABL_GRID, LABL_MASK = 64, 0, 16, 32, 60
+COUPLINGS_PER_BYTE = 16
 ONE_HOT_ENCODINGS = (1, 2)
 
 
@@ -143,8 +144,8 @@ class Problem:
         np.add.at(weights, block, np.abs(weight).astype(dtype))
         total = abs(dtype(self.offset)) + np.abs(self.linear.astype(dtype)).sum()
         total += (a * (1 + size) + b * (size * (size - 1) // 2)).sum()
-        return sum((weight * block.abs_sum(dtype) for weight, block in zip(weights, self.blocks)),
-                   total)
+        return sum((weight * block.abs_sum(dtype) for weight, block in zip(weights, self.blocks)
+                    if weight), total)
 
 
 class _Payload:
@@ -215,7 +216,8 @@ def _couplings(part, blocks, groups, couplings):
         part.need(width in (0, 1, 2, 4), f"unknown width {width}")
         part.need((weight == 0) == (width != 0), f"weight {weight} beside weights of {width} bytes")
         part.need(count and repeat, "an empty run")
-        part.need(repeat > 1 or stride == 0, f"stride {stride} of a run that is not repeated")
+        part.need(stride >= count if repeat > 1 else stride == 0,
+                  f"stride {stride} of a run of {count} pairs, {repeat} times")
         each, last = count * repeat, block
         total += each
         part.need(total <= couplings, f"more couplings than the header's {couplings}")
@@ -273,6 +275,23 @@ def _check(problem):
         raise Corrupt("the coefficients add up to more than 2^53, energies would not be exact")
 
 
+def _labl(sides):
+    """(scale, number of the encoding) of the side chunk labl: (1, None) without one."""
+    found = [side for name, side in sides if name == "labl"]
+    if not found:
+        return 1, None
+    numbers = struct.unpack_from("<16I", found[0]) if len(found[0]) >= LABL_SIZE else 16 * [0]
+    scale, width, height, masked = (numbers[at // 4] for at in (
+        LABL_SCALE, LABL_GRID, LABL_GRID + 4, LABL_MASK))
+    if len(found) > 1 or not scale:
+        raise Corrupt("chunk labl: it is there twice, it is too short, or its scale is 0")
+    cells = width * height
+    if masked == 1 and (not cells or len(found[0]) != LABL_SIZE + (cells + 7) // 8):
+        raise Corrupt("chunk labl, byte 60: a mask without a grid, or of another size than the "
+                      "grid")
+    return scale, numbers[LABL_ENCODING // 4]
+
+
 def parse_qcf(data, limit=DEFAULT_LIMIT):
     """The Problem in `data`, the bytes of a whole .qcf. Raises FormatError."""
     header = read_header(data, MAGIC, ".qcf", len(data))
@@ -283,6 +302,10 @@ def parse_qcf(data, limit=DEFAULT_LIMIT):
     check_memory(header.size + 16 * n + 64 * groups + 96 * couplings, limit,
                  f"{n:,} variables, {groups:,} groups and {couplings:,} couplings")
     chunks, sides = read_chunks(data, header, REQUIRED)
+    labl = _labl(sides)
+    if couplings // COUPLINGS_PER_BYTE > len(data):
+        raise Corrupt(f"byte 32: {couplings:,} couplings are more than a file of {len(data):,} "
+                      "bytes may name")
 
     def read(name, function, *arguments):
         part = _Payload(name, chunks[name])
@@ -290,16 +313,11 @@ def parse_qcf(data, limit=DEFAULT_LIMIT):
         part.need(part.at == len(part.view), f"{len(part.view) - part.at} bytes too many")
         return found
 
-    labl = [side for name, side in sides if name == "labl"]
-    scale, encoding = (struct.unpack_from("<I", labl[0], at)[0] if len(labl) == 1 and len(
-        labl[0]) >= LABL_SIZE else None for at in (LABL_SCALE, LABL_ENCODING))
-    if labl and not scale:
-        raise Corrupt("chunk labl: it is there twice, it is too short, or its scale is 0")
     sizes, blocks = read("GRPS", _groups, n, groups), read("BLKS", _blocks, limit)
     problem = Problem(
         sizes, blocks, read("CPLS", _couplings, len(blocks), groups, couplings),
         read("LINR", _linear, n), *read("PNLT", _penalties, groups),
-        read("OFFS", lambda part: part.unpack("<q")[0]), sides, scale or 1, encoding)
+        read("OFFS", lambda part: part.unpack("<q")[0]), sides, *labl)
     _check(problem)
     return problem
 

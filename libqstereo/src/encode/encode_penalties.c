@@ -68,21 +68,21 @@ static void push_sites(void *context, uint32_t count, int64_t first, int64_t sec
     m->run = (qs_penalty_run){a, b, m->run.count + count};
 }
 
-static run_maker make_runs(const qs_encoder *e, qs_writer *writer)
+static void make_runs(run_maker *m)
 {
-    run_maker m = {.encoder = e, .writer = writer};
+    const qs_encoder *e = m->encoder;
     if (qs_penalty_keeps_gap(e->penalty)) {
-        qs_reach_visit_all(e->problem, e->sums, push_sites, &m);
+        qs_reach_visit_all(e->problem, e->sums, push_sites, m);
     } else {
-        push_sites(&m, e->sites, 0, 0);
+        push_sites(m, e->sites, 0, 0);
     }
-    end_run(&m);
-    return m;
+    end_run(m);
 }
 
 void qs_plan_penalties(qs_encoder *e)
 {
-    run_maker m = make_runs(e, NULL);
+    run_maker m = {.encoder = e};
+    make_runs(&m);
     e->qcf.penalty_bytes = qs_bytes_of(m.largest);
     e->qcf.penalty_runs = m.ended;
     qs_grow(&e->magnitude, 1, m.magnitude);
@@ -90,5 +90,6 @@ void qs_plan_penalties(qs_encoder *e)
 
 void qs_put_the_penalties(qs_writer *writer, const void *encoder)
 {
-    make_runs(encoder, writer);
+    run_maker m = {.encoder = encoder, .writer = writer};
+    make_runs(&m);
 }
