@@ -45,8 +45,8 @@ class Terms:
         order = order[weight[order] != 0]
         self.g, self.h, self.weight = g[order], h[order], weight[order]
         used, self.pattern = np.unique(4 * block[order] + kind[order], return_inverse=True)
-        self.patterns = [({2: Block.transposed, 3: Block.mirrored}.get(key % 4, lambda block: block)(
-            blocks[key // 4]), key % 4 == 1) for key in used.tolist()]
+        ways = (lambda block: block, lambda block: block, Block.transposed, Block.mirrored)
+        self.patterns = [(ways[key % 4](blocks[key // 4]), key % 4 == 1) for key in used.tolist()]
         again = (self.g[1:] == self.g[:-1]) & (self.h[1:] == self.h[:-1])
         of_pattern = np.array([block.count_nonzero(upper) for block, upper in self.patterns], int)
         self.terms_of_coupling = of_pattern[self.pattern]

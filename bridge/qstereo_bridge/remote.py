@@ -229,24 +229,25 @@ def solvers(options):
         limits = ", ".join(f"{value:,} {name}" if isinstance(value, int) else f"{name} {value}"
                            for name, value in one["limits"].items())
         load = "" if one["load"] is None else f", load {one['load']:.0%}"
+        state = "online" if one["online"] else "OFFLINE"
         runner.show(options, f"{line(one['name']):<40} {NAMES.get(one['kind'], one['kind']):<18} "
-                             f"{'online' if one['online'] else 'OFFLINE'}{load}\n    {line(limits)}")
+                             f"{state}{load}\n    {line(limits)}")
 
 
 def _described(solver):
-    properties, kind = solver.properties, "other"
-    for one in (hybrid.Bqm, hybrid.Cqm, hybrid.Nl):
-        if not solver.qpu and one.problem_type in solver.supported_problem_types:
-            kind = "hybrid-" + one.problem_type
-            limits = {what: properties[limit] for what, limit in one.limits.items()
-                      if limit in properties}
+    properties, kind, limits = solver.properties, "other", {}
     if solver.qpu:
         topology, kind = properties.get("topology", {}), "qpu"
         shape = [topology.get("type"), *topology.get("shape", [])]
         limits = {"qubits": len(properties["qubits"]), "topology": ":".join(map(str, shape[:2])),
                   "fast anneal": "yes" if "fast_anneal" in solver.parameters else "no"}
+    for one in (hybrid.Bqm, hybrid.Cqm, hybrid.Nl):
+        if not solver.qpu and one.problem_type in solver.supported_problem_types:
+            kind = "hybrid-" + one.problem_type
+            limits = {what: properties[limit] for what, limit in one.limits.items()
+                      if limit in properties}
     return {"name": solver.name, "kind": kind, "online": solver.online, "load": solver.avg_load,
-            "limits": {} if kind == "other" else limits}
+            "limits": limits}
 
 
 def dry_run(options):
@@ -257,25 +258,22 @@ def dry_run(options):
         plans = _plans(tasks, session)
     told, charge = {"schema": 1, "solver": options.solver, "dry_run": True}, _charge(plans)
     if options.out_dir is None:
-        said, told = "\n".join(planned(options, plans[0])), {**told, **plans[0]}
+        said, told = planned(options, plans[0]), {**told, **plans[0]}
     else:
         told.update(charge_seconds=charge, problems=[{"problem": task.problem, **found}
                                                      for task, found in zip(tasks, plans)])
         bill = ("runs on this machine; nothing is charged" if not service else
                 "the charge cannot be told" if charge is None else
                 f"estimated charge in all {charge:,.3f} s")
-        said = "\n".join([*(f"{task.problem}: {_in_short(found)}"
-                            for task, found in zip(tasks, plans)),
-                          f"{options.solver}: {len(tasks):,} problems; {bill}; nothing was sent"])
-    runner.show(options, json.dumps(told) if options.json else said)
-
-
-def _in_short(found):
-    charge = found.get("charge_seconds")
-    return (f"does not fit: {found['reason']}" if found.get("fits") is False else
+        said = [*(f"{task.problem}: " + (
+            f"does not fit: {found['reason']}" if found.get("fits") is False else
             "skipped, the samples are there" if found.get("skipped") else
-            f"{found['variables']:,} variables"
-            + ("" if charge is None else f", estimated charge {charge:,.3f} s"))
+            f"{found['variables']:,} variables" + (
+                f", estimated charge {found['charge_seconds']:,.3f} s"
+                if found.get("charge_seconds") is not None else ""))
+            for task, found in zip(tasks, plans)),
+            f"{options.solver}: {len(tasks):,} problems; {bill}; nothing was sent"]
+    runner.show(options, json.dumps(told) if options.json else "\n".join(said))
 
 
 def _plans(tasks, session):
@@ -292,17 +290,16 @@ def _plans(tasks, session):
 def plan(options, session):
     """What would be sent for one problem: a dict."""
     problem, solver = runner.read(options), registry.find(options.solver)
-    found = {"variables": problem.linear.size}
-    if not solver.kind and problem.linear.size:
-        return {**found, "quadratic_terms": models.Terms(problem).count}
+    found = {"variables": problem.linear.size, "quadratic_terms": 0}
     if not problem.linear.size:
-        return {**found, "quadratic_terms": 0, "upload_bytes": 0, "charge_seconds": 0, "fits": True}
+        return {**found, "upload_bytes": 0, "charge_seconds": 0, "fits": True}
+    if not solver.kind:
+        return {**found, "quadratic_terms": models.Terms(problem).count}
     with explained():
         kind = solver.run(options.solver, problem, options)
-        if session is None:
-            return {"service_solver": None, **kind.plan(hybrid.PUBLISHED.get(options.solver))}
-        return {"service_solver": session.solver.name,
-                **kind.plan(session.properties, session.solver)}
+        by = ([hybrid.PUBLISHED.get(options.solver)] if session is None else
+              [session.properties, session.solver])
+        return {"service_solver": session and session.solver.name, **kind.plan(*by)}
 
 
 def planned(options, found):
