@@ -1,9 +1,9 @@
 """D-Wave's hybrid solvers: what each takes of a Problem, its limits and least time, its answer.
 
-A kind of solver is a class: `problem_type` is the service's word for it; check(properties) raises
-SolverError where the problem is beyond the solver's own limits; prepare(session, progress) makes
-the Request; decode(future, job) reads the answer; plan(properties, solver) says what would be sent,
-without an account by published properties and no `solver`.
+A kind of solver is a class: `problem_type` is the service's word for it; refusal(properties) says
+why a solver of these properties does not take the problem as it is asked for (None: it does);
+prepare(session, progress) makes the Request; decode(future, job) reads the answer; plan(properties,
+solver) says what would be sent, without an account by published properties and no `solver`.
 """
 
 import functools
@@ -38,15 +38,6 @@ class Request:
     facts: dict = field(default_factory=dict)
 
 
-def refusal(kind, properties):
-    """Why a solver of these properties does not take the problem as it is asked for, or None."""
-    try:
-        kind.check(properties)
-    except SolverError as error:
-        return str(error)
-    return None
-
-
 class Hybrid:
     """What the hybrid solvers share. Each has
 
@@ -66,16 +57,17 @@ class Hybrid:
         """How many quadratic terms the model has that is sent."""
         return models.Terms(self.problem, self.penalties).count
 
-    def check(self, properties):
+    def refusal(self, properties):
         for what, limit in self.limits.items():
             if self.sizes[what] > properties.get(limit, self.sizes[what]):
-                raise SolverError(f"{self.sizes[what]:,} {what}, the service takes "
-                                  f"{properties[limit]:,}; {self.advice}")
+                return (f"{self.sizes[what]:,} {what}, the service takes {properties[limit]:,}; "
+                        f"{self.advice}")
         least, wanted = self.least_time(properties), self.options.time_limit
         most = 3600 * properties.get("maximum_time_limit_hrs", 1e6)
         if wanted is not None and not least <= wanted <= most:
-            raise SolverError(f"a time limit of {wanted:g} s, the service takes {least:,.1f} to "
-                              f"{most:,.0f} s for this problem")
+            return (f"a time limit of {wanted:g} s, the service takes {least:,.1f} to {most:,.0f} "
+                    "s for this problem")
+        return None
 
     def prepare(self, session, progress):
         progress("building the model")
@@ -86,7 +78,7 @@ class Hybrid:
         return self.options.time_limit or float(self.least_time(properties))
 
     def plan(self, properties, solver=None):
-        seconds, reason = self.time_limit(properties), refusal(self, properties)
+        seconds, reason = self.time_limit(properties), self.refusal(properties)
         rate = properties.get("quota_conversion_rate")
         return {"variables": self.n, "quadratic_terms": self.terms, **self.sizes,
                 "upload_bytes": self.upload_bytes(),

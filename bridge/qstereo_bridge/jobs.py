@@ -261,7 +261,8 @@ def solve(kind, options, progress, session, earlier=None):
     job = start(options, kind.problem.linear.size, earlier)
     job.session = session
     try:
-        kind.check(session.properties)
+        if refusal := kind.refusal(session.properties):
+            raise SolverError(refusal)
         request = kind.prepare(session, progress)
         job.save(service_solver=session.solver.name, parameters=request.parameters, **request.facts)
         with request.upload or contextlib.nullcontext() as file:

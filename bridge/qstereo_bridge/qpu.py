@@ -9,7 +9,7 @@ import numpy as np
 from . import embedding, models
 from .embedding import Chip
 from .failure import InputError, SolverError, failing, io
-from .hybrid import SMALLER, Request, refusal
+from .hybrid import SMALLER, Request
 from .qsf import plain, read_qsf
 from .services import given
 from .solvers import Answer, check_occurrences
@@ -56,27 +56,25 @@ class Qpu:
     def least_copies(self):
         return 1 if self.options.copies == "auto" else self.options.copies
 
-    def check(self, properties):
+    def refusal(self, properties):
         options, n, qubits = self.options, self.problem.linear.size, len(properties["qubits"])
         known, fast = set(properties.get("parameters", {})), options.fast_anneal
         unknown = sorted(set(options.param or {}) - known) if known else []
-        for wrong, said in (
-                (n > qubits, f"{n:,} variables do not fit on a chip of {qubits:,} qubits; "
-                             f"{SMALLER}, or use hybrid-nl"),
-                (n * self.least_copies > qubits,
-                 f"{options.copies:} copies of {n:,} variables do not fit on a chip of {qubits:,} "
-                 "qubits; take fewer --copies"),
-                (fast and "fast_anneal" not in known,
-                 "this solver has no fast anneal; `qstereo-bridge solvers` shows which has"),
-                (options.reverse_from and not {"initial_state", "anneal_schedule"} <= known,
-                 "this solver has no reverse annealing"),
-                (unknown, f"this solver has no parameter {', '.join(unknown)}; it has "
-                          + ", ".join(map(line, sorted(known))))):
-            if wrong:
-                raise SolverError(said)
-        _within(options.num_reads, "reads", properties.get("num_reads_range"))
-        _within(options.annealing_time, "microseconds of annealing",
-                properties.get("fast_anneal_time_range" if fast else "annealing_time_range"))
+        return next((said for wrong, said in (
+            (n > qubits, f"{n:,} variables do not fit on a chip of {qubits:,} qubits; {SMALLER}, "
+                         "or use hybrid-nl"),
+            (n * self.least_copies > qubits,
+             f"{options.copies} copies of {n:,} variables do not fit on a chip of {qubits:,} "
+             "qubits; take fewer --copies"),
+            (fast and "fast_anneal" not in known,
+             "this solver has no fast anneal; `qstereo-bridge solvers` shows which has"),
+            (options.reverse_from and not {"initial_state", "anneal_schedule"} <= known,
+             "this solver has no reverse annealing"),
+            (unknown, f"this solver has no parameter {', '.join(unknown)}; it has "
+                      + ", ".join(map(line, sorted(known))))) if wrong), None) or (
+            _outside(options.num_reads, "reads", properties.get("num_reads_range"))
+            or _outside(options.annealing_time, "microseconds of annealing", properties.get(
+                "fast_anneal_time_range" if fast else "annealing_time_range")))
 
     def prepare(self, session, progress):
         from dwave.cloud.coders import encode_problem_as_qp
@@ -103,7 +101,8 @@ class Qpu:
             quadratic.update(target.quadratic)
         lengths = np.array(list(map(len, chains)))
         parameters, sent = self.parameters(chains, session.properties)
-        self.check_duration(solver, int(lengths.sum()))
+        if too_long := self.too_long(solver, int(lengths.sum())):
+            raise SolverError(too_long)
         return Request(
             sent, {**parameters, "chain_strength": strength},
             data=encode_problem_as_qp(solver, linear, quadratic, 0, undirected_biases=True),
@@ -245,7 +244,7 @@ class Qpu:
         options, terms = self.options, models.Terms(self.problem).count
         chips = (PUBLISHED_CHIPS if properties is None else
                  {properties.get("chip_id", "the chip"): properties})
-        refusals = {name: refusal(self, chip) for name, chip in chips.items()}
+        refusals = {name: self.refusal(chip) for name, chip in chips.items()}
         sizes = {name: len(chip["qubits"]) for name, chip in chips.items()}
         takers = [name for name, why in refusals.items() if why is None]
         found = {"variables": self.problem.linear.size, "quadratic_terms": terms,
@@ -273,20 +272,18 @@ class Qpu:
         qubits = found["embedded_qubits"]
         found["charge_seconds"] = estimated_seconds(solver, qubits or chip.qubits.size,
                                                     self.anneal(solver.properties))
-        try:
-            self.check_duration(solver, qubits or source.variables * self.least_copies)
-        except SolverError as error:
-            found.update(fits=False, reason=str(error))
+        if too_long := self.too_long(solver, qubits or source.variables * self.least_copies):
+            found.update(fits=False, reason=too_long)
         return found
 
-    def check_duration(self, solver, qubits):
-        """Raises SolverError where all reads together take the chip longer than it allows."""
+    def too_long(self, solver, qubits):
+        """The refusal of a solver whose chip all reads together would take longer than it allows,
+        or None."""
         seconds = estimated_seconds(solver, qubits, self.anneal(solver.properties))
         longest = solver.properties.get("problem_run_duration_range")
-        if seconds and longest and seconds * 1e6 > longest[1]:
-            raise SolverError(f"these reads would take the chip {seconds:.2f} s at once, it allows "
-                              f"{longest[1] / 1e6:g} s; take fewer --num-reads or a shorter "
-                              "--annealing-time")
+        return (f"these reads would take the chip {seconds:.2f} s at once, it allows "
+                f"{longest[1] / 1e6:g} s; take fewer --num-reads or a shorter --annealing-time"
+                if seconds and longest and seconds * 1e6 > longest[1] else None)
 
 
 def more_reads_help(bits, energies, occurrences):
@@ -308,9 +305,10 @@ def _qp_bytes(qubits, couplers):
     return sum(4 * -(-8 * count // 3) for count in (qubits, couplers))
 
 
-def _within(value, what, bounds):
-    if value is not None and bounds and not bounds[0] <= value <= bounds[1]:
-        raise SolverError(f"{value:g} {what}, this solver takes {bounds[0]:g} to {bounds[1]:,.10g}")
+def _outside(value, what, bounds):
+    """The refusal of a value that is outside the bounds, or None."""
+    return (f"{value:g} {what}, this solver takes {bounds[0]:g} to {bounds[1]:,.10g}"
+            if value is not None and bounds and not bounds[0] <= value <= bounds[1] else None)
 
 
 def estimated_seconds(solver, qubits, anneal):

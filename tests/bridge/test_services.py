@@ -622,12 +622,12 @@ def test_token_that_is_not_accepted(solve, service, monkeypatch):
 def test_refused_by_the_solver(solve, service):
     """The published range of reads says one thing, the service another."""
     service.solvers["Advantage2_mock"]["properties"]["num_reads_range"] = [1, 10]
-    real, service_range = qpu._within, service.solvers["Advantage2_mock"]["properties"]
+    real, service_range = qpu._outside, service.solvers["Advantage2_mock"]["properties"]
     try:
-        qpu._within = lambda *arguments: None
+        qpu._outside = lambda *arguments: None
         status, _, err = solve("qpu", "--num-reads", 11)
     finally:
-        qpu._within = real
+        qpu._outside = real
     assert (status == 5 and "refuses the problem: num_reads must be in range [1, 10]" in err
             and not service.problems)
 
