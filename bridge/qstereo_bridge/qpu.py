@@ -60,21 +60,23 @@ class Qpu:
         options, n, qubits = self.options, self.problem.linear.size, len(properties["qubits"])
         known, fast = set(properties.get("parameters", {})), options.fast_anneal
         unknown = sorted(set(options.param or {}) - known) if known else []
-        return next((said for wrong, said in (
-            (n > qubits, f"{n:,} variables do not fit on a chip of {qubits:,} qubits; {SMALLER}, "
-                         "or use hybrid-nl"),
-            (n * self.least_copies > qubits,
-             f"{options.copies} copies of {n:,} variables do not fit on a chip of {qubits:,} "
-             "qubits; take fewer --copies"),
-            (fast and "fast_anneal" not in known,
-             "this solver has no fast anneal; `qstereo-bridge solvers` shows which has"),
-            (options.reverse_from and not {"initial_state", "anneal_schedule"} <= known,
-             "this solver has no reverse annealing"),
-            (unknown, f"this solver has no parameter {', '.join(unknown)}; it has "
-                      + ", ".join(map(line, sorted(known))))) if wrong), None) or (
-            _outside(options.num_reads, "reads", properties.get("num_reads_range"))
-            or _outside(options.annealing_time, "microseconds of annealing", properties.get(
-                "fast_anneal_time_range" if fast else "annealing_time_range")))
+        for wrong, said in (
+                (n > qubits, f"{n:,} variables do not fit on a chip of {qubits:,} qubits; "
+                             f"{SMALLER}, or use hybrid-nl"),
+                (n * self.least_copies > qubits,
+                 f"{options.copies} copies of {n:,} variables do not fit on a chip of {qubits:,} "
+                 "qubits; take fewer --copies"),
+                (fast and "fast_anneal" not in known,
+                 "this solver has no fast anneal; `qstereo-bridge solvers` shows which has"),
+                (options.reverse_from and not {"initial_state", "anneal_schedule"} <= known,
+                 "this solver has no reverse annealing"),
+                (unknown, f"this solver has no parameter {', '.join(unknown)}; it has "
+                          + ", ".join(map(line, sorted(known))))):
+            if wrong:
+                return said
+        return _outside(options.num_reads, "reads", properties.get("num_reads_range")) or _outside(
+            options.annealing_time, "microseconds of annealing",
+            properties.get("fast_anneal_time_range" if fast else "annealing_time_range"))
 
     def prepare(self, session, progress):
         from dwave.cloud.coders import encode_problem_as_qp
