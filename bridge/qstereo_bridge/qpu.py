@@ -243,17 +243,21 @@ class Qpu:
         it is at least (each coupling on one coupler), the charge what it is at most (all qubits
         read out).
         """
-        options, terms = self.options, models.Terms(self.problem).count
+        options, terms = self.options, models.Terms(self.problem)
         chips = (PUBLISHED_CHIPS if properties is None else
                  {properties.get("chip_id", "the chip"): properties})
         refusals = {name: self.refusal(chip) for name, chip in chips.items()}
         sizes = {name: len(chip["qubits"]) for name, chip in chips.items()}
         takers = [name for name, why in refusals.items() if why is None]
-        found = {"variables": self.problem.linear.size, "quadratic_terms": terms,
+        count = terms.count
+        if takers and terms.repeated:
+            # What cancels is not sent.
+            count = models.expand(self.problem, limit=options.memory_limit)[1][0].size
+        found = {"variables": self.problem.linear.size, "quadratic_terms": count,
                  "copies": options.copies, "qubits": sizes, "limits": {},
                  "minimum_time_limit": None, "embedded_qubits": None,
                  "upload_bytes": _qp_bytes(min(sizes[name] for name in takers or sizes),
-                                           self.least_copies * terms),
+                                           self.least_copies * count),
                  "fits": None if takers else False,
                  "reason": None if takers else refusals[max(sizes, key=sizes.get)]}
         if takers and options.reverse_from:

@@ -829,6 +829,14 @@ def test_plan_beyond_the_limits():
     assert planning("qpu", grid(41, 41, 4))["fits"] is False
 
 
+def test_plan_of_repeated_pairs():
+    """What cancels is not sent."""
+    problem = make([1] * 3, [Table(np.array([[5]], "<i4"))],
+                   [{"weight": 1, "h": 1}, {"weight": 2, "h": 1}, {"weight": 1, "h": 2},
+                    {"weight": -1, "h": 2}], [0] * 3, [(0, 0)] * 3)
+    assert planning("qpu", problem)["quadratic_terms"] == 1
+
+
 def test_configured(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     assert not services.configured()
