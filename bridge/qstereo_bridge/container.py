@@ -57,7 +57,7 @@ def check_memory(needed, limit, what):
 def read_header(data, magic, suffix, length=None):
     """The Header at the beginning of a file that is `length` bytes long (None: not known)."""
     if data[:8] != magic[:len(data)]:
-        raise NotOurFormat(f"byte 0: this is no {suffix} file (its first eight bytes are others)")
+        raise NotOurFormat(f"byte 0: this is not a {suffix} file (it does not begin like one)")
     if len(data) < HEADER.size:
         raise Truncated(f"byte {len(data)}: the file ends inside its header of {HEADER.size} "
                         "bytes; copy it again")

@@ -302,7 +302,7 @@ def check(embedding, source, chip):
     if wrong := faults(source, chip, embedding.chains):
         raise NotThisOne(f"on {chip.name} {len(wrong):,} of its chains or their couplings are "
                          f"broken; it was made for {embedding.topology}: embed the problem on this "
-                         "chip anew")
+                         "chip again")
 
 
 def _cache_path(source, chip, copies):
@@ -344,7 +344,7 @@ def obtain(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None,
     """The Embedding of a Source, or of copies of it, into a Chip: the one kept, else a new one,
     which is kept. Raises NoEmbedding, SolverError.
 
-    A `seed` asks for its own embedding: the one kept is passed by. Threads that want the same one
+    A `seed` asks for its own embedding: the one kept is not used. Threads that want the same one
     wait for the first to find it.
     """
     graphs, key = (source.digest, chip.digest, copies), (source.digest, chip.digest, copies, seed)

@@ -58,8 +58,8 @@ def export(options):
     """Write `options.problem` to `options.output`, whose end names the format."""
     end = os.path.splitext(options.output)[1]
     if end not in FORMATS:
-        raise Failure(USAGE, f"{options.output} ends in none of {', '.join(FORMATS)}, which name "
-                      "the format")
+        raise Failure(USAGE, f"{options.output} ends in none of {', '.join(FORMATS)}; the end "
+                      "names the format")
     with runner.output_of(options) as deliver:
         problem = runner.read(options)
         data = FORMATS[end](problem, options.memory_limit)

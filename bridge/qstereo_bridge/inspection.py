@@ -17,7 +17,7 @@ def inspect(options):
         raise Failure(BAD_INPUT, f"{options.samples}: samples of {samples.solver}; the inspector "
                       "shows those of the solver qpu")
     if options.problem is None:
-        raise Failure(USAGE, "the inspector wants the problem; name it with --problem P.qcf")
+        raise Failure(USAGE, "the inspector needs the problem; name it with --problem P.qcf")
     whole = problem.load(options.problem, options.memory_limit)
     chains = dict(enumerate(samples.info.get("chains", [])))
     if options.embedding:

@@ -87,7 +87,7 @@ class Job:
         if whatever:
             return job
         job.leave()
-        raise Failure(BAD_INPUT, f"{path}: this is no job file of this program's version; give "
+        raise Failure(BAD_INPUT, f"{path}: this is not a job file of this version; give "
                                  "another, or remove it")
 
     def save(self, new=False, **changes):
@@ -172,9 +172,9 @@ _AT_WORK = "{}: another qstereo-bridge is at work on this job; wait for it, or s
 def _lock(stream, path):
     try:
         if fcntl is None:
-            raise Failure(IO, "what keeps a problem from being charged twice wants the locks on "
-                              "files of Linux, macOS and other systems of the Unix family; on "
-                              "Windows run qstereo-bridge in WSL. Nothing was sent")
+            raise Failure(IO, "locks on files keep a problem from being charged twice; this system "
+                              "has none. Use Linux, macOS or another Unix; on Windows run "
+                              "qstereo-bridge in WSL. Nothing was sent")
         fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except (Failure, OSError) as error:
         stream.close()

@@ -166,7 +166,7 @@ class Qpu:
         with failing(path), io(path, "read"):
             found = embedding.read(path)
             if source.variables > len(found.chains) == self.problem.linear.size:
-                raise InputError("--fast-anneal wants an embedding of its own, with one more "
+                raise InputError("--fast-anneal needs an embedding of its own, with one more "
                                  "variable: leave --embedding out")
             embedding.check(found, source, chip)
         return found
@@ -211,7 +211,7 @@ class Qpu:
         reads = sampleset.record.num_occurrences
         check_occurrences(reads)
         if not np.isfinite(sampleset.record.energy).all():
-            raise SolverError("the answer has energies that are no numbers")
+            raise SolverError("the answer has energies that are not numbers")
         column = {qubit: at for at, qubit in enumerate(sampleset.variables)}
         samples = sampleset.record.sample
         lengths = np.array(list(map(len, job.chains)))

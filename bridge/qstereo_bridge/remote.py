@@ -61,7 +61,7 @@ def _check_charge(options, plans):
     charge = _charge(plans)
     if charge is None:
         raise Failure(NO, "the solver does not say what it will charge, so --max-charge cannot be "
-                          "kept to; nothing was sent")
+                          "checked; nothing was sent")
     if charge > options.max_charge:
         raise Failure(NO, f"the charge may be {charge:,.3f} s, --max-charge allows "
                           f"{options.max_charge:,.3f} s; nothing was sent")
@@ -76,7 +76,7 @@ def collect(options, print_result=runner.show):
     with job:
         options.solver, options.label = job.solver, job.user_label
         if options.solver not in WANTED:
-            raise Failure(BAD_INPUT, f"{options.job}: {line(options.solver)} is no solver that "
+            raise Failure(BAD_INPUT, f"{options.job}: {line(options.solver)} is not a solver that "
                                      "this program knows")
         options.problem = options.problem or _problem_of(job)
 

@@ -152,5 +152,6 @@ def _summary(options, problem, answer, energies, seconds):
     best = ("`qstereo validate` says which samples are labellings" if not told else
             f"{good.size} feasible, best energy of these {real['best_energy']}" if good.size else
             "none feasible")
-    return (f"{options.solver}: {energies.size} samples, best energy {real['energy']}{bounded}; "
+    samples = "1 sample" if energies.size == 1 else f"{energies.size} samples"
+    return (f"{options.solver}: {samples}, best energy {real['energy']}{bounded}; "
             f"{best}; {seconds:.1f} s\n{options.output}: written")

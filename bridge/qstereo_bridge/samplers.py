@@ -20,7 +20,7 @@ def load(name):
     except Exception as error:
         raise SolverError(f"{name} cannot be made: {error}") from None
     if not isinstance(sampler, dimod.Sampler):
-        raise Failure(USAGE, f"{name} is no dimod sampler")
+        raise Failure(USAGE, f"{name} is not a dimod sampler")
     return sampler
 
 
@@ -32,7 +32,7 @@ def sample(problem, options, progress):
             told.setdefault(key, getattr(options, key))
     for key in told:
         if key not in sampler.parameters:
-            raise Failure(USAGE, f"{options.solver} takes no parameter {key}, only "
+            raise Failure(USAGE, f"{options.solver} does not take the parameter {key}, only "
                           f"{', '.join(sorted(sampler.parameters))}")
     wanted, info = dict(told), {"parameters": told}
     if options.spin_reversals:

@@ -47,7 +47,7 @@ class Session:
             self.solver = (_reader(self.client, kind, solver_name or name) if reading
                            else self.client.get_solver())
             if kind not in self.solver.supported_problem_types:
-                raise SolverError(f"{text.line(self.solver.name)} is no solver for {name}; name "
+                raise SolverError(f"{text.line(self.solver.name)} is not a solver for {name}; name "
                                   "another with --solver-name, `qstereo-bridge solvers` lists "
                                   "those that you reach")
         except BaseException:

@@ -70,7 +70,7 @@ def test_energies_of_the_annealer_that_are_no_numbers(value, spoiled):
     def spoil(answer):
         energies = put(np.frombuffer(base64.b64decode(answer["energies"]), "<f8"), value)
         return {**answer, "energies": base64.b64encode(energies.tobytes()).decode()}
-    spoiled("qpu", spoil, "energies that are no numbers")
+    spoiled("qpu", spoil, "energies that are not numbers")
 
 
 @pytest.mark.parametrize("solver", ["hybrid-bqm", "hybrid-cqm"])

@@ -99,9 +99,9 @@ def test_device_as_output(problem_file, command):
 
 def test_help_and_version(command):
     status, out, err = text(command("solve", "--help"))
-    assert (status, err) == (0, "") and "examples:" in out and "exit status:" in out
+    assert (status, err) == (0, "") and "Examples:" in out and "Exit status:" in out
     assert all(name in out for name in cli.SOLVERS) and "--num-reads (20)" in out
-    assert text(command("--version")) == (0, f"qstereo-bridge {__version__}\n", "")
+    assert text(command("-V")) == text(command("--version")) == (0, f"qstereo-bridge {__version__}\n", "")
 
 
 @pytest.mark.parametrize("arguments, said", [
@@ -109,14 +109,14 @@ def test_help_and_version(command):
     (["solve", "P", "-o", "S", "--num-reads", "0"], "not between"), (["solve", "P", "-o", "S", "--num-reads", "x"], "whole number"),
     (["solve", "P", "-o", "S", "--seed", "-1"], "not between"), (["solve", "P", "-o", "S", "--time-limit", "nan"], "not between"),
     (["solve", "P", "-o", "S", "--time-limit", "0"], "not between"), (["solve", "P", "-o", "S", "--memory-limit", "0"], "not between"),
-    (["solve", "P", "-o", "S", "--solver", "exact", "--seed", "1"], "only anneal, tabu, qpu, MODULE:CLASS do"),
-    (["solve", "P", "-o", "S", "--label", "x"], "only qpu, hybrid-nl, hybrid-bqm, hybrid-cqm do"),
-    (["solve", "P", "-o", "S", "--solver", "qpu", "--fast-anneal"], "wants an --annealing-time"),
+    (["solve", "P", "-o", "S", "--solver", "exact", "--seed", "1"], "only these do: anneal, tabu, qpu, MODULE:CLASS"),
+    (["solve", "P", "-o", "S", "--label", "x"], "only these do: qpu, hybrid-nl, hybrid-bqm, hybrid-cqm"),
+    (["solve", "P", "-o", "S", "--solver", "qpu", "--fast-anneal"], "needs --annealing-time"),
     (["solve", "P", "-o", "S", "--solver", "qpu", "--fast-anneal", "--annealing-time", "1", "--reverse-from", "x.qsf"],
      "cannot begin from a state"),
-    (["solve", "P", "--out-dir", "D", "--solver", "qpu", "--fast-anneal"], "wants an --annealing-time"),
+    (["solve", "P", "--out-dir", "D", "--solver", "qpu", "--fast-anneal"], "needs --annealing-time"),
     (["solve", "P", "-o", "S", "--solver", "qpu", "--embedding", "E", "--seed", "0"], "leave one of them out"),
-    (["solve", "P", "-o", "S", "--fast-anneal"], "only qpu do"), (["solve", "P", "-o", "S", "--no-wait"], "for D-Wave's services"),
+    (["solve", "P", "-o", "S", "--fast-anneal"], "only these do: qpu"), (["solve", "P", "-o", "S", "--no-wait"], "for D-Wave's services"),
     (["solve", "P", "-o", "S", "--resubmit"], "for D-Wave's services"), (["solve", "P", "Q", "-o", "S"], "--out-dir"),
     (["solve", "P", "--out-dir", "D", "-o", "S"], "does not go with"), (["solve", "-", "--out-dir", "D"], "stdin has no name"),
     (["solve", "P", "-o", "S", "--jobs", "2"], "several problems"),
@@ -133,7 +133,7 @@ def test_unknown_solver_lists_the_known(main):
 
 
 @pytest.mark.parametrize("change, status, said", [
-    (lambda data: b"", 3, "byte 0"), (lambda data: data[:40], 3, "byte 40"), (lambda data: b"P5" + data, 3, "no .qcf file"),
+    (lambda data: b"", 3, "byte 0"), (lambda data: data[:40], 3, "byte 40"), (lambda data: b"P5" + data, 3, "not a .qcf file"),
     (lambda data: data[:-1], 3, "ends here"), (lambda data: data + b"\0", 3, "after the end"),
     (lambda data: data[:90] + bytes([data[90] ^ 1]) + data[91:], 3, "CRC-32C of chunk 0")])
 def test_bad_problem(change, status, said, problem_file, tmp_path, main):
@@ -301,7 +301,7 @@ def test_nothing_left_to_decide(solver, tmp_path, main, monkeypatch):
     found = json.loads(out)
     assert (status, err) == (0, "") and found["proven_optimal"] and found["samples"] == found["feasible"] == 1
     assert found["energy"] == found["lower_bound"] == found["best_energy"] == -3.5 and found["gap"] == 0
-    assert "1 samples, best energy -3.5 (proven optimal)" in main(*solve, "-o", samples)[1]
+    assert "1 sample, best energy -3.5 (proven optimal)" in main(*solve, "-o", samples)[1]
     read = qsf.parse_qsf(samples.read_bytes())
     assert read.bits.shape == (1, 0) and read.records["energy"].tolist() == [-7] and read.solver == solver
     assert "nothing is left to decide" in main(*solve, "--dry-run")[1]

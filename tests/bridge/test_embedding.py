@@ -241,7 +241,7 @@ def test_an_embedding_of_something_else_is_refused():
         with pytest.raises(embedding.NotThisOne, match="another problem graph"):
             embedding.check(found, embedding.Source.of(other), chip)
     with pytest.raises(embedding.NotThisOne,
-                       match="made for zephyr:3: embed the problem on this chip anew"):
+                       match="made for zephyr:3: embed the problem on this chip again"):
         embedding.check(found, source, embedding.Chip.named("pegasus:3"))
     lost = full("zephyr:3")
     lost.remove_node(found.chains[5][1])
@@ -414,13 +414,13 @@ def test_advice_for_a_graph_in_parts(tmp_path, main):
                                                      (["--topology", "chimera:4", "-o", "E"], 2,
                                                       "no topology is called chimera:4"),
                                                      (["--topology", "zephyr:3", "-o", "P"], 2,
-                                                      "three names"),
+                                                      "different names"),
                                                      (["--topology", "zephyr:3", "-o", "-",
                                                        "--json"], 2, "stdout"),
                                                      (["--topology", "zephyr:3", "-o", "E",
                                                        "--picture", "-"], 2, "stdout"),
                                                      (["--topology", "zephyr:3", "-o", "E",
-                                                       "--picture", "E"], 2, "three names"),
+                                                       "--picture", "E"], 2, "different names"),
                                                      (["--topology", "zephyr:3", "-o", "no/E"], 4,
                                                       "no folder"),
                                                      (["--topology", "zephyr:3", "-o", "E",

@@ -428,7 +428,7 @@ def test_collect_refuses_the_answer_of_another_problem(solve, collect, service, 
 def test_bad_job_files(content, solve, collect, service, tmp_path):
     (tmp_path / "s.qsf.job").write_bytes(content.encode("latin-1"))
     for status, _, err in (collect(), solve()):
-        assert status == 3 and "no job file" in err and not service.problems
+        assert status == 3 and "not a job file" in err and not service.problems
     assert solve("hybrid-nl", "--resubmit")[0] == 0
 
 
@@ -490,7 +490,7 @@ def test_job_files_with_a_wrong_field(field, value, solve, collect, service, tmp
     for changed in ({**facts, field: value}, {key: facts[key] for key in facts if key != field}):
         path.write_text(json.dumps(changed))
         status, _, err = collect()
-        assert status == 3 and "no job file" in err
+        assert status == 3 and "not a job file" in err
 
 
 def test_redirected_post_is_not_followed(solve, service, tmp_path, monkeypatch):

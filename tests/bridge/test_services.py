@@ -304,7 +304,7 @@ def test_embedding_of_the_user(solve, service, tmp_path):
                                                             0: found.chains[1]}).to_json())
     status, _, err = solve("qpu", "--embedding", tmp_path / "e.json")
     assert (status == 3 and "e.json: on Advantage2_mock" in err
-            and "embed the problem on this chip anew" in err)
+            and "embed the problem on this chip again" in err)
     (tmp_path / "e.json").write_text("{}")
     status, _, err = solve("qpu", "--embedding", tmp_path / "e.json")
     assert status == 3 and err.count("e.json") == 1 and "no embedding file" in err
@@ -312,7 +312,7 @@ def test_embedding_of_the_user(solve, service, tmp_path):
     (tmp_path / "e.json").write_text(found.to_json())
     status, _, err = solve("qpu", "--embedding", tmp_path / "e.json", "--fast-anneal",
                            "--annealing-time", 5)
-    assert (status == 3 and "--fast-anneal wants an embedding of its own" in err
+    assert (status == 3 and "--fast-anneal needs an embedding of its own" in err
             and "leave --embedding out" in err and err.count("e.json") == 1)
 
 
@@ -549,7 +549,7 @@ def a_sample(tmp_path):
                            "allows 1 s"), ("qpu", "hybrid_nl_solver", {},
                                            ["--solver-name", "hybrid_nl_solver"], "no such solver"),
                           ("hybrid-nl", "hybrid_bqm_solver", {},
-                           ["--solver-name", "hybrid_bqm_solver"], "is no solver for hybrid-nl"),
+                           ["--solver-name", "hybrid_bqm_solver"], "is not a solver for hybrid-nl"),
                           ("hybrid-nl", "hybrid_bqm_solver", {}, ["--solver-name", "nothing"],
                            "no such solver")])
 def test_limits(solver, name, properties, options, said, solve, service, tmp_path, main):

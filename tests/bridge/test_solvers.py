@@ -149,14 +149,14 @@ def test_any_sampler(sampler, more, problem_file, tmp_path, main):
 
 @pytest.mark.parametrize("more, status, said", [
     (["--solver", "dwave.samplers:None"], 2, "no such sampler"), (["--solver", "nowhere:X"], 2, "No module named 'nowhere'"),
-    (["--solver", "json:JSONDecoder"], 2, "no dimod sampler"), (["--solver", "taboo"], 2, "did you mean tabu?"),
-    (["--solver", "dwave.samplers:TabuSampler", "--param", "sweeps=1"], 2, "takes no parameter sweeps, only"),
-    (["--solver", "dwave.samplers:TreeDecompositionSolver", "--seed", 1], 2, "takes no parameter seed"),
-    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure"], 2, "no KEY=JSON"),
-    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=one"], 2, "a text wants quotes"),
+    (["--solver", "json:JSONDecoder"], 2, "not a dimod sampler"), (["--solver", "taboo"], 2, "did you mean tabu?"),
+    (["--solver", "dwave.samplers:TabuSampler", "--param", "sweeps=1"], 2, "does not take the parameter sweeps, only"),
+    (["--solver", "dwave.samplers:TreeDecompositionSolver", "--seed", 1], 2, "does not take the parameter seed"),
+    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure"], 2, "not KEY=JSON"),
+    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=one"], 2, "put a text in quotes"),
     (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=1", "--param", "tenure=1"], 2, "given twice"),
-    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=-5"], 5, "fails"), (["--param", "x=1"], 2, "anneal takes no --param"),
-    (["--spin-reversals", 2], 2, "only MODULE:CLASS do")])
+    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=-5"], 5, "fails"), (["--param", "x=1"], 2, "anneal does not take --param"),
+    (["--spin-reversals", 2], 2, "only these do: MODULE:CLASS")])
 def test_samplers_that_refuse(more, status, said, problem_file, tmp_path, main):
     found, out, err = main("solve", problem_file, "-o", tmp_path / "s.qsf", *more)
     assert (found, out) == (status, "") and said in err and err.count("\n") == 1
