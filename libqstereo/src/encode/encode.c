@@ -39,8 +39,10 @@ static void put_groups(qs_writer *writer, const void *context)
     qs_put_group_run(writer, (qs_group_run){e->sites, e->problem->labels});
 }
 
-static qs_labels labels_of(const qs_encoder *e)
+/* In place: a copy would double what this takes of the stack. */
+static void put_side_chunks(qs_writer *writer, const void *context)
 {
+    const qs_encoder *e = context;
     const qs_problem *problem = e->problem;
     const qs_grid *grid = &problem->grid;
     bool truncates = problem->pairwise.smoothness == QS_TRUNCATED_LINEAR ||
@@ -62,14 +64,7 @@ static qs_labels labels_of(const qs_encoder *e)
         labels.frame.picture_width = labels.width;
         labels.frame.picture_height = labels.height;
     }
-    return labels;
-}
-
-static void put_side_chunks(qs_writer *writer, const void *context)
-{
-    const qs_encoder *e = context;
-    qs_labels labels = labels_of(e);
-    qs_put_labl(writer, &labels, e->problem->grid.mask);
+    qs_put_labl(writer, &labels, grid->mask);
 }
 
 /* ---- Planning. ---- */

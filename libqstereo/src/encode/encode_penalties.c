@@ -80,23 +80,23 @@ static void push_site(void *context, uint64_t most)
     push_alike(context, 1, (qs_site_edges){0, most});
 }
 
-static run_maker make_runs(const qs_encoder *e, qs_writer *writer)
+static void make_runs(run_maker *m)
 {
-    run_maker m = {.encoder = e, .writer = writer};
+    const qs_encoder *e = m->encoder;
     if (!qs_penalty_keeps_gap(e->penalty)) {
-        push_alike(&m, e->sites, (qs_site_edges){0, 0});
+        push_alike(m, e->sites, (qs_site_edges){0, 0});
     } else if (qs_has_tables(e)) {
-        qs_table_reach_all(&e->strip, e->reach, push_site, &m);
+        qs_table_reach_all(&e->strip, e->reach, push_site, m);
     } else {
-        qs_reach_visit_all(e->problem, e->sums, push_sites, &m);
+        qs_reach_visit_all(e->problem, e->sums, push_sites, m);
     }
-    end_run(&m);
-    return m;
+    end_run(m);
 }
 
 void qs_plan_penalties(qs_encoder *e)
 {
-    run_maker m = make_runs(e, NULL);
+    run_maker m = {.encoder = e};
+    make_runs(&m);
     e->qcf.penalty_bytes = qs_bytes_of(m.largest);
     e->qcf.penalty_runs = m.ended;
     qs_grow(&e->magnitude, 1, m.magnitude);
@@ -104,5 +104,6 @@ void qs_plan_penalties(qs_encoder *e)
 
 void qs_put_the_penalties(qs_writer *writer, const void *encoder)
 {
-    make_runs(encoder, writer);
+    run_maker m = {.encoder = encoder, .writer = writer};
+    make_runs(&m);
 }

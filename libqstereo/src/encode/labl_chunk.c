@@ -22,27 +22,22 @@ static void put_fields(qs_writer *writer, const payload *p)
 {
     const qs_labels *l = p->labels;
     const qs_frame *f = &l->frame;
-    const uint32_t fields[QS_LABL_HEAD / 4] = {
-        l->encoding,
-        l->pairwise.smoothness,
-        l->pairwise.truncation,
-        l->labels,
-        l->scale,
-        l->penalty,
-        l->gap,
-        (uint32_t)l->weight,
-        l->width,
-        l->height,
-        f->picture_width,
-        f->picture_height,
-        f->x,
-        f->y,
-        f->first,
-        is_masked(p),
-    };
-    for (int i = 0; i < QS_LABL_HEAD / 4; i++) {
-        qs_put_u32(writer, fields[i]);
-    }
+    qs_put_u32(writer, l->encoding);
+    qs_put_u32(writer, l->pairwise.smoothness);
+    qs_put_u32(writer, l->pairwise.truncation);
+    qs_put_u32(writer, l->labels);
+    qs_put_u32(writer, l->scale);
+    qs_put_u32(writer, l->penalty);
+    qs_put_u32(writer, l->gap);
+    qs_put_u32(writer, (uint32_t)l->weight);
+    qs_put_u32(writer, l->width);
+    qs_put_u32(writer, l->height);
+    qs_put_u32(writer, f->picture_width);
+    qs_put_u32(writer, f->picture_height);
+    qs_put_u32(writer, f->x);
+    qs_put_u32(writer, f->y);
+    qs_put_u32(writer, f->first);
+    qs_put_u32(writer, is_masked(p));
 }
 
 static void put_cells(qs_writer *writer, const uint8_t *cells, uint64_t count)

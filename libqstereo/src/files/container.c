@@ -80,6 +80,10 @@ void qs_put_chunk(qs_writer *writer, const char *type, uint64_t length, qs_paylo
     chunk_end(writer);
 }
 
+/* Apart, so that the header has left the stack when the chunks come. */
+#if defined(__GNUC__)
+__attribute__((noinline))
+#endif
 static void put_header(qs_writer *writer, const char *magic, uint32_t chunks, uint64_t file_size,
                        const uint8_t fields[QS_HEADER_OWN])
 {
@@ -97,9 +101,11 @@ qs_status qs_write_file(const qs_sink *sink, const char *magic, uint32_t chunks,
                         const uint8_t fields[QS_HEADER_OWN], qs_payload *put_chunks,
                         const void *context, uint64_t *size)
 {
-    qs_writer count = {0}, writer = {.sink = sink, .crc_of = sink ? qs_crc32c_fastest() : NULL};
-    put_chunks(&count, context);
-    put_header(&writer, magic, chunks, QS_HEADER_SIZE + count.size, fields);
+    qs_writer writer = {0}; /* one for both passes: small machines have small stacks */
+    put_chunks(&writer, context);
+    uint64_t file_size = QS_HEADER_SIZE + writer.size;
+    writer = (qs_writer){.sink = sink, .crc_of = sink ? qs_crc32c_fastest() : NULL};
+    put_header(&writer, magic, chunks, file_size, fields);
     put_chunks(&writer, context);
     flush(&writer);
     if (writer.failed) {

@@ -5,6 +5,21 @@
 #include "../base/bytes.h"
 #include "crc32c_table.h"
 
+#ifdef QS_SMALL
+
+uint32_t qs_crc32c_portable(uint32_t crc, const uint8_t *bytes, size_t size)
+{
+    uint32_t state = ~crc;
+    for (size_t i = 0; i < size; i++) {
+        state ^= bytes[i];
+        state = state >> 4 ^ qs_crc32c_of_half[state & 0xf];
+        state = state >> 4 ^ qs_crc32c_of_half[state & 0xf];
+    }
+    return ~state;
+}
+
+#else
+
 static uint32_t by_byte(uint32_t state, const uint8_t *bytes, size_t size)
 {
     for (size_t i = 0; i < size; i++) {
@@ -27,7 +42,9 @@ uint32_t qs_crc32c_portable(uint32_t crc, const uint8_t *bytes, size_t size)
     return ~by_byte(state, bytes, size);
 }
 
-#if defined(__GNUC__) && defined(__x86_64__)
+#endif
+
+#if defined(__GNUC__) && defined(__x86_64__) && !defined(QS_SMALL)
 
 #include <cpuid.h>
 

@@ -1,8 +1,18 @@
-/* CRC-32C of each byte followed by 0 to 7 zero bytes: table[z][byte]. A test computes it anew. */
+/* CRC-32C of each byte followed by 0 to 7 zero bytes: table[z][byte]. A test computes it anew.
+ * With QS_SMALL there is one of half bytes, 64 bytes instead of 8 KiB. */
 #ifndef QS_CRC32C_TABLE_H
 #define QS_CRC32C_TABLE_H
 
 #include <stdint.h>
+
+#ifdef QS_SMALL
+
+static const uint32_t qs_crc32c_of_half[16] = {
+    0x00000000, 0x105ec76f, 0x20bd8ede, 0x30e349b1, 0x417b1dbc, 0x5125dad3, 0x61c69362, 0x7198540d,
+    0x82f63b78, 0x92a8fc17, 0xa24bb5a6, 0xb21572c9, 0xc38d26c4, 0xd3d3e1ab, 0xe330a81a, 0xf36e6f75,
+};
+
+#else
 
 static const uint32_t qs_crc32c_table[8][256] = {
     {
@@ -318,5 +328,7 @@ static const uint32_t qs_crc32c_table[8][256] = {
         0xc451b7cc, 0x8d6dcaeb, 0x56294d82, 0x1f1530a5,
     },
 };
+
+#endif
 
 #endif

@@ -333,7 +333,9 @@ static bool copy_costs(qs_building *b)
         if (!copy_site(b, group, trimmed)) {
             return false;
         }
-        trimmed += trimmed ? (size_t)qs_labels_left(b, group) * l->trimmed_bytes : 0;
+        if (trimmed) {
+            trimmed += (size_t)qs_labels_left(b, group) * l->trimmed_bytes;
+        }
     }
     for (uint32_t p = 0; b->model.kept && p < b->model.sites; p++) {
         qs_leave_out(&b->model, b->kept, p, b->unary); /* the costs have 0 as their least */

@@ -45,7 +45,8 @@ uint32_t qs_add_block(qs_recoder *r, qs_block_of block);
  * edge that is not like the one before. Overwrites `order`. */
 void qs_couple_neighbours(qs_recoder *r);
 
-/* The energy, without the constant, of the labelling in which each site takes its cheapest label. */
+/* The energy, without the constant, of the labelling in which each site takes its cheapest
+ * label. */
 uint64_t qs_winner_energy(const qs_remaining *rest);
 
 /* The encoders. Each fills in the draft of a problem with undecided sites. */
