@@ -254,6 +254,10 @@ $(BUILD)/examples/%: examples/%.c $(BUILD)/libqstereo.a
 	$(call say,CC,$@)
 	$(Q)$(CC) $(C_FLAGS) $(INCLUDE) $(LDFLAGS) $< $(BUILD)/libqstereo.a -o $@
 
+$(BUILD)/pack_problem: tests/bench/pack_problem.c $(BUILD)/libqstereo.a
+	$(call say,CC,$@)
+	$(Q)$(CC) $(C_FLAGS) $(INCLUDE) $< $(BUILD)/libqstereo.a -o $@
+
 $(BUILD)/bench_encode: tests/bench/bench_encode.c $(BUILD)/libqstereo.a
 	$(call say,CC,$@)
 	$(Q)$(CC) $(C_FLAGS) -D_POSIX_C_SOURCE=200809L $(INCLUDE) $< $(BUILD)/libqstereo.a -o $@

@@ -25,9 +25,13 @@ int search_read(const char *const *values, search *asked)
 }
 
 static const solver solvers[] = {
-    {"icm", qs_icm, qs_icm_workspace},    {"anneal", qs_anneal, qs_anneal_workspace},
-    {"swap", qs_swap, qs_swap_workspace}, {"expansion", qs_expansion, qs_expansion_workspace},
-    {"bp", qs_bp, qs_bp_workspace},       {"trws", qs_trws, qs_trws_workspace},
+    {"icm", qs_icm, qs_icm_workspace},
+    {"anneal", qs_anneal, qs_anneal_workspace},
+    {"swap", qs_swap, qs_swap_workspace},
+    {"expansion", qs_expansion, qs_expansion_workspace},
+    {"bp", qs_bp, qs_bp_workspace},
+    {"trws", qs_trws, qs_trws_workspace},
+    {"cut", qs_min_cut, qs_min_cut_workspace},
     {"best", qs_best, qs_best_workspace},
 };
 enum { SOLVERS = sizeof solvers / sizeof solvers[0] };

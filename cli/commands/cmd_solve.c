@@ -115,8 +115,9 @@ const command cmd_solve = {
                 "on this machine, as the labelling problem that it is, and writes the answer as a "
                 "samples file with one sample.\n\n"
                 "icm, anneal, swap and expansion go from labelling to labelling; bp and trws pass "
-                "messages; best runs expansion, trws and moves together. swap and expansion do "
-                "not take every pairwise cost. trws and best also give an exact lower bound: no "
+                "messages; best runs expansion, trws and moves together. cut takes only the "
+                "pairwise costs that minimum cuts solve to the optimum. trws, cut and best also "
+                "give an exact lower bound: no "
                 "labelling has a lower energy. If the energy of the answer is equal to it, the "
                 "answer is proven optimal.\n\n"
                 "Ctrl-C ends the command without a file.\n",

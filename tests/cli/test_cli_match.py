@@ -225,23 +225,11 @@ def test_memory_limit(folder, tmp_path):
     assert not list(folder.iterdir())
 
 
-def test_a_pairwise_cost_that_expansion_does_not_take(folder, pair):
-    done = run(
-        "match",
-        *pair.paths,
-        "-o",
-        folder / "m.pgm",
-        "--disparity",
-        "0:3",
-        "--smoothness",
-        "quadratic",
-        "--solver",
-        "expansion",
-    )
-    assert (
-        done.status,
-        "expansion cannot be used with this pairwise cost (quadratic)" in done.err,
-    ) == (3, True)
+def test_a_pairwise_cost_that_cut_does_not_take(folder, pair):
+    options = ["--disparity", "0:3", "--solver", "cut"]
+    done = run("match", *pair.paths, "-o", folder / "m.pgm", *options)
+    assert done.status == 3
+    assert "cut cannot be used with this pairwise cost (potts)" in done.err
     assert not list(folder.iterdir())
 
 

@@ -108,9 +108,6 @@ def test_bounds_and_energies_hold_the_optimum_between_them(tmp_path, seed, smoot
         done = run(
             "solve", tmp_path / "p.qcf", "-o", tmp_path / "s.qsf", "--json", "--solver", solver
         )
-        if smoothness == "quadratic" and solver == "expansion":
-            assert done.status == 3
-            continue
         facts = json.loads(done.out)
         assert facts["energy"] >= optimum
         if facts["lower_bound"] is None:
@@ -326,7 +323,7 @@ def test_memory_limit(folder, large):
         (
             ["--solver", "expantion"],
             "--solver expantion is unknown: did you mean expansion? It can be: "
-            "icm anneal swap expansion bp trws best",
+            "icm anneal swap expansion bp trws cut best",
         ),
         (["--solver", "qpu"], "--solver qpu is unknown: it can be: icm anneal"),
         (["--time-limit", "0"], "--time-limit 0 is not a number of seconds above 0"),
@@ -353,15 +350,27 @@ def test_usage_errors(folder, solved, options, words):
     assert not list(folder.iterdir())
 
 
-def test_a_pairwise_cost_that_expansion_does_not_take(folder):
-    done = run(
-        "solve", GOLDEN / "good-quadratic.qcf", "-o", folder / "s.qsf", "--solver", "expansion"
-    )
+@pytest.mark.parametrize(
+    "smoothness, labels", [("linear", 3), ("linear", 5), ("quadratic", 3), ("potts", 2)]
+)
+def test_cut_proves_what_cuts_solve(tmp_path, smoothness, labels):
+    """Linear and quadratic costs without truncation, any unary costs; potts with two labels."""
+    left, right, *paths = random_pair(tmp_path, labels + 1, 2, labels)
+    problem = tmp_path / "p.qcf"
+    options = ["--disparity", f"0:{labels - 1}", "--lambda", "12", "--smoothness", smoothness]
+    done = run("encode", *paths, "-o", problem, *options)
+    assert done.status == 0, done.err
+    apart = {"linear": np.abs, "quadratic": np.square, "potts": lambda t: (t != 0) * 1}[smoothness]
+    facts = solve(problem, tmp_path / "s.qsf", "--solver", "cut")
+    assert facts["energy"] == best_of_all(left, right, labels, 12, apart)
+    assert facts["lower_bound"] == facts["energy"]
+    assert facts["proven_optimal"] and facts["converged"]
+
+
+def test_cut_refuses_other_costs(folder, solved):
+    done = run("solve", solved.problem, "-o", folder / "s.qsf", "--solver", "cut")
     assert (done.status, done.out) == (3, b"")
-    assert (
-        "expansion cannot be used with this pairwise cost (quadratic): use trws, bp or best"
-        in done.err
-    )
+    assert "cut cannot be used with this pairwise cost (potts): use trws, bp or best" in done.err
     assert not list(folder.iterdir())
 
 

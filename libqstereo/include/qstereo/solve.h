@@ -90,8 +90,10 @@ size_t qs_anneal_workspace(const qs_model *model);
 
 /* Alpha-expansion (Boykov, Veksler and Zabih 2001): for each label in turn the
  * best move, in which any sites may change to that label, found by a minimum
- * cut; until no move lowers the energy. For metric pairwise costs, else
- * QS_E_ENCODING. An iteration is a cycle over the labels; default: no limit. */
+ * cut; until no move lowers the energy. Where the pairwise cost is no metric,
+ * terms of a move are cut down as far as a cut needs (Rother, Kumar, Kolmogorov
+ * and Blake 2005): the move is then not always the best one, but never a rise.
+ * An iteration is a cycle over the labels; default: no limit. */
 QS_MUST_CHECK qs_status qs_expansion(const qs_model *model,
                                      const qs_solve_options *options,
                                      void *workspace, size_t workspace_size,
@@ -100,9 +102,9 @@ QS_MUST_CHECK qs_status qs_expansion(const qs_model *model,
 size_t qs_expansion_workspace(const qs_model *model);
 
 /* Alpha-beta-swap (the same paper): the same with moves in which sites of two
- * labels may change to the other one. For semi-metric pairwise costs (V(a, b) =
- * V(b, a), V(a, a) = 0), else QS_E_ENCODING. An iteration is a cycle over the
- * pairs of labels; default: no limit. */
+ * labels may change to the other one. Terms are cut down where the pairwise
+ * cost is no semi-metric (V(a, b) = V(b, a), V(a, a) = 0). An iteration is a
+ * cycle over the pairs of labels; default: no limit. */
 QS_MUST_CHECK qs_status qs_swap(const qs_model *model,
                                 const qs_solve_options *options,
                                 void *workspace, size_t workspace_size,
@@ -134,12 +136,44 @@ QS_MUST_CHECK qs_status qs_trws(const qs_model *model,
                                 uint16_t *labelling, qs_solution *solution);
 size_t qs_trws_workspace(const qs_model *model);
 
+/* The optimum by minimum cuts, proven unless a watch or a limit stops it, for
+ * costs that cuts solve; else QS_E_ENCODING. V must be submodular:
+ *
+ *     V(a, b) + V(a + 1, b + 1) <= V(a + 1, b) + V(a, b + 1)
+ *
+ * for all labels. Potts is with two labels, linear and quadratic are where they
+ * are not truncated (or beyond the labels), and so are many tables. Then
+ *
+ * - where V(a, b) = g(a - b) and the unary costs are convex too: steepest
+ *   descent by cuts (Murota 2003; Kolmogorov and Shioura 2009). It starts from
+ *   the labelling; about 40 bytes a site. An iteration is a cut.
+ * - else one cut of a graph with a node for each site and label (Boykov and
+ *   Jolly 2001 for two labels; Ishikawa 2003; Schlesinger and Flach 2006). On a
+ *   grid with linear costs about 50 bytes a node; where V couples many pairs of
+ *   labels, as quadratic costs do, 40 bytes for each of them and each edge. On
+ *   grids with linear costs messages go before the flow (a few iterations of
+ *   TRW-S), which leave little for it to do. Its one iteration is the cut;
+ *   stopped, it returns the messages' labelling or, without them, that which
+ *   it was given, and the bound that it has reached.
+ *
+ * The workspace is SIZE_MAX where that graph would have 2^32 nodes or arcs; 0
+ * where V is not submodular. QS_E_OVERFLOW: a cost, or what the edges of a site
+ * can cost, times the number of labels, comes to 2^28 or more (of the descent,
+ * without the number of labels). */
+QS_MUST_CHECK qs_status qs_min_cut(const qs_model *model,
+                                   const qs_solve_options *options,
+                                   void *workspace, size_t workspace_size,
+                                   uint16_t *labelling, qs_solution *solution);
+size_t qs_min_cut_workspace(const qs_model *model);
+
 /* The best of these together: TRW-S, and after its iterations 8, 16, 32 and so
- * on expansion, which improves its labelling (icm where the pairwise cost is no
- * metric); until the bound proves the best labelling. TRW-S comes first because
- * in any given time it gets lower than expansion from the winner's labelling.
- * Works with every pairwise cost. An iteration is one of TRW-S; default
- * 2000. */
+ * on moves that improve its labelling: expansion, or, where the pairwise cost
+ * is no metric, jumps of the labels and moves to each; until the bound proves
+ * the best labelling. TRW-S comes first because in any given time it gets lower
+ * than expansion from the winner's labelling. What a cut decides quickly is
+ * left to qs_min_cut: two labels, convex costs, linear costs on a grid. Works
+ * with every pairwise cost. An iteration is one of TRW-S, or of qs_min_cut;
+ * default 2000. */
 QS_MUST_CHECK qs_status qs_best(const qs_model *model,
                                 const qs_solve_options *options,
                                 void *workspace, size_t workspace_size,

@@ -4,7 +4,10 @@
 
 #include "../base/arena.h"
 #include "../base/minmax.h"
+#include "../model/metric.h"
 #include "../model/neighbours.h"
+#include "cut.h"
+#include "fusion.h"
 #include "progress.h"
 
 enum { ITERATIONS = 2000, FIRST_MOVES = 8 };
@@ -23,7 +26,7 @@ typedef struct supervisor {
     uint16_t *moved; /* that one, improved by moves */
     int64_t moved_energy; /* of the labelling that moves began with last */
     uint64_t next_moves; /* the iteration that they are due at */
-    bool no_metric; /* expansion has refused the pairwise cost */
+    bool metric; /* the pairwise cost is one */
     bool stopped; /* by the caller's watch */
     qs_solution solution;
 } supervisor;
@@ -47,18 +50,17 @@ static bool watch_moves(void *context, const qs_progress *progress)
     return !s->stopped;
 }
 
-/* Improves a labelling by expansion; where the pairwise cost is no metric, by icm, which takes any.
- */
+/* Improves a labelling by expansion, where the pairwise cost is no metric by fusion moves, and
+ * where the costs are too large for cuts by icm. */
 static qs_status improve(supervisor *s, uint16_t *labelling)
 {
     qs_solve_options options = {.watch = watch_moves, .context = s};
     qs_solution moved;
-    qs_status status = QS_E_ENCODING;
-    if (!s->no_metric) {
-        status = qs_expansion(s->model, &options, s->moves, s->moves_size, labelling, &moved);
-    }
-    if (status == QS_E_ENCODING || status == QS_E_OVERFLOW) {
-        s->no_metric = true;
+    qs_status status =
+        s->metric ? qs_expansion(s->model, &options, s->moves, s->moves_size, labelling, &moved)
+                  : qs_fusion_moves(QS_FUSION_JUMPS, s->model, &options, s->moves, s->moves_size,
+                                    labelling, &moved);
+    if (status == QS_E_OVERFLOW) {
         status = qs_icm(s->model, &options, NULL, 0, labelling, &moved);
     }
     if (status == QS_OK) {
@@ -105,6 +107,8 @@ static size_t take_parts(supervisor *s, void *workspace)
 {
     qs_arena arena = {.base = workspace};
     s->moves_size = qs_expansion_workspace(s->model);
+    size_t fusion = qs_fusion_moves_workspace(s->model);
+    s->moves_size = fusion > s->moves_size ? fusion : s->moves_size;
     s->messages_size = qs_trws_workspace(s->model);
     s->found = qs_arena_take(&arena, s->model->sites, sizeof *s->found);
     s->moved = qs_arena_take(&arena, s->model->sites, sizeof *s->moved);
@@ -116,12 +120,37 @@ static size_t take_parts(supervisor *s, void *workspace)
 size_t qs_best_workspace(const qs_model *model)
 {
     supervisor s = {.model = model};
-    return take_parts(&s, NULL);
+    size_t others = take_parts(&s, NULL),
+           cut = qs_cut_is_quick(model) ? qs_min_cut_workspace(model) : 0;
+    return cut > others && cut < SIZE_MAX ? cut : others;
+}
+
+/* A cut, in whose time nothing else would get lower. */
+static qs_status cut_quickly(const qs_model *model, const qs_solve_options *options,
+                             void *workspace, size_t workspace_size, uint16_t *labelling,
+                             qs_solution *solution)
+{
+    qs_solve_options own = {0};
+    if (options) { /* without their limit, which is one of messages */
+        own = (qs_solve_options){.watch = options->watch, .context = options->context};
+    }
+    qs_model_winner(model, labelling);
+    return qs_min_cut(model, &own, workspace, workspace_size, labelling, solution);
 }
 
 qs_status qs_best(const qs_model *model, const qs_solve_options *options, void *workspace,
                   size_t workspace_size, uint16_t *labelling, qs_solution *solution)
 {
+    if (!model || !workspace || !labelling || !solution) {
+        return QS_E_ARGUMENT;
+    }
+    if (workspace_size < qs_best_workspace(model)) {
+        return QS_E_WORKSPACE;
+    }
+    if (qs_cut_is_quick(model) &&
+        cut_quickly(model, options, workspace, workspace_size, labelling, solution) == QS_OK) {
+        return QS_OK;
+    }
     return qs_best_with(model, options, NULL, workspace, workspace_size, labelling, solution);
 }
 
@@ -154,6 +183,7 @@ qs_status qs_best_with(const qs_model *model, const qs_solve_options *options,
                     .options = options,
                     .guest = guest,
                     .best = labelling,
+                    .metric = qs_is_metric(model),
                     .next_moves = FIRST_MOVES};
     size_t size = take_parts(&s, workspace);
     if (workspace_size < size || size == SIZE_MAX) {

@@ -5,6 +5,7 @@
 #include "../base/simd.h"
 #include "../model/metric.h"
 #include "../model/neighbours.h"
+#include "fusion.h"
 #include "mover.h"
 #include "progress.h"
 
@@ -470,7 +471,8 @@ qs_status qs_expansion(const qs_model *model, const qs_solve_options *options, v
         return QS_E_WORKSPACE;
     }
     if (!qs_is_metric(model)) {
-        return QS_E_ENCODING;
+        return qs_fusion_moves(QS_FUSION_EXPANSION, model, options, workspace, workspace_size,
+                               labelling, solution);
     }
     int64_t times = qs_times_in_range(model);
     if (times < QS_TIMES_NEEDED) {

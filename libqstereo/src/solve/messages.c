@@ -98,6 +98,8 @@ bool qs_scale_choose(const qs_model *model, unsigned shift, qs_scale *scale)
     return true;
 }
 
+enum { NEAR = 4 }; /* a reach up to which all labels within it are looked at */
+
 size_t qs_message_scratch(const qs_model *model)
 {
     return model->pairwise.smoothness == QS_TRUNCATED_QUADRATIC ? 2 * (size_t)model->labels : 0;
@@ -175,6 +177,35 @@ static void quadratic(const int32_t *costs, int32_t *message, uint32_t labels, i
     }
 }
 
+/* The largest distance at which V = (a - b)^2 is below or at its truncation, or `far` if that is
+ * larger. */
+static uint32_t reach_of(uint32_t truncation, uint32_t far)
+{
+    uint32_t reach = 1;
+    while (reach <= far && (reach + 1) * (reach + 1) <= truncation) {
+        reach++;
+    }
+    return reach;
+}
+
+/* V = min((a - b)^2, truncation) of a small truncation: beyond `reach` all cost `most`. */
+static void quadratic_near(const int32_t *restrict costs, int32_t *restrict message,
+                           uint32_t labels, int32_t weight, int32_t most, uint32_t reach)
+{
+    for (uint32_t d = 0; d < labels; d++) {
+        message[d] = qs_min_i32(costs[d], most);
+    }
+    for (uint32_t apart = 1; apart <= reach && apart < labels; apart++) {
+        int32_t cost = weight * (int32_t)(apart * apart);
+        for (uint32_t d = 0; d < labels - apart; d++) {
+            message[d] = qs_min_i32(message[d], costs[d + apart] + cost);
+        }
+        for (uint32_t d = 0; d < labels - apart; d++) {
+            message[d + apart] = qs_min_i32(message[d + apart], costs[d] + cost);
+        }
+    }
+}
+
 static void by_table(const qs_model *model, int32_t weight, bool upward, const int32_t *costs,
                      int32_t *message)
 {
@@ -199,7 +230,7 @@ static void by_table(const qs_model *model, int32_t weight, bool upward, const i
 int32_t qs_message_send(const qs_model *model, int32_t weight, bool upward, int32_t *costs,
                         int32_t *message, int32_t *scratch)
 {
-    uint32_t labels = model->labels;
+    uint32_t labels = model->labels, truncation, reach;
     int32_t least = least_of(costs, labels);
     if (weight == 0) {
         memset(message, 0, sizeof *message * labels);
@@ -213,7 +244,13 @@ int32_t qs_message_send(const qs_model *model, int32_t weight, bool upward, int3
         normalise(message, costs, labels, least, most);
         return least;
     case QS_TRUNCATED_QUADRATIC:
-        quadratic(costs, message, labels, weight, least + most, scratch);
+        truncation = model->pairwise.truncation;
+        reach = truncation > 0 ? reach_of(truncation, NEAR) : NEAR + 1;
+        if (reach <= NEAR) {
+            quadratic_near(costs, message, labels, weight, least + most, reach);
+        } else {
+            quadratic(costs, message, labels, weight, least + most, scratch);
+        }
         normalise(message, message, labels, least, most);
         return least;
     case QS_TABLE: break;

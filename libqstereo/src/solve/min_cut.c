@@ -3,41 +3,46 @@
 #include "../base/minmax.h"
 #include "../base/simd.h"
 
-/* The functions below are compiled twice, for grids and for graphs: `grid` is a constant wherever
- * they are called. */
+/* The functions below are compiled three times: `ways`, the arcs of each node of a grid (0 = a
+ * graph), is a constant wherever they are called. */
+enum { GRAPH = 0, FLAT = 4, LAYERED = 6 };
+
+enum { BETWEEN_CHECKS = 1 << 14 }; /* nodes taken from the queue between two calls of `going` */
 
 /* Where the residual of arc `a` of node `p` is. */
-QS_KERNEL size_t index_of(const qs_cut *cut, bool grid, uint32_t p, uint32_t a)
+QS_KERNEL size_t index_of(const qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a)
 {
-    return grid ? (size_t)a * cut->nodes + p : (size_t)cut->start[p] + a;
+    return ways > 0 ? (size_t)a * cut->nodes + p : (size_t)cut->start[p] + a;
 }
 
-QS_KERNEL uint32_t arcs(const qs_cut *cut, bool grid, uint32_t p)
+QS_KERNEL uint32_t arcs(const qs_cut *cut, uint32_t ways, uint32_t p)
 {
-    return grid ? 4 : cut->start[p + 1] - cut->start[p];
+    return ways > 0 ? ways : cut->start[p + 1] - cut->start[p];
 }
 
 /* The node at the other end of arc `a` of node `p`. In a grid it may lie outside; the nodes there
  * are in no tree. */
-QS_KERNEL ptrdiff_t head(const qs_cut *cut, bool grid, ptrdiff_t p, uint32_t a)
+QS_KERNEL ptrdiff_t head(const qs_cut *cut, uint32_t ways, ptrdiff_t p, uint32_t a)
 {
-    if (!grid) {
+    if (ways == GRAPH) {
         return cut->links[cut->start[p] + a].site;
     }
-    ptrdiff_t step = a < QS_CUT_DOWN ? 1 : (ptrdiff_t)cut->width;
+    ptrdiff_t step = a < QS_CUT_DOWN    ? 1
+                     : a < QS_CUT_ABOVE ? (ptrdiff_t)cut->width
+                                        : (ptrdiff_t)cut->layer;
     return a & 1 ? p - step : p + step;
 }
 
 /* Where the residual of the opposite arc is, from its head q back to p. */
-QS_KERNEL size_t sister(const qs_cut *cut, bool grid, uint32_t p, uint32_t a, uint32_t q)
+QS_KERNEL size_t sister(const qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint32_t q)
 {
-    return grid ? (size_t)(a ^ 1) * cut->nodes + q : cut->sister[cut->start[p] + a];
+    return ways > 0 ? (size_t)(a ^ 1) * cut->nodes + q : cut->sister[cut->start[p] + a];
 }
 
 /* The number of the opposite arc among those of q. */
-QS_KERNEL uint32_t opposite(const qs_cut *cut, bool grid, uint32_t p, uint32_t a, uint32_t q)
+QS_KERNEL uint32_t opposite(const qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint32_t q)
 {
-    return grid ? a ^ 1 : cut->sister[cut->start[p] + a] - cut->start[q];
+    return ways > 0 ? a ^ 1 : cut->sister[cut->start[p] + a] - cut->start[q];
 }
 
 QS_KERNEL void activate(qs_cut *cut, uint32_t p)
@@ -71,28 +76,28 @@ QS_KERNEL uint16_t farther(uint16_t distance)
 }
 
 /* Pushes as much flow as the path from the root through p to q takes. q wants flow. */
-QS_KERNEL void augment(qs_cut *cut, bool grid, uint32_t p, uint32_t a, uint32_t q)
+QS_KERNEL void augment(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint32_t q)
 {
     const qs_cut_node *node = cut->node;
     int32_t *residual = cut->residual, *excess = cut->excess;
-    size_t last = index_of(cut, grid, p, a);
+    size_t last = index_of(cut, ways, p, a);
     int32_t most = residual[last] < -excess[q] ? residual[last] : -excess[q];
     uint32_t i = p;
     while (node[i].parent != QS_CUT_ROOT) {
-        uint32_t up = (uint32_t)head(cut, grid, i, node[i].parent);
-        int32_t r = residual[sister(cut, grid, i, node[i].parent, up)];
+        uint32_t up = (uint32_t)head(cut, ways, i, node[i].parent);
+        int32_t r = residual[sister(cut, ways, i, node[i].parent, up)];
         most = r < most ? r : most;
         i = up;
     }
     most = excess[i] < most ? excess[i] : most;
     residual[last] -= most;
-    residual[sister(cut, grid, p, a, q)] += most;
+    residual[sister(cut, ways, p, a, q)] += most;
     excess[q] += most;
     i = p;
     while (node[i].parent != QS_CUT_ROOT) {
-        uint32_t arc = node[i].parent, up = (uint32_t)head(cut, grid, i, arc);
-        int32_t *r = &residual[sister(cut, grid, i, arc, up)];
-        residual[index_of(cut, grid, i, arc)] += most;
+        uint32_t arc = node[i].parent, up = (uint32_t)head(cut, ways, i, arc);
+        int32_t *r = &residual[sister(cut, ways, i, arc, up)];
+        residual[index_of(cut, ways, i, arc)] += most;
         *r -= most;
         if (*r == 0) {
             make_orphan(cut, i);
@@ -106,7 +111,7 @@ QS_KERNEL void augment(qs_cut *cut, bool grid, uint32_t p, uint32_t a, uint32_t 
 }
 
 /* The distance of q from its root; UINT32_MAX if its path ends at an orphan. */
-QS_KERNEL uint32_t origin(qs_cut *cut, bool grid, uint32_t q)
+QS_KERNEL uint32_t origin(qs_cut *cut, uint32_t ways, uint32_t q)
 {
     qs_cut_node *node = cut->node;
     uint32_t steps = 0, i = q;
@@ -123,10 +128,10 @@ QS_KERNEL uint32_t origin(qs_cut *cut, bool grid, uint32_t q)
             node[i].distance = 0;
             break;
         }
-        i = (uint32_t)head(cut, grid, i, node[i].parent);
+        i = (uint32_t)head(cut, ways, i, node[i].parent);
     }
     uint32_t distance = steps;
-    for (i = q; node[i].stamp != cut->time; i = (uint32_t)head(cut, grid, i, node[i].parent)) {
+    for (i = q; node[i].stamp != cut->time; i = (uint32_t)head(cut, ways, i, node[i].parent)) {
         node[i].stamp = cut->time;
         node[i].distance = (uint16_t)(steps < UINT16_MAX ? steps : UINT16_MAX);
         steps--;
@@ -136,44 +141,44 @@ QS_KERNEL uint32_t origin(qs_cut *cut, bool grid, uint32_t q)
 
 /* No parent was found: p leaves the tree, its children become orphans, and nodes from which flow
  * could reach it are active again. */
-QS_KERNEL void set_free(qs_cut *cut, bool grid, uint32_t p)
+QS_KERNEL void set_free(qs_cut *cut, uint32_t ways, uint32_t p)
 {
     qs_cut_node *node = cut->node;
     node[p].parent = QS_CUT_FREE;
-    for (uint32_t a = 0; a < arcs(cut, grid, p); a++) {
-        ptrdiff_t to = head(cut, grid, p, a);
+    for (uint32_t a = 0; a < arcs(cut, ways, p); a++) {
+        ptrdiff_t to = head(cut, ways, p, a);
         if (!qs_cut_in_tree(&node[to])) {
             continue;
         }
         uint32_t q = (uint32_t)to;
-        if (node[q].parent == opposite(cut, grid, p, a, q)) {
+        if (node[q].parent == opposite(cut, ways, p, a, q)) {
             make_orphan(cut, q);
         }
-        if (cut->residual[sister(cut, grid, p, a, q)] > 0) {
+        if (cut->residual[sister(cut, ways, p, a, q)] > 0) {
             activate(cut, q);
         }
     }
 }
 
 /* Finds an orphan the parent that is nearest to a root. */
-QS_KERNEL void adopt(qs_cut *cut, bool grid, uint32_t p)
+QS_KERNEL void adopt(qs_cut *cut, uint32_t ways, uint32_t p)
 {
     qs_cut_node *node = cut->node;
     uint32_t nearest = UINT32_MAX, parent = 0;
-    for (uint32_t a = 0; a < arcs(cut, grid, p); a++) {
-        ptrdiff_t q = head(cut, grid, p, a);
+    for (uint32_t a = 0; a < arcs(cut, ways, p); a++) {
+        ptrdiff_t q = head(cut, ways, p, a);
         if (!qs_cut_in_tree(&node[q]) || node[q].parent == QS_CUT_ORPHAN ||
-            cut->residual[sister(cut, grid, p, a, (uint32_t)q)] == 0) {
+            cut->residual[sister(cut, ways, p, a, (uint32_t)q)] == 0) {
             continue;
         }
-        uint32_t distance = origin(cut, grid, (uint32_t)q);
+        uint32_t distance = origin(cut, ways, (uint32_t)q);
         if (distance < nearest) {
             nearest = distance;
             parent = a;
         }
     }
     if (nearest == UINT32_MAX) {
-        set_free(cut, grid, p);
+        set_free(cut, ways, p);
         return;
     }
     node[p].parent = parent;
@@ -200,7 +205,7 @@ static void restart(qs_cut *cut)
 
 /* Adopts first the orphans of the path, from the root down, then their children as they come. No
  * node becomes an orphan twice, for the paths of adopted nodes are sound. */
-QS_KERNEL void adopt_all(qs_cut *cut, bool grid)
+QS_KERNEL void adopt_all(qs_cut *cut, uint32_t ways)
 {
     cut->time++;
     for (size_t i = 0, j = cut->orphan_count; i + 1 < j; i++) {
@@ -209,7 +214,7 @@ QS_KERNEL void adopt_all(qs_cut *cut, bool grid)
         cut->orphan[i] = orphan;
     }
     for (size_t i = 0; i < cut->orphan_count; i++) {
-        adopt(cut, grid, cut->orphan[i]);
+        adopt(cut, ways, cut->orphan[i]);
     }
     cut->orphan_count = 0;
     if (cut->time == UINT32_MAX) {
@@ -219,21 +224,21 @@ QS_KERNEL void adopt_all(qs_cut *cut, bool grid)
 
 /* Looks along arc `a` of p, which is in the tree. The node there may want flow; it may enter the
  * tree; or it is in the tree, and its way to a root gets shorter through p. */
-QS_KERNEL void grow(qs_cut *cut, bool grid, uint32_t p, uint32_t a)
+QS_KERNEL void grow(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a)
 {
     qs_cut_node *node = cut->node;
-    const int32_t *residual = &cut->residual[index_of(cut, grid, p, a)], *excess = cut->excess;
+    const int32_t *residual = &cut->residual[index_of(cut, ways, p, a)], *excess = cut->excess;
     if (*residual == 0) {
         return;
     }
-    uint32_t q = (uint32_t)head(cut, grid, p, a);
+    uint32_t q = (uint32_t)head(cut, ways, p, a);
     if (node[q].parent == QS_CUT_UNLOADED) {
         cut->load(cut->context, q);
     }
     if (node[q].parent != QS_CUT_FREE) {
         if (node[q].parent < QS_CUT_ORPHAN && node[q].stamp <= node[p].stamp &&
             node[q].distance > farther(node[p].distance)) {
-            node[q].parent = opposite(cut, grid, p, a, q);
+            node[q].parent = opposite(cut, ways, p, a, q);
             node[q].stamp = node[p].stamp;
             node[q].distance = farther(node[p].distance);
         }
@@ -241,26 +246,30 @@ QS_KERNEL void grow(qs_cut *cut, bool grid, uint32_t p, uint32_t a)
     }
     while (excess[q] < 0 && node[q].parent == QS_CUT_FREE && *residual > 0 &&
            qs_cut_in_tree(&node[p])) {
-        augment(cut, grid, p, a, q);
-        adopt_all(cut, grid);
+        augment(cut, ways, p, a, q);
+        adopt_all(cut, ways);
     }
     if (excess[q] == 0 && node[q].parent == QS_CUT_FREE && *residual > 0 &&
         qs_cut_in_tree(&node[p])) {
-        node[q].parent = opposite(cut, grid, p, a, q);
+        node[q].parent = opposite(cut, ways, p, a, q);
         node[q].stamp = node[p].stamp;
         node[q].distance = farther(node[p].distance);
         activate(cut, q);
     }
 }
 
-QS_KERNEL void run(qs_cut *cut, bool grid)
+QS_KERNEL bool run(qs_cut *cut, uint32_t ways)
 {
-    while (cut->queue_count > 0) {
+    for (uint32_t taken = 1; cut->queue_count > 0; taken++) {
+        if (taken % BETWEEN_CHECKS == 0 && cut->going && !cut->going(cut->context)) {
+            return false;
+        }
         uint32_t p = next_active(cut);
-        for (uint32_t a = 0; a < arcs(cut, grid, p) && qs_cut_in_tree(&cut->node[p]); a++) {
-            grow(cut, grid, p, a);
+        for (uint32_t a = 0; a < arcs(cut, ways, p) && qs_cut_in_tree(&cut->node[p]); a++) {
+            grow(cut, ways, p, a);
         }
     }
+    return true;
 }
 
 /* How much of a flow an edge takes. `most` below 0 is a flow in the other direction.
@@ -272,20 +281,20 @@ QS_KERNEL int32_t clamp(int32_t most, int32_t in, int32_t out)
 }
 
 /* Shares the excess or want of p out to its later neighbours, or to its earlier ones. */
-QS_KERNEL void spread_node(qs_cut *cut, bool grid, uint32_t p, bool forward)
+QS_KERNEL void spread_node(qs_cut *cut, uint32_t ways, uint32_t p, bool forward)
 {
-    uint32_t count = arcs(cut, grid, p), left = 0;
+    uint32_t count = arcs(cut, ways, p), left = 0;
     for (uint32_t a = 0; a < count; a++) {
-        left += (head(cut, grid, p, a) > (ptrdiff_t)p) == forward;
+        left += (head(cut, ways, p, a) > (ptrdiff_t)p) == forward;
     }
     for (uint32_t a = 0; a < count; a++) {
-        ptrdiff_t to = head(cut, grid, p, a);
+        ptrdiff_t to = head(cut, ways, p, a);
         if ((to > (ptrdiff_t)p) == forward) {
             int32_t share = cut->excess[p] / (int32_t)left--;
             if (cut->node[to].parent != QS_CUT_UNLOADED) {
                 uint32_t q = (uint32_t)to;
-                int32_t *out = &cut->residual[index_of(cut, grid, p, a)],
-                        *in = &cut->residual[sister(cut, grid, p, a, q)];
+                int32_t *out = &cut->residual[index_of(cut, ways, p, a)],
+                        *in = &cut->residual[sister(cut, ways, p, a, q)];
                 int32_t flow = clamp(share, *in, *out);
                 *out -= flow;
                 *in += flow;
@@ -323,21 +332,22 @@ static void spread_across(int32_t *restrict excess, int32_t *restrict next, int3
     }
 }
 
-static void spread_grid(qs_cut *cut)
+/* The rows of nodes begin .. end - 1, a grid or a layer of one. */
+static void spread_rows(qs_cut *cut, size_t begin, size_t end)
 {
     size_t width = cut->width, nodes = cut->nodes;
     int32_t *right = cut->residual, *left = right + nodes, *down = left + nodes, *up = down + nodes,
             *excess = cut->excess;
-    for (size_t row = 0; row < nodes; row += width) {
+    for (size_t row = begin; row < end; row += width) {
         spread_along(excess + row, right + row, left + row, cut->width, 1);
-        if (row + width < nodes) {
+        if (row + width < end) {
             spread_across(excess + row, excess + row + width, down + row, up + row + width,
                           cut->width);
         }
     }
-    for (size_t row = nodes; row > 0; row -= width) {
+    for (size_t row = end; row > begin; row -= width) {
         spread_along(excess + row - 1, left + row - 1, right + row - 1, cut->width, -1);
-        if (row > width) {
+        if (row > begin + width) {
             size_t at = row - width;
             spread_across(excess + at, excess + at - width, up + at, down + at - width, cut->width);
         }
@@ -347,40 +357,42 @@ static void spread_grid(qs_cut *cut)
 static void spread_graph(qs_cut *cut)
 {
     for (uint32_t p = 0; p < cut->nodes; p++) {
-        spread_node(cut, false, p, true);
+        spread_node(cut, GRAPH, p, true);
     }
     for (uint32_t p = cut->nodes; p-- > 0;) {
-        spread_node(cut, false, p, false);
+        spread_node(cut, GRAPH, p, false);
     }
 }
 
 void qs_cut_spread(qs_cut *cut)
 {
     for (int round = 0; round < 2; round++) { /* more cost more than they save */
-        if (cut->width > 0) {
-            spread_grid(cut);
-        } else {
+        size_t layer = cut->layer > 0 ? cut->layer : cut->nodes;
+        for (size_t begin = 0; cut->width > 0 && begin < cut->nodes; begin += layer) {
+            spread_rows(cut, begin, begin + layer);
+        }
+        if (cut->width == 0) {
             spread_graph(cut);
         }
     }
 }
 
-QS_KERNEL void spread_some(qs_cut *cut, bool grid, const uint32_t *list, uint32_t count)
+QS_KERNEL void spread_some(qs_cut *cut, uint32_t ways, const uint32_t *list, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {
-        spread_node(cut, grid, list[i], true);
+        spread_node(cut, ways, list[i], true);
     }
     for (uint32_t i = count; i-- > 0;) {
-        spread_node(cut, grid, list[i], false);
+        spread_node(cut, ways, list[i], false);
     }
 }
 
 void qs_cut_spread_some(qs_cut *cut, const uint32_t *list, uint32_t count)
 {
     if (cut->width > 0) {
-        spread_some(cut, true, list, count);
+        spread_some(cut, FLAT, list, count);
     } else {
-        spread_some(cut, false, list, count);
+        spread_some(cut, GRAPH, list, count);
     }
 }
 
@@ -398,11 +410,10 @@ void qs_cut_source(qs_cut *cut, uint32_t node)
     activate(cut, node);
 }
 
-void qs_cut_run(qs_cut *cut)
+bool qs_cut_run(qs_cut *cut)
 {
-    if (cut->width > 0) {
-        run(cut, true);
-    } else {
-        run(cut, false);
+    if (cut->width == 0) {
+        return run(cut, GRAPH);
     }
+    return cut->layer > 0 ? run(cut, LAYERED) : run(cut, FLAT);
 }

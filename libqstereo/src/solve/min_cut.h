@@ -1,4 +1,5 @@
-/* Minimum cuts, on a 4-neighbour grid whose edges need no lists, or on any graph.
+/* Minimum cuts, on a 4-neighbour grid whose edges need no lists, on layers of such a grid, or on
+ * any graph.
  *
  * A node has an excess (above 0: what its arc from the source still brings) or a want (an excess
  * below 0: what its arc to the sink still takes). An arc between two nodes has a residual: what it
@@ -28,17 +29,19 @@ typedef struct qs_cut_node {
     uint8_t active; /* in the queue */
 } qs_cut_node;
 
-/* The arcs of a node of a grid. */
-enum { QS_CUT_RIGHT, QS_CUT_LEFT, QS_CUT_DOWN, QS_CUT_UP };
+/* The arcs of a node of a grid. The last two are those to the next and the previous layer. */
+enum { QS_CUT_RIGHT, QS_CUT_LEFT, QS_CUT_DOWN, QS_CUT_UP, QS_CUT_ABOVE, QS_CUT_BELOW };
 
 /* All memory is the caller's. */
 typedef struct qs_cut {
     uint32_t nodes;
-    qs_cut_node *node; /* of a grid with `width` more on either side, all unloaded */
+    /* Of a grid with `width` more on either side, of layers with `layer` more, all unloaded. */
+    qs_cut_node *node;
     int32_t *excess;
-    /* Of a grid `nodes` to the right, then `nodes` to the left, down and up; those that leave the
-     * grid are 0. Of a graph one for each link. */
+    /* Of a grid `nodes` to the right, then `nodes` to the left, down and up, of layers also
+     * above and below; those that leave the grid are 0. Of a graph one for each link. */
     int32_t *residual;
+    uint32_t layer; /* nodes of each layer; 0 = a flat grid or a graph */
     uint32_t width; /* 0 = a graph: */
     const uint32_t *start; /* as in qs_model */
     const qs_link *links;
@@ -50,7 +53,9 @@ typedef struct qs_cut {
      * them has an excess. It is not needed if every arc from a loaded node to an unloaded one has
      * the residual 0. */
     void (*load)(void *context, uint32_t node);
-    void *context;
+    /* Called now and then; returns false to stop qs_cut_run. NULL = nothing stops it. */
+    bool (*going)(void *context);
+    void *context; /* of both */
 } qs_cut;
 
 /* Makes ready for the next cut. The caller fills in nodes (free, and the rest of them 0), excess
@@ -68,8 +73,9 @@ void qs_cut_spread_some(qs_cut *cut, const uint32_t *list, uint32_t count);
 void qs_cut_source(qs_cut *cut, uint32_t node);
 
 /* Finds the maximum flow. Afterwards the nodes in the tree are the smallest source side of a
- * minimum cut; excess and residual are what is left. */
-void qs_cut_run(qs_cut *cut);
+ * minimum cut; excess and residual are what is left. Returns false if `going` stopped it: then
+ * excess and residual are those of a flow that is not the maximum. */
+bool qs_cut_run(qs_cut *cut);
 
 static inline bool qs_cut_in_tree(const qs_cut_node *node)
 {

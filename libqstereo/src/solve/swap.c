@@ -3,6 +3,7 @@
 #include "../base/minmax.h"
 #include "../model/metric.h"
 #include "../model/neighbours.h"
+#include "fusion.h"
 #include "mover.h"
 #include "progress.h"
 
@@ -242,7 +243,8 @@ qs_status qs_swap(const qs_model *model, const qs_solve_options *options, void *
         return QS_E_WORKSPACE;
     }
     if (!qs_is_semi_metric(model)) {
-        return QS_E_ENCODING;
+        return qs_fusion_moves(QS_FUSION_SWAP, model, options, workspace, workspace_size, labelling,
+                               solution);
     }
     if (qs_times_in_range(model) < QS_TIMES_NEEDED) {
         return QS_E_OVERFLOW;

@@ -18,6 +18,7 @@ static const struct {
     {"bp", qs_bp, qs_bp_workspace, false, false},
     {"trws", qs_trws, qs_trws_workspace, false, true},
     {"best", qs_best, qs_best_workspace, true, true},
+    {"cut", qs_min_cut, qs_min_cut_workspace, true, true},
 };
 enum { SOLVERS = sizeof solvers / sizeof *solvers };
 
@@ -64,8 +65,7 @@ static void every_solver_keeps_its_word(void **unused)
             qs_status status =
                 solvers[i].solve(&model, &options, memory, size, labelling, &solution);
             if (status == QS_E_ENCODING) {
-                assert_true(model.pairwise.smoothness == QS_TABLE ||
-                            model.pairwise.smoothness == QS_TRUNCATED_QUADRATIC);
+                assert_true(solvers[i].solve == qs_min_cut);
                 continue;
             }
             assert_int_equal(status, QS_OK);
@@ -111,9 +111,12 @@ static void watches_stop(void **unused)
             witness w = {labelling, optimum, 0, 1 + tiny_random(&state, 3)};
             qs_solve_options options = {.watch = watch, .context = &w};
             qs_model_winner(&model, labelling);
-            assert_int_equal(
-                solvers[i].solve(&model, &options, memory, sizeof memory, labelling, &solution),
-                QS_OK);
+            qs_status status =
+                solvers[i].solve(&model, &options, memory, sizeof memory, labelling, &solution);
+            if (status == QS_E_ENCODING && solvers[i].solve == qs_min_cut) {
+                continue;
+            }
+            assert_int_equal(status, QS_OK);
             assert_true(w.calls <= w.patience);
             assert_int_equal(solution.energy, qs_model_energy(&model, labelling));
         }

@@ -1,0 +1,545 @@
+#include "cut_levels.h"
+
+#include <string.h>
+
+#include "../base/arena.h"
+#include "../base/minmax.h"
+#include "../model/neighbours.h"
+#include "min_cut.h"
+#include "progress.h"
+#include "trws.h"
+
+#define RANGE ((int64_t)1 << 30) /* of an excess, whatever flows, and of capacities */
+
+enum { FINEST = 12, PASSES = 20, DECODE_EVERY = 5 };
+
+/* Levels i of an edge's first site and j of its second that gain by being 1 together. */
+typedef struct product {
+    uint32_t i, j;
+    int64_t gain; /* minus the mixed second difference of V: above 0 */
+} product;
+
+typedef struct levels {
+    const qs_model *model;
+    const qs_solve_options *options;
+    qs_solution *solution;
+    uint32_t count; /* of levels */
+    bool layered; /* products join equal levels of a grid: the graph is a grid for each level */
+    qs_cut cut;
+    qs_cut_node *padded; /* cut.node with the nodes around it */
+    product *products;
+    size_t product_count;
+    uint32_t *start, *sister; /* of the graph, if it is not layered */
+    qs_link *links;
+    /* Messages go before the flow: NULL = none do. */
+    int32_t *messages, *scratch;
+    qs_scale scale; /* of all costs, so that what the messages say is a flow */
+    int64_t base; /* F where each site has label 0, scaled, less the model's constant */
+} levels;
+
+/* ---- The products. ---- */
+
+static int64_t gain_of(const qs_model *model, uint32_t i, uint32_t j)
+{
+    return qs_model_pairwise(model, i + 1, j) + qs_model_pairwise(model, i, j + 1) -
+           qs_model_pairwise(model, i, j) - qs_model_pairwise(model, i + 1, j + 1);
+}
+
+/* The next product from levels i, j on; of linear costs no more than the diagonal is looked at. */
+static bool next_product(const qs_model *model, product *next)
+{
+    bool diagonal = model->pairwise.smoothness == QS_TRUNCATED_LINEAR;
+    uint32_t count = model->labels - 1;
+    for (; next->i < count; next->i++, next->j = 0) {
+        next->j = diagonal ? qs_max_u32(next->i, next->j) : next->j;
+        for (; next->j < (diagonal ? next->i + 1 : count); next->j++) {
+            next->gain = gain_of(model, next->i, next->j);
+            if (next->gain != 0) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+static uint64_t count_products(const qs_model *model, bool *diagonal)
+{
+    uint64_t count = 0;
+    *diagonal = true;
+    for (product next = {0}; next_product(model, &next); next.j++) {
+        count++;
+        *diagonal = *diagonal && next.i == next.j;
+    }
+    return count;
+}
+
+/* ---- Memory. ---- */
+
+static uint64_t count_edges(const qs_model *model)
+{
+    uint64_t edges = 0;
+    qs_edge_seen edge;
+    for (uint32_t p = 0; p < model->sites; p++) {
+        for (uint32_t at = 0; qs_see_edge(model, p, at, &edge); at++) {
+            edges += edge.first && edge.weight > 0;
+        }
+    }
+    return edges;
+}
+
+/* Messages of linear costs are flows (take_message). With few labels the flow alone is faster. */
+bool qs_levels_send(const qs_model *model)
+{
+    return model->width > 0 && model->labels > 3 &&
+           model->pairwise.smoothness == QS_TRUNCATED_LINEAR;
+}
+
+static size_t lay_out(levels *l, const qs_model *model, void *workspace)
+{
+    qs_arena arena = {.base = workspace};
+    bool diagonal;
+    uint64_t products = count_products(model, &diagonal);
+    l->model = model;
+    l->count = model->labels - 1;
+    l->layered = diagonal && model->width > 0;
+    l->product_count = (size_t)products;
+    uint64_t nodes = (uint64_t)model->sites * l->count, arcs = 6 * nodes;
+    if (!l->layered) {
+        uint64_t edges = count_edges(model);
+        if (products > 0 && edges > UINT32_MAX / 2 / products) {
+            return SIZE_MAX;
+        }
+        arcs = 2 * nodes + 2 * edges * products;
+    }
+    if (nodes >= QS_CUT_ORPHAN || (!l->layered && arcs > UINT32_MAX)) {
+        return SIZE_MAX;
+    }
+    uint64_t around = l->layered ? 2 * (uint64_t)model->sites : 0;
+    l->padded = qs_arena_take(&arena, nodes + around, sizeof *l->padded);
+    l->cut.excess = qs_arena_take(&arena, nodes, sizeof *l->cut.excess);
+    l->cut.residual = qs_arena_take(&arena, arcs, sizeof *l->cut.residual);
+    l->cut.queue = qs_arena_take(&arena, nodes, sizeof *l->cut.queue);
+    l->cut.orphan = qs_arena_take(&arena, nodes, sizeof *l->cut.orphan);
+    l->products = qs_arena_take(&arena, products, sizeof *l->products);
+    bool sends = qs_levels_send(model);
+    l->messages = qs_arena_take(
+        &arena, sends ? qs_trws_padding(model) + qs_trws_messages(model) : 0, sizeof *l->messages);
+    l->scratch = qs_arena_take(&arena, sends ? qs_trws_scratch(model) : 0, sizeof *l->scratch);
+    l->start = qs_arena_take(&arena, l->layered ? 0 : nodes + 1, sizeof *l->start);
+    l->sister = qs_arena_take(&arena, l->layered ? 0 : arcs, sizeof *l->sister);
+    l->links = qs_arena_take(&arena, l->layered ? 0 : arcs, sizeof *l->links);
+    return qs_arena_size(&arena);
+}
+
+size_t qs_levels_workspace(const qs_model *model)
+{
+    levels l;
+    return lay_out(&l, model, NULL);
+}
+
+static uint32_t node_of(const levels *l, uint32_t level, uint32_t site)
+{
+    return level * l->model->sites + site;
+}
+
+/* ---- Range. ---- */
+
+/* The most that one level of an edge of weight 1 has in capacities, or in what V adds to its
+ * excess. */
+static int64_t largest_sum(const levels *l)
+{
+    const qs_model *model = l->model;
+    int64_t largest = 0;
+    for (size_t n = 0, end; n < l->product_count; n = end) { /* rows, one after the other */
+        int64_t sum = 0;
+        for (end = n; end < l->product_count && l->products[end].i == l->products[n].i; end++) {
+            sum += l->products[end].gain;
+        }
+        largest = qs_max_i64(largest, sum);
+    }
+    for (uint32_t j = 0; j < l->count; j++) { /* columns: they telescope */
+        int64_t low = qs_model_pairwise(model, 0, j + 1) - qs_model_pairwise(model, 0, j);
+        int64_t high =
+            qs_model_pairwise(model, l->count, j + 1) - qs_model_pairwise(model, l->count, j);
+        largest = qs_max_i64(largest, low - high);
+        largest = qs_max_i64(largest, low > 0 ? low : -low);
+        int64_t other = qs_model_pairwise(model, j + 1, 0) - qs_model_pairwise(model, j, 0);
+        largest = qs_max_i64(largest, other > 0 ? other : -other);
+    }
+    return largest;
+}
+
+static int32_t cost_of(const levels *l, uint32_t site, uint32_t label)
+{
+    int32_t cost = l->model->unary[(size_t)site * l->model->labels + label];
+    return qs_min_i32(cost, l->scale.most) << l->scale.shift;
+}
+
+/* What a level at 1 above one at 0 costs: more than everything else at the site can gain by it.
+ * Beyond RANGE where the costs are too large. */
+static int64_t wall_of(const levels *l, uint32_t site, int64_t largest)
+{
+    const qs_model *model = l->model;
+    int64_t weights = 0, unary = 0;
+    qs_edge_seen edge;
+    for (uint32_t at = 0; qs_see_edge(model, site, at, &edge); at++) {
+        weights += (int64_t)edge.weight << l->scale.shift;
+    }
+    for (uint32_t a = 0; a < model->labels; a++) {
+        unary = qs_max_i64(unary, cost_of(l, site, a));
+    }
+    if (weights >= RANGE || largest >= RANGE) {
+        return largest > 0 && weights > 0 ? RANGE : 1 + l->count * unary;
+    }
+    /* Of each level: its excess by unary costs, by V and by products, and the capacities. */
+    return 1 + (int64_t)l->count * (unary + 3 * weights * largest);
+}
+
+static bool in_range(const levels *l, int64_t largest)
+{
+    for (uint32_t p = 0; p < l->model->sites; p++) {
+        /* A level has two walls and, counted in them, an excess and capacities. */
+        if (wall_of(l, p, largest) >= RANGE / 4) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* The finest scale at which messages and flow fit; false where none does. */
+static bool choose_scale(levels *l)
+{
+    int64_t largest = largest_sum(l);
+    bool sends = qs_levels_send(l->model) && qs_scale_choose(l->model, FINEST, &l->scale);
+    if (!sends) {
+        l->messages = NULL;
+        l->scale = (qs_scale){0, INT32_MAX};
+    }
+    while (l->scale.shift > 0 && !in_range(l, largest)) {
+        l->scale.shift--;
+    }
+    return in_range(l, largest);
+}
+
+/* ---- The graph. ---- */
+
+/* Where the residual of the arc to the next or the previous level is; in a graph that to the
+ * previous one comes first. */
+static size_t arc_above(const levels *l, uint32_t node)
+{
+    return l->layered ? (size_t)QS_CUT_ABOVE * l->cut.nodes + node
+                      : (size_t)l->start[node] + (node >= l->model->sites);
+}
+
+static size_t arc_below(const levels *l, uint32_t node)
+{
+    return l->layered ? (size_t)QS_CUT_BELOW * l->cut.nodes + node : l->start[node];
+}
+
+/* Adds the arcs between two nodes of a graph; the queue holds how many each has so far. */
+static void add_arcs(levels *l, uint32_t from, uint32_t to, int32_t out, int32_t in)
+{
+    uint32_t there = l->start[from] + l->cut.queue[from]++;
+    uint32_t back = l->start[to] + l->cut.queue[to]++;
+    l->links[there].site = to;
+    l->links[back].site = from;
+    l->sister[there] = back;
+    l->sister[back] = there;
+    l->cut.residual[there] = out;
+    l->cut.residual[back] = in;
+}
+
+/* An edge of sites p and q, p < q, in a graph: counts its arcs at start[node + 1]. */
+static void count_arcs(const levels *l, uint32_t p, uint32_t q)
+{
+    for (size_t n = 0; n < l->product_count; n++) {
+        l->start[node_of(l, l->products[n].i, p) + 1]++;
+        l->start[node_of(l, l->products[n].j, q) + 1]++;
+    }
+}
+
+/* The two arcs cost what the product does, less a half of it at each of its levels. */
+static void load_product(levels *l, uint32_t p, uint32_t q, int32_t weight, const product *gained)
+{
+    uint32_t from = node_of(l, gained->i, p), to = node_of(l, gained->j, q);
+    int32_t gain = (int32_t)(weight * gained->gain), in = gain / 2, out = gain - in;
+    l->cut.excess[from] += out;
+    l->cut.excess[to] += in;
+    if (!l->layered) {
+        add_arcs(l, from, to, out, in);
+        return;
+    }
+    uint32_t way = q == p + 1 && l->model->width > 1 ? QS_CUT_RIGHT : QS_CUT_DOWN;
+    l->cut.residual[(size_t)way * l->cut.nodes + from] = out;
+    l->cut.residual[(size_t)(way ^ 1) * l->cut.nodes + to] = in;
+}
+
+static void load_edge(levels *l, uint32_t p, uint32_t q, int32_t weight)
+{
+    const qs_model *model = l->model;
+    l->base += weight * qs_model_pairwise(model, 0, 0);
+    for (uint32_t i = 0; i < l->count; i++) {
+        l->cut.excess[node_of(l, i, p)] -= (int32_t)(weight * (qs_model_pairwise(model, i + 1, 0) -
+                                                               qs_model_pairwise(model, i, 0)));
+        l->cut.excess[node_of(l, i, q)] -= (int32_t)(weight * (qs_model_pairwise(model, 0, i + 1) -
+                                                               qs_model_pairwise(model, 0, i)));
+    }
+    for (size_t n = 0; n < l->product_count; n++) {
+        load_product(l, p, q, weight, &l->products[n]);
+    }
+}
+
+/* Room for the arcs of each node: first those to the levels beside it, then those of the edges. */
+static void make_room(levels *l)
+{
+    const qs_model *model = l->model;
+    uint32_t nodes = l->cut.nodes;
+    qs_edge_seen edge;
+    memset(l->start, 0, sizeof *l->start * ((size_t)nodes + 1));
+    memset(l->cut.queue, 0, sizeof *l->cut.queue * nodes);
+    for (uint32_t v = 0; v < nodes; v++) {
+        l->start[v + 1] = (uint32_t)(v >= model->sites) + (v < nodes - model->sites);
+    }
+    for (uint32_t p = 0; p < model->sites; p++) {
+        for (uint32_t at = 0; qs_see_edge(model, p, at, &edge); at++) {
+            if (edge.first && edge.weight > 0) {
+                count_arcs(l, p, edge.site);
+            }
+        }
+    }
+    for (uint32_t v = 0; v < nodes; v++) {
+        l->start[v + 1] += l->start[v];
+    }
+}
+
+static void load_walls(levels *l)
+{
+    const qs_model *model = l->model;
+    int64_t largest = largest_sum(l);
+    for (uint32_t p = 0; p < model->sites; p++) {
+        int32_t wall = (int32_t)wall_of(l, p, largest); /* in range */
+        for (uint32_t v = p; v + model->sites < l->cut.nodes; v += model->sites) {
+            if (l->layered) {
+                l->cut.residual[arc_below(l, v + model->sites)] = wall;
+            } else {
+                add_arcs(l, v, v + model->sites, 0, wall);
+            }
+        }
+    }
+}
+
+static void load_costs(levels *l)
+{
+    const qs_model *model = l->model;
+    l->base = 0;
+    for (uint32_t p = 0; p < model->sites; p++) {
+        l->base += cost_of(l, p, 0);
+        for (uint32_t i = 0; i < l->count; i++) {
+            l->cut.node[node_of(l, i, p)] = (qs_cut_node){.parent = QS_CUT_FREE};
+            l->cut.excess[node_of(l, i, p)] = cost_of(l, p, i) - cost_of(l, p, i + 1);
+        }
+    }
+}
+
+static void load(levels *l)
+{
+    const qs_model *model = l->model;
+    qs_edge_seen edge;
+    if (l->layered) {
+        memset(l->cut.residual, 0, sizeof *l->cut.residual * 6 * (size_t)l->cut.nodes);
+    } else {
+        make_room(l);
+    }
+    load_walls(l);
+    load_costs(l);
+    for (uint32_t p = 0; p < model->sites; p++) {
+        for (uint32_t at = 0; qs_see_edge(model, p, at, &edge); at++) {
+            if (edge.first && edge.weight > 0) {
+                load_edge(l, p, edge.site, edge.weight << l->scale.shift);
+            }
+        }
+    }
+}
+
+/* ---- The flow. ---- */
+
+/* Sends what flow there can be between the levels of each site, each excess to the nearest levels
+ * that want it: first all down, as far as there is a want; then what is left back to where it came
+ * from. */
+static void settle_sites(levels *l)
+{
+    uint32_t sites = l->model->sites;
+    int32_t *excess = l->cut.excess, *residual = l->cut.residual;
+    for (uint32_t v = l->cut.nodes; v-- > sites;) {
+        int32_t flow = qs_max_i32(excess[v], 0);
+        residual[arc_below(l, v)] -= flow;
+        residual[arc_above(l, v - sites)] += flow;
+        excess[v] -= flow;
+        excess[v - sites] += flow;
+    }
+    for (uint32_t v = 0; v + sites < l->cut.nodes; v++) {
+        int32_t back = qs_min_i32(qs_max_i32(excess[v], 0), residual[arc_above(l, v)]);
+        residual[arc_above(l, v)] -= back;
+        residual[arc_below(l, v + sites)] += back;
+        excess[v] -= back;
+        excess[v + sites] += back;
+    }
+}
+
+static bool watch_cut(void *context)
+{
+    levels *l = context;
+    return qs_report_progress(l->options, l->solution);
+}
+
+/* What a message of an edge from q back to p, p < q, says as a flow. It charges p with m(a) more
+ * and q with m(a) less. Of level i of p that is m(i) - m(i + 1) more of excess: as much flows there
+ * from level i of q. A message of linear costs differs by no more from label to label than the arc
+ * holds. */
+static void take_message(levels *l, const int32_t *message, uint32_t p, uint32_t way)
+{
+    size_t nodes = l->cut.nodes;
+    uint32_t step = way == QS_CUT_RIGHT ? 1 : l->model->width;
+    for (uint32_t i = 0; i < l->count; i++) {
+        uint32_t to = node_of(l, i, p), from = to + step;
+        int32_t *out = &l->cut.residual[way * nodes + to],
+                *in = &l->cut.residual[(way ^ 1) * nodes + from];
+        int32_t flow = qs_max_i32(qs_min_i32(message[i] - message[i + 1], *in), -*out);
+        *in -= flow;
+        *out += flow;
+        l->cut.excess[from] -= flow;
+        l->cut.excess[to] += flow;
+    }
+}
+
+/* What the messages say of the labels, where that is better: a stopped solver has it. */
+static void take_decoded(levels *l, const qs_trws_state *state, uint16_t *labelling)
+{
+    uint16_t *trial = (uint16_t *)l->cut.queue; /* not in use yet, and twice as long or more */
+    qs_trws_grid_labels(state, false, trial);
+    int64_t energy = qs_model_energy(l->model, trial);
+    energy -= qs_take_kept_everywhere(l->model, trial);
+    if (energy < l->solution->energy) {
+        memcpy(labelling, trial, sizeof *trial * l->model->sites);
+        l->solution->energy = energy;
+    }
+}
+
+/* Sends messages as TRW-S does; what they come to is a flow that is nearly the maximum. False where
+ * the watch ends it. */
+static bool send_messages(levels *l, uint16_t *labelling)
+{
+    const qs_model *model = l->model;
+    size_t padding = (size_t)qs_trws_padding(model), labels = model->labels;
+    qs_trws_state state = {.model = model, .scale = l->scale, .scratch = l->scratch};
+    state.messages = l->messages + padding;
+    memset(l->messages, 0, sizeof *l->messages * (padding + (size_t)qs_trws_messages(model)));
+    for (int i = 1; i <= PASSES; i++) {
+        qs_trws_iterate(&state, 1);
+        if (i % DECODE_EVERY == 0) {
+            take_decoded(l, &state, labelling);
+        }
+        if (!watch_cut(l)) {
+            return false;
+        }
+    }
+    for (uint32_t p = 0; p < model->sites; p++) {
+        const int32_t *own = state.messages + 2 * labels * p;
+        if (model->right[p] != 0) {
+            take_message(l, own, p, QS_CUT_RIGHT);
+        }
+        if (model->down[p] != 0) {
+            take_message(l, own + labels, p, QS_CUT_DOWN);
+        }
+    }
+    return true;
+}
+
+/* The flow so far: no labelling is lower than F at label 0 less what may still flow. */
+static int64_t bound_of(const levels *l)
+{
+    int64_t bound = l->base, unit = (int64_t)1 << l->scale.shift;
+    for (uint32_t v = 0; v < l->cut.nodes; v++) {
+        bound -= qs_max_i32(l->cut.excess[v], 0);
+    }
+    return l->model->constant + bound / unit + (bound % unit > 0);
+}
+
+static void begin(levels *l)
+{
+    const qs_model *model = l->model;
+    uint32_t around = l->layered ? model->sites : 0;
+    l->cut.nodes = model->sites * l->count;
+    l->cut.node = l->padded + around;
+    l->cut.width = l->layered ? model->width : 0;
+    l->cut.layer = l->layered ? model->sites : 0;
+    l->cut.start = l->start;
+    l->cut.links = l->links;
+    l->cut.sister = l->sister;
+    l->cut.going = watch_cut;
+    l->cut.context = l;
+    for (size_t i = 0; i < l->cut.nodes + 2 * (size_t)around; i++) {
+        l->padded[i] = (qs_cut_node){.parent = QS_CUT_UNLOADED};
+    }
+    size_t n = 0;
+    for (product next = {0}; next_product(model, &next); next.j++) {
+        l->products[n++] = next;
+    }
+}
+
+static bool flow(levels *l, uint16_t *labelling)
+{
+    qs_cut_begin(&l->cut);
+    if (l->messages && !send_messages(l, labelling)) {
+        return false;
+    }
+    settle_sites(l);
+    if (!l->messages) {
+        qs_cut_spread(&l->cut);
+        settle_sites(l);
+    }
+    l->solution->lower_bound = bound_of(l);
+    for (uint32_t v = 0; v < l->cut.nodes; v++) {
+        if (l->cut.excess[v] > 0) {
+            qs_cut_source(&l->cut, v);
+        }
+    }
+    bool done = watch_cut(l) && qs_cut_run(&l->cut);
+    l->solution->lower_bound = bound_of(l);
+    return done;
+}
+
+/* A site's label is the number of its levels on the side of the source. */
+static void take_labels(const levels *l, uint16_t *labelling)
+{
+    memset(labelling, 0, sizeof *labelling * l->model->sites);
+    for (uint32_t i = 0; i < l->count; i++) {
+        for (uint32_t p = 0; p < l->model->sites; p++) {
+            labelling[p] =
+                (uint16_t)(labelling[p] + qs_cut_in_tree(&l->cut.node[node_of(l, i, p)]));
+        }
+    }
+}
+
+qs_status qs_levels(const qs_model *model, const qs_solve_options *options, void *workspace,
+                    uint16_t *labelling, qs_solution *solution)
+{
+    levels l = {.options = options, .solution = solution};
+    (void)lay_out(&l, model, workspace);
+    begin(&l);
+    if (!choose_scale(&l)) {
+        return QS_E_OVERFLOW;
+    }
+    (void)qs_take_kept_everywhere(model, labelling);
+    *solution =
+        (qs_solution){.energy = qs_model_energy(model, labelling), .lower_bound = QS_NO_BOUND};
+    load(&l);
+    if (flow(&l, labelling)) {
+        take_labels(&l, labelling);
+        solution->energy = qs_model_energy(model, labelling);
+        solution->iterations = 1;
+        (void)qs_report_progress(options, solution);
+    }
+    solution->converged = solution->energy == solution->lower_bound;
+    return QS_OK;
+}
