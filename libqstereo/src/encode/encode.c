@@ -51,6 +51,7 @@ static qs_labels labels_of(const qs_encoder *e)
         .width = grid->width,
         .height = grid->width > 0 ? grid->height : 0,
         .frame = problem->frame,
+        .meaning = problem->meaning,
     };
     if (labels.frame.picture_width == 0) {
         labels.frame.picture_width = labels.width;

@@ -57,8 +57,8 @@ static bool is_displace(const qs_displace *displace)
            qs_image_is_valid(&displace->second) && displace->step >= 1 &&
            displace->step <= STEP_MAX && displace->window % 2 == 1 &&
            displace->window <= WINDOW_MAX && displace->radius_x <= RADIUS_MAX &&
-           displace->radius_y <= RADIUS_MAX && displace->unit >= 1 &&
-           displace->unit <= UNIT_MAX && displace->scale >= 1;
+           displace->radius_y <= RADIUS_MAX && displace->unit >= 1 && displace->unit <= UNIT_MAX &&
+           displace->scale >= 1;
 }
 
 uint32_t qs_displace_scale(const qs_displace *displace)
@@ -185,8 +185,7 @@ static void displace_row(void *context, uint32_t row, void *costs, int32_t *leas
     const displacer *d = context;
     uint32_t labels = d->columns * d->rows, *to = costs;
     for (uint32_t k = 0; k < d->rows; k++) {
-        sum_columns(d, (int64_t)row * d->displace.step,
-                    (int32_t)k - (int32_t)d->displace.radius_y);
+        sum_columns(d, (int64_t)row * d->displace.step, (int32_t)k - (int32_t)d->displace.radius_y);
         for (uint32_t i = 0; i < d->columns; i++) {
             sum_boxes(d, d->sums + (size_t)i * d->span, to + (size_t)k * d->columns + i, labels);
         }
@@ -208,8 +207,8 @@ static void fill_table(const displacer *d)
     uint32_t labels = d->columns * d->rows, most = d->displace.truncation;
     for (uint32_t a = 0; a < labels; a++) {
         for (uint32_t b = 0; b < labels; b++) {
-            uint32_t v = apart(a % d->columns, b % d->columns) +
-                         apart(a / d->columns, b / d->columns);
+            uint32_t v =
+                apart(a % d->columns, b % d->columns) + apart(a / d->columns, b / d->columns);
             d->table[(size_t)a * labels + b] = (int32_t)(most > 0 ? qs_min_u32(v, most) : v);
         }
     }
@@ -311,8 +310,8 @@ typedef struct corners {
     int64_t weight[4]; /* their sum is step^2 */
 } corners;
 
-static corners corners_of(const uint16_t *labelling, uint32_t width, uint32_t height,
-                          uint32_t step, uint32_t x, uint32_t y)
+static corners corners_of(const uint16_t *labelling, uint32_t width, uint32_t height, uint32_t step,
+                          uint32_t x, uint32_t y)
 {
     uint32_t i = x / step, k = y / step;
     int64_t right = x % step, down = y % step, left = step - right, up = step - down;
@@ -332,14 +331,20 @@ static int32_t between(const qs_meaning *meaning, const corners *around, bool is
     return (int32_t)sum;
 }
 
-/* No label's displacement, times step^2, is beyond 32 bits. */
+static int64_t magnitude(int64_t value)
+{
+    return value < 0 ? -value : value;
+}
+
+/* No displacement, times step^2, is beyond 32 bits. */
 static bool field_fits(const qs_meaning *meaning)
 {
-    int64_t most = (1 << 24) + (int64_t)QS_LABELS_MAX;
-    return most * meaning->step * meaning->step <= INT32_MAX ||
-           ((int64_t)meaning->step * meaning->step <= INT32_MAX / (2 * (int64_t)QS_LABELS_MAX) &&
-            meaning->x >= -(int32_t)QS_LABELS_MAX && meaning->x <= (int32_t)QS_LABELS_MAX &&
-            meaning->y >= -(int32_t)QS_LABELS_MAX && meaning->y <= (int32_t)QS_LABELS_MAX);
+    int64_t square = (int64_t)meaning->step * meaning->step;
+    int64_t x =
+        qs_max_i64(magnitude(meaning->x), magnitude((int64_t)meaning->x + meaning->columns));
+    int64_t y = qs_max_i64(magnitude(meaning->y),
+                           magnitude((int64_t)meaning->y + QS_LABELS_MAX / meaning->columns));
+    return qs_max_i64(x, y) <= INT32_MAX / square;
 }
 
 qs_status qs_displace_field(const qs_meaning *meaning, uint32_t width, uint32_t height,

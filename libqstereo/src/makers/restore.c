@@ -60,9 +60,9 @@ static void restore_row(void *context, uint32_t row, void *costs, int32_t *least
 
 static bool is_restore(const qs_restore *restore)
 {
-    return restore && qs_image_is_valid(&restore->noisy) &&
-           restore->cost <= QS_RESTORE_SQUARED && restore->step >= 1 && restore->step < GREYS &&
-           restore->scale >= 1 && restore->scale <= INT32_MAX / (GREYS * GREYS);
+    return restore && qs_image_is_valid(&restore->noisy) && restore->cost <= QS_RESTORE_SQUARED &&
+           restore->step >= 1 && restore->step < GREYS && restore->scale >= 1 &&
+           restore->scale <= INT32_MAX / (GREYS * GREYS);
 }
 
 qs_status qs_restore_problem(const qs_restore *restore, void *workspace, size_t workspace_size,
