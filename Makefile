@@ -26,6 +26,9 @@ OPENCV ?= $(shell cat $(BUILD)/.kind 2>/dev/null || echo 1)
 # NEED= says and installs nothing.
 NEED := scripts/need
 run check check-c check-python check-style: NEED := scripts/need --install
+check-trust check-cortex-m check-all check-units: NEED := scripts/need --install
+check-warnings check-analysis: NEED := scripts/need --install
+check-valgrind coverage fuzz: NEED := scripts/need --install
 
 # V=1 shows every command.
 V ?=
@@ -80,7 +83,7 @@ all: $(addprefix $(BUILD)/,qstereo libqstereo.a libqstereo.so) ## build (OPENCV=
 run: all $(ENV) ## encode, solve, decode, validate and score a sample pair
 	@BUILD=$(BUILD) BIN=$(BIN) OPENCV=$(OPENCV) scripts/demo
 
-check: check-style check-c check-python ## run every test
+check: check-style check-c check-python check-trust ## run every test
 
 check-style: $(ENV)
 	@scripts/check-style $(BIN)/clang-format
@@ -95,7 +98,8 @@ check-c: $(UNIT) $(BUILD)/libqstereo.a
 # Tests want a command of each kind, whatever kind build/qstereo is.
 check-python: all examples $(ENV) $(BUILD)/opencv1/qstereo $(BUILD)/opencv0/qstereo
 	@QSTEREO=$(abspath $(BUILD))/opencv1/qstereo QSTEREO_PNM=$(abspath $(BUILD))/opencv0/qstereo \
-	    QSTEREO_BRIDGE=$(abspath $(BIN))/qstereo-bridge $(BIN)/python -m pytest -q -n 2 tests
+	    QSTEREO_BRIDGE=$(abspath $(BIN))/qstereo-bridge $(BIN)/python -m pytest -q -n 2 \
+	    --ignore tests/trust tests
 
 examples: $(EXAMPLES) ## build the programs of examples/
 
@@ -157,7 +161,7 @@ clean: ## remove build products (the .venv stays)
 	rm -rf $(BUILD)
 
 help: ## list the targets
-	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/\1\t\2/p' Makefile | expand -t 17
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/\1\t\2/p' $(MAKEFILE_LIST) | expand -t 17
 
 # The library, static and shared.
 
@@ -271,6 +275,8 @@ $(ENV): requirements.txt bridge/pyproject.toml
 	$(Q)$(PIP) -r requirements.txt
 	$(Q)$(PIP) --no-deps --no-build-isolation -e bridge
 	@touch $@
+
+include tests/fuzz/fuzz.mk tests/trust/trust.mk tests/trust/all.mk
 
 .SECONDARY:
 -include $(wildcard $(BUILD)/*/*.d $(BUILD)/*/*/*.d $(BUILD)/*/*/*/*.d)

@@ -7,8 +7,8 @@
  * their software on this machine; qstereo solve does it with this library's own solvers.
  *
  * The problem is a ring of five tasks, each to be given one of three days. Neighbours on the ring
- * should not be on the same day: a table of pairwise costs says so. The first task must be on day 0,
- * and days 1 and 2 cost a little. */
+ * should not be on the same day: a table of pairwise costs says so. The first task must be on
+ * day 0, and days 1 and 2 cost a little. */
 #include <qstereo.h>
 #include <stdio.h>
 #include <stdlib.h>

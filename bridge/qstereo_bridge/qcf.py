@@ -25,7 +25,8 @@ COUPLING_RUN = np.dtype([(name, "<i4" if name == "weight" else "<u4") for name i
     "block", "form", "width", "weight", "g", "h", "count", "repeat", "stride")])
 LATTICE, LIST = 0, 1
 WIDTHS = (1, 2, 4, 8)
-LABL_SIZE, LABL_ENCODING, LABL_SCALE = 64, 0, 16
+LABL_SIZE, LABL_ENCODING, LABL_SCALE, LABL_GRID, LABL_MASK = 64, 0, 16, 32, 60
+COUPLINGS_PER_BYTE = 16
 ONE_HOT_ENCODINGS = (1, 2)
 
 
@@ -136,8 +137,8 @@ class Problem:
         np.add.at(weights, block, np.abs(weight).astype(dtype))
         total = abs(dtype(self.offset)) + np.abs(self.linear.astype(dtype)).sum()
         total += (a * (1 + size) + b * (size * (size - 1) // 2)).sum()
-        return sum((weight * block.abs_sum(dtype) for weight, block in zip(weights, self.blocks)),
-                   total)
+        return sum((weight * block.abs_sum(dtype) for weight, block in zip(weights, self.blocks)
+                    if weight), total)
 
 
 class _Payload:
@@ -223,7 +224,8 @@ def _read_couplings(chunks, blocks, groups, couplings):
         part.need(width in (0, 1, 2, 4), f"unknown width {width}")
         part.need((weight == 0) == (width != 0), f"weight {weight} beside weights of {width} bytes")
         part.need(count and repeat, "an empty run")
-        part.need(repeat > 1 or stride == 0, f"stride {stride} of a run that is not repeated")
+        part.need(stride >= count if repeat > 1 else stride == 0,
+                  f"stride {stride} of a run of {count} pairs, {repeat} times")
         if form == LIST:
             part.need(g == h == stride == 0 and repeat == 1, "a lattice's field in use in a list")
             pairs.append(part.array("<u4", 2 * count).reshape(count, 2))
@@ -282,11 +284,22 @@ def _check_couplings(problem):
         raise Corrupt("the coefficients add up to more than 2^53, energies would not be exact")
 
 
+def _is_mask_sound(labl):
+    """Whether a mask in the payload of labl has a grid, and its length."""
+    width, height = struct.unpack_from("<II", labl, LABL_GRID)
+    cells = width * height
+    return (struct.unpack_from("<I", labl, LABL_MASK)[0] != 1
+            or 0 < cells and len(labl) == LABL_SIZE + (cells + 7) // 8)
+
+
 def _check_sides(sides):
     labls = [side for name, side in sides if name == "labl"]
     if len(labls) > 1 or any(len(labl) < LABL_SIZE or not any(labl[LABL_SCALE:LABL_SCALE + 4])
                              for labl in labls):
         raise Corrupt("chunk labl: it is there twice, it is too short, or its scale is 0")
+    if not all(_is_mask_sound(labl) for labl in labls):
+        raise Corrupt("chunk labl, byte 60: a mask without a grid, "
+                      "or of another size than the grid")
 
 
 def parse_qcf(data, limit=DEFAULT_LIMIT):
@@ -301,6 +314,9 @@ def parse_qcf(data, limit=DEFAULT_LIMIT):
                  f"{n:,} variables, {groups:,} groups and {couplings:,} couplings")
     chunks, sides = read_chunks(data, header, REQUIRED)
     _check_sides(sides)
+    if couplings // COUPLINGS_PER_BYTE > len(data):
+        raise Corrupt(f"byte 32: {couplings:,} couplings are more than a file of {len(data):,} "
+                      "bytes may name")
     offset = _Payload(chunks, "OFFS")
     group_runs, blocks = _read_groups(chunks, n, groups), _read_blocks(chunks)
     problem = Problem(

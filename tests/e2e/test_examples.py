@@ -1,13 +1,12 @@
 """The programs of examples/, as make builds them."""
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from library import QSTEREO
+from library import ROOT
 
-FOLDER = Path(QSTEREO).parent / "examples"
+FOLDER = ROOT / "build" / "examples"
 
 
 def call(name, *arguments, cwd, status=0, **more):

@@ -20,6 +20,12 @@ enum {
 
 /* ---- Writing. ---- */
 
+#ifdef QS_SMALL /* for small machines: the same bytes with less memory, in more calls of the sink */
+enum { QS_WRITER_BUFFER = 16 };
+#else
+enum { QS_WRITER_BUFFER = 256 };
+#endif
+
 /* Gathers small pieces, so that the sink is called rarely. Zero = it has no sink and only
  * counts. */
 typedef struct qs_writer {
@@ -29,7 +35,7 @@ typedef struct qs_writer {
     uint32_t crc; /* of the bytes flushed since qs_chunk_begin */
     bool failed; /* the sink refused bytes; it is called no more */
     size_t pending; /* bytes in the buffer */
-    uint8_t buffer[256];
+    uint8_t buffer[QS_WRITER_BUFFER];
 } qs_writer;
 
 void qs_put(qs_writer *writer, const void *bytes, size_t size);

@@ -16,6 +16,7 @@ static uint32_t by_byte(uint32_t state, const uint8_t *bytes, size_t size)
 uint32_t qs_crc32c_portable(uint32_t crc, const uint8_t *bytes, size_t size)
 {
     uint32_t state = ~crc;
+#ifndef QS_SMALL
     for (; size >= 8; size -= 8, bytes += 8) {
         uint32_t low = qs_load_u32(bytes) ^ state, high = qs_load_u32(bytes + 4);
         state = 0;
@@ -24,10 +25,11 @@ uint32_t qs_crc32c_portable(uint32_t crc, const uint8_t *bytes, size_t size)
                      qs_crc32c_table[3 - i][high >> 8 * i & 0xff];
         }
     }
+#endif
     return ~by_byte(state, bytes, size);
 }
 
-#if defined(__GNUC__) && defined(__x86_64__)
+#if defined(__GNUC__) && defined(__x86_64__) && !defined(QS_SMALL)
 
 #include <cpuid.h>
 

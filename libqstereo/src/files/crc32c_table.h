@@ -1,10 +1,17 @@
-/* CRC-32C of each byte followed by 0 to 7 zero bytes: table[z][byte]. A test computes it anew. */
+/* CRC-32C of each byte followed by 0 to 7 zero bytes: table[z][byte]. A test computes it anew.
+ * With QS_SMALL only the first is there: 1 KiB instead of 8. */
 #ifndef QS_CRC32C_TABLE_H
 #define QS_CRC32C_TABLE_H
 
 #include <stdint.h>
 
-static const uint32_t qs_crc32c_table[8][256] = {
+#ifdef QS_SMALL
+enum { QS_CRC_TABLES = 1 };
+#else
+enum { QS_CRC_TABLES = 8 };
+#endif
+
+static const uint32_t qs_crc32c_table[QS_CRC_TABLES][256] = {
     {
         0x00000000, 0xf26b8303, 0xe13b70f7, 0x1350f3f4, 0xc79a971f, 0x35f1141c, 0x26a1e7e8,
         0xd4ca64eb, 0x8ad958cf, 0x78b2dbcc, 0x6be22838, 0x9989ab3b, 0x4d43cfd0, 0xbf284cd3,
@@ -44,6 +51,7 @@ static const uint32_t qs_crc32c_table[8][256] = {
         0xc69f7b69, 0xd5cf889d, 0x27a40b9e, 0x79b737ba, 0x8bdcb4b9, 0x988c474d, 0x6ae7c44e,
         0xbe2da0a5, 0x4c4623a6, 0x5f16d052, 0xad7d5351,
     },
+#ifndef QS_SMALL
     {
         0x00000000, 0x13a29877, 0x274530ee, 0x34e7a899, 0x4e8a61dc, 0x5d28f9ab, 0x69cf5132,
         0x7a6dc945, 0x9d14c3b8, 0x8eb65bcf, 0xba51f356, 0xa9f36b21, 0xd39ea264, 0xc03c3a13,
@@ -317,6 +325,7 @@ static const uint32_t qs_crc32c_table[8][256] = {
         0xcf56ce31, 0x14124958, 0x5d2e347f, 0xe54c35a1, 0xac704886, 0x7734cfef, 0x3e08b2c8,
         0xc451b7cc, 0x8d6dcaeb, 0x56294d82, 0x1f1530a5,
     },
+#endif
 };
 
 #endif

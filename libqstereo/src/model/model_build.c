@@ -281,7 +281,9 @@ static bool copy_costs(qs_building *b)
         if (!copy_site(b, group, trimmed)) {
             return false;
         }
-        trimmed += trimmed ? (size_t)qs_labels_left(b, group) * l->trimmed_bytes : 0;
+        if (trimmed) {
+            trimmed += (size_t)qs_labels_left(b, group) * l->trimmed_bytes;
+        }
     }
     if (b->model.kept) {
         put_labels_out(b);

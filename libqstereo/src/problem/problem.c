@@ -85,7 +85,10 @@ static qs_status check_grid(const qs_problem *problem)
 
 static qs_status check_edges(const qs_problem *problem)
 {
-    if (problem->edge_count > 0 && !problem->edges) {
+    const qs_frame *frame = &problem->frame;
+    bool framed =
+        frame->picture_width > 0 || frame->picture_height > 0 || frame->x > 0 || frame->y > 0;
+    if ((problem->edge_count > 0 && !problem->edges) || framed) {
         return QS_E_ARGUMENT;
     }
     if (problem->edge_count > QS_VARIABLES_MAX) {

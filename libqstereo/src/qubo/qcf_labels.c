@@ -31,6 +31,19 @@ static qs_labels load(const uint8_t *p)
     };
 }
 
+/* Returns true if each field that means something only beside another one has it. */
+static bool fields_agree(const qs_labels *l, bool masked)
+{
+    const qs_frame *f = &l->frame;
+    bool truncates = l->pairwise.smoothness == QS_TRUNCATED_LINEAR ||
+                     l->pairwise.smoothness == QS_TRUNCATED_QUADRATIC;
+    bool framed = f->picture_width > 0 || f->picture_height > 0 || f->x > 0 || f->y > 0;
+    return (l->width > 0 || (!masked && !framed)) && (truncates || l->pairwise.truncation == 0) &&
+           (qs_penalty_keeps_gap(l->penalty) || l->gap == 1) &&
+           qs_encoding_holds(l->encoding, &l->pairwise, l->labels) &&
+           qs_encoding_allows_penalty(l->encoding, l->penalty, &l->pairwise);
+}
+
 static bool in_range(const qs_labels *l)
 {
     const qs_frame *f = &l->frame;
@@ -63,7 +76,7 @@ static bool read_labl(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q)
     }
     qs_labels labels = load(chunk->payload);
     uint32_t masked = qs_load_u32(chunk->payload + 60);
-    if (!in_range(&labels) || masked > 1) {
+    if (!in_range(&labels) || masked > 1 || !fields_agree(&labels, masked != 0)) {
         return corrupt(reader, chunk, "contents of labl");
     }
     uint64_t cells = (uint64_t)labels.width * labels.height;
@@ -163,9 +176,10 @@ static bool read_kept(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q, bool
 
 /* ---- trnc ---- */
 
-static bool read_trnc(qs_reader *reader, const qs_chunk *chunk, qs_labels *l, bool first)
+/* `counted` = the file has been seen to be large enough for the sites that labl and kept name. */
+static bool read_trnc(qs_reader *reader, const qs_chunk *chunk, qs_labels *l, bool counted)
 {
-    if (!first || chunk->length < QS_TRNC_HEAD) {
+    if (!counted || l->trimmed || chunk->length < QS_TRNC_HEAD) {
         return corrupt(reader, chunk, "length, number or place of trnc");
     }
     uint32_t bytes = qs_load_u32(chunk->payload);
@@ -299,7 +313,8 @@ static bool read_side_chunk(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q
         *kept = true;
         return read_kept(reader, chunk, q, first);
     }
-    return memcmp(chunk->type, "trnc", 4) != 0 || read_trnc(reader, chunk, &q->labels, before_trnc);
+    bool counted = *kept || (q->has_labels && plain_agrees(q));
+    return memcmp(chunk->type, "trnc", 4) != 0 || read_trnc(reader, chunk, &q->labels, counted);
 }
 
 bool qs_labels_read(qs_reader *reader, qs_qubo *qubo)

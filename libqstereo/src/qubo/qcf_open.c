@@ -8,6 +8,8 @@
 #include "qcf_labels.h"
 #include "qcf_runs.h"
 
+enum { COUPLINGS_PER_BYTE = 16 /* of the file: so a small file cannot ask for long work */ };
+
 /* What is needed while a file is checked. */
 typedef struct opening {
     qs_reader reader;
@@ -128,7 +130,8 @@ static bool is_run(const qs_qubo *q, const qs_run_view *run, uint64_t couplings)
     const qs_run *head = &run->head;
     bool same = head->weight_bytes == 0;
     if (head->block >= q->block_count || run->form > 1 || head->count == 0 || head->repeat == 0 ||
-        qs_run_pairs(head) > couplings || (head->repeat == 1 && head->stride != 0)) {
+        qs_run_pairs(head) > couplings ||
+        (head->repeat == 1 ? head->stride != 0 : head->stride < head->count)) {
         return false;
     }
     if ((head->weight == 0) == same || !(same || is_weight_width(head->weight_bytes))) {
@@ -185,6 +188,9 @@ static bool read_couplings(opening *o)
     qs_qubo *q = &o->qubo;
     if (chunk.length < QS_RUNS_HEAD) {
         return corrupt(o, chunk.offset, "length of CPLS");
+    }
+    if (q->couplings / COUPLINGS_PER_BYTE > q->size) {
+        return corrupt(o, QS_HEADER_FIELDS + 8, "more couplings than its size allows");
     }
     q->coupling_run_count = qs_load_u32(chunk.payload);
     q->coupling_runs = chunk.payload + QS_RUNS_HEAD;

@@ -39,11 +39,12 @@ void qs_number_sets(qs_recoder *r);
 /* Appends a block to the draft and returns its number. */
 uint32_t qs_add_block(qs_recoder *r, qs_block_of block);
 
-/* Couples the groups of all neighbours by their pairwise cost, with a block for each two label sets of
- * which two sites are neighbours. Overwrites `order`. */
+/* Couples the groups of all neighbours by their pairwise cost, with a block for each two label sets
+ * of which two sites are neighbours. Overwrites `order`. */
 void qs_couple_neighbours(qs_recoder *r);
 
-/* The energy, without the constant, of the labelling in which each site takes its cheapest label. */
+/* The energy, without the constant, of the labelling in which each site takes its cheapest
+ * label. */
 uint64_t qs_winner_energy(const qs_remaining *rest);
 
 /* The encoders. Each fills in the draft of a problem with undecided sites. */

@@ -20,12 +20,13 @@ QS_KERNEL uint32_t arcs(const qs_cut *cut, uint32_t ways, uint32_t p)
     return ways > 0 ? ways : cut->start[p + 1] - cut->start[p];
 }
 
-/* The node at the other end of arc `a` of node `p`. In a grid it may lie outside; the nodes there
+/* The node at the other end of arc `a` of a node. In a grid it may lie outside; the nodes there
  * are in no tree. */
-QS_KERNEL ptrdiff_t head(const qs_cut *cut, uint32_t ways, ptrdiff_t p, uint32_t a)
+QS_KERNEL ptrdiff_t head(const qs_cut *cut, uint32_t ways, uint32_t node, uint32_t a)
 {
+    ptrdiff_t p = (ptrdiff_t)node;
     if (ways == GRAPH) {
-        return cut->links[cut->start[p] + a].site;
+        return cut->links[cut->start[node] + a].site;
     }
     ptrdiff_t step = a < QS_CUT_DOWN    ? 1
                      : a < QS_CUT_ABOVE ? (ptrdiff_t)cut->width

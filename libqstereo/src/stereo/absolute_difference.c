@@ -8,7 +8,11 @@
 /* Costs are computed for TILE pixels at a time, label by label: so the least cost of each pixel is
  * the minimum of some rows. Then they are turned round, to stand pixel by pixel. Both stay in the
  * first cache for all usual numbers of labels. */
+#ifdef QS_SMALL
+enum { TILE = 4, GROUP = 16, HALF = 8 };
+#else
 enum { TILE = 64, GROUP = 16, HALF = 8 };
+#endif
 
 typedef struct matcher {
     qs_stereo stereo;

@@ -257,6 +257,116 @@ static void broken_promises(void **unused)
     }
 }
 
+/* Five sites of three labels, one fixed, some labels gone, some costs cut. */
+static slow_qubo reduced;
+
+static void write_reduced(qs_encoding encoding, bool whole)
+{
+    static tiny t;
+    sample_problem(&t);
+    t.problem.pairwise.smoothness = encoding >= QS_ST_CUT ? QS_TRUNCATED_LINEAR : QS_POTTS;
+    slow_request request = {
+        .problem = &t.problem, .encoding = encoding, .gap = 1, .truncate = true};
+    const uint8_t sets[5] = {7, 4, 5, 6, 7};
+    for (uint32_t p = 0; p < 5; p++) {
+        for (uint32_t d = 0; d < 3; d++) {
+            request.kept[p][d] = whole || sets[p] >> d & 1;
+            t.costs[p * 3 + d] = d == 1 ? 100000 : (int32_t)(d + p);
+        }
+    }
+    slow_encode(&request, &reduced);
+}
+
+/* Fields that mean something only beside another one. */
+static void fields_beside_others(void **unused)
+{
+    (void)unused;
+    enum { V = 4, TRUNCATION = 8, PENALTY = 20, GAP = 24 };
+    static const struct {
+        qs_encoding encoding;
+        qs_smoothness smoothness;
+        uint32_t truncation;
+        qs_penalty penalty;
+        uint32_t gap;
+        qs_status status;
+    } cases[] = {
+        {QS_ONE_HOT, QS_POTTS, 0, QS_PENALTY_LOCAL, 3, QS_OK},
+        {QS_ONE_HOT, QS_POTTS, 1, QS_PENALTY_LOCAL, 3, QS_E_CORRUPT},
+        {QS_ONE_HOT, QS_TABLE, 1, QS_PENALTY_LOCAL, 3, QS_E_CORRUPT},
+        {QS_ONE_HOT, QS_TABLE, 0, QS_PENALTY_LOCAL, 3, QS_OK},
+        {QS_ONE_HOT, QS_TRUNCATED_QUADRATIC, 1, QS_PENALTY_LOCAL, 3, QS_OK},
+        {QS_ONE_HOT, QS_POTTS, 0, QS_PENALTY_PAPER, 3, QS_E_CORRUPT},
+        {QS_ONE_HOT, QS_POTTS, 0, QS_PENALTY_GIVEN, 3, QS_E_CORRUPT},
+        {QS_ONE_HOT, QS_POTTS, 0, QS_PENALTY_PAPER, 1, QS_OK},
+        {QS_ONE_HOT, QS_POTTS, 0, QS_PENALTY_MINIMAL, 3, QS_OK},
+        {QS_ONE_HOT_SPARSE, QS_TRUNCATED_LINEAR, 1, QS_PENALTY_LOCAL, 1, QS_OK},
+        {QS_ONE_HOT_SPARSE, QS_TRUNCATED_LINEAR, 1, QS_PENALTY_GIVEN, 1, QS_OK},
+        {QS_ONE_HOT_SPARSE, QS_TRUNCATED_LINEAR, 1, QS_PENALTY_PAPER, 1, QS_E_CORRUPT},
+        {QS_ONE_HOT_SPARSE, QS_TRUNCATED_QUADRATIC, 1, QS_PENALTY_LOCAL, 1, QS_E_CORRUPT},
+        {QS_ONE_HOT_SPARSE, QS_TABLE, 0, QS_PENALTY_LOCAL, 1, QS_E_CORRUPT},
+        {QS_DOMAIN_WALL, QS_TRUNCATED_LINEAR, 1, QS_PENALTY_LOCAL, 1, QS_OK},
+        {QS_DOMAIN_WALL, QS_TRUNCATED_QUADRATIC, 0, QS_PENALTY_LOCAL, 1, QS_E_CORRUPT},
+        {QS_DOMAIN_WALL, QS_POTTS, 0, QS_PENALTY_PAPER, 1, QS_E_CORRUPT},
+        {QS_DOMAIN_WALL, QS_POTTS, 0, QS_PENALTY_GIVEN, 1, QS_E_CORRUPT},
+        {QS_MULTIWAY_CUT, QS_POTTS, 0, QS_PENALTY_GIVEN, 1, QS_OK},
+        {QS_MULTIWAY_CUT, QS_TRUNCATED_LINEAR, 0, QS_PENALTY_LOCAL, 1, QS_E_CORRUPT},
+        {QS_ST_CUT, QS_TRUNCATED_LINEAR, 2, QS_PENALTY_LOCAL, 1, QS_OK},
+        {QS_ST_CUT, QS_TRUNCATED_LINEAR, 1, QS_PENALTY_LOCAL, 1, QS_E_CORRUPT},
+        {QS_ST_CUT, QS_POTTS, 0, QS_PENALTY_LOCAL, 1, QS_E_CORRUPT},
+        {QS_ST_CUT_ARCS, QS_TRUNCATED_LINEAR, 0, QS_PENALTY_LOCAL, 1, QS_OK},
+        {QS_ST_CUT_ARCS, QS_TRUNCATED_QUADRATIC, 0, QS_PENALTY_LOCAL, 1, QS_E_CORRUPT},
+        {QS_ST_CUT_ARCS, QS_TRUNCATED_LINEAR, 0, QS_PENALTY_GIVEN, 1, QS_E_CORRUPT},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        write_reduced(cases[i].encoding, true);
+        uint8_t *labl = reduced.file + payload(reduced.file, reduced.size, "labl");
+        qs_store_u32(labl + V, cases[i].smoothness);
+        qs_store_u32(labl + TRUNCATION, cases[i].truncation);
+        qs_store_u32(labl + PENALTY, cases[i].penalty);
+        qs_store_u32(labl + GAP, cases[i].gap);
+        seal(reduced.file, reduced.size);
+        if (open_qubo(reduced.file, reduced.size) != cases[i].status) {
+            fail_msg("case %zu is not: %s", i, qs_status_text(cases[i].status));
+        }
+    }
+}
+
+/* What only a grid has. A mask of no cells would point behind the file. */
+static void grids_alone_have_masks_and_pictures(void **unused)
+{
+    (void)unused;
+    static const qs_edge edges[] = {{0, 1, 5}, {1, 2, 5}};
+    static const int32_t costs[6] = {0, 3, 1, 0, 2, 0};
+    qs_problem problem = {
+        .sites = 3, .labels = 2, .scale = 1, .edges = edges, .edge_count = 2, .costs = costs};
+    tiny_encode(&problem, (qs_encode_options){0}, &q);
+    const breach breaches[] = {
+        {"labl", 60, 0, QS_OK},        {"labl", 60, 1, QS_E_CORRUPT}, {"labl", 40, 1, QS_E_CORRUPT},
+        {"labl", 44, 1, QS_E_CORRUPT}, {"labl", 48, 1, QS_E_CORRUPT}, {"labl", 52, 1, QS_E_CORRUPT},
+        {"labl", 56, 1, QS_OK},
+    };
+    expect_breaches(q.file, q.size, breaches, sizeof breaches / sizeof *breaches, open_qubo);
+    problem.frame = (qs_frame){.picture_width = 5, .picture_height = 5};
+    assert_int_equal(qs_problem_check(&problem), QS_E_ARGUMENT);
+}
+
+/* The rows of a lattice do not overlap, so that no run names more pairs than there are groups. */
+static void lattices_name_a_pair_once(void **unused)
+{
+    (void)unused;
+    static const int32_t costs[12] = {0};
+    qs_problem problem = {
+        .labels = 2, .scale = 1, .weight = 3, .grid = {.width = 3, .height = 2}, .costs = costs};
+    tiny_encode(&problem, (qs_encode_options){0}, &q);
+    const breach breaches[] = {
+        {"CPLS", 4 + 32, 3, QS_OK},
+        {"CPLS", 4 + 32, 2, QS_OK}, /* as many as a row has pairs */
+        {"CPLS", 4 + 32, 1, QS_E_CORRUPT},
+        {"CPLS", 4 + 32, 0, QS_E_CORRUPT},
+    };
+    expect_breaches(q.file, q.size, breaches, sizeof breaches / sizeof *breaches, open_qubo);
+}
+
 /* Chunks of types that are not listed: a lower-case one is skipped, an upper-case one is a later
  * version's. */
 static void strange_chunks(void **unused)
@@ -290,26 +400,6 @@ static void strange_chunks(void **unused)
         seal(q.file, q.size);
         assert_int_equal(open_qubo(q.file, q.size), cases[i].status);
     }
-}
-
-/* Five sites of three labels, one fixed, some labels gone, some costs cut. */
-static slow_qubo reduced;
-
-static void write_reduced(qs_encoding encoding, bool whole)
-{
-    static tiny t;
-    sample_problem(&t);
-    t.problem.pairwise.smoothness = encoding >= QS_ST_CUT ? QS_TRUNCATED_LINEAR : QS_POTTS;
-    slow_request request = {
-        .problem = &t.problem, .encoding = encoding, .gap = 1, .truncate = true};
-    const uint8_t sets[5] = {7, 4, 5, 6, 7};
-    for (uint32_t p = 0; p < 5; p++) {
-        for (uint32_t d = 0; d < 3; d++) {
-            request.kept[p][d] = whole || sets[p] >> d & 1;
-            t.costs[p * 3 + d] = d == 1 ? 100000 : (int32_t)(d + p);
-        }
-    }
-    slow_encode(&request, &reduced);
 }
 
 static void broken_label_sets(void **unused)
@@ -409,6 +499,20 @@ static void open_sites_beyond_the_groups(void **unused)
         qs_store_u32(reduced.file + at + 32, 0);
         qs_store_u32(reduced.file + at + 36, 0);
         assert_int_equal(open_replaced("kept", many, 8), QS_E_CORRUPT);
+    }
+}
+
+/* Where kept says how many sites there are, a mask without a grid would have no bytes at all. */
+static void masks_without_a_grid(void **unused)
+{
+    (void)unused;
+    for (uint32_t masked = 0; masked < 2; masked++) {
+        uint8_t labl[64];
+        write_reduced(QS_ONE_HOT, false);
+        memcpy(labl, reduced.file + payload(reduced.file, reduced.size, "labl"), sizeof labl);
+        memset(labl + 32, 0, 24);
+        qs_store_u32(labl + 60, masked);
+        assert_int_equal(open_replaced("labl", labl, sizeof labl), masked ? QS_E_CORRUPT : QS_OK);
     }
 }
 
@@ -801,6 +905,10 @@ int main(void)
         cmocka_unit_test(sizing_pass_tells_the_size),
         cmocka_unit_test(damaged_qubos),
         cmocka_unit_test(broken_promises),
+        cmocka_unit_test(fields_beside_others),
+        cmocka_unit_test(grids_alone_have_masks_and_pictures),
+        cmocka_unit_test(masks_without_a_grid),
+        cmocka_unit_test(lattices_name_a_pair_once),
         cmocka_unit_test(strange_chunks),
         cmocka_unit_test(broken_label_sets),
         cmocka_unit_test(label_sets_of_other_lengths),

@@ -68,6 +68,52 @@ static void test_which_penalties_go_with_it(void **state)
     assert_true(qs_encoding_allows_penalty(QS_ONE_HOT, QS_PENALTY_PAPER, &linear));
 }
 
+/* With n labels a site has n variables, but for the walls (a boundary between labels each) and the
+ * chains (with one at either end). */
+static void test_variables_of_a_site(void **state)
+{
+    (void)state;
+    static const int more[QS_ENCODINGS + 1] = {
+        [QS_DOMAIN_WALL] = -1, [QS_ST_CUT] = 1, [QS_ST_CUT_ARCS] = 1};
+    for (int e = 1; e <= QS_ENCODINGS; e++) {
+        for (int labels = 2; labels < 9; labels++) {
+            assert_int_equal(qs_encoding_site_variables((qs_encoding)e, (uint32_t)labels),
+                             labels + more[e]);
+        }
+    }
+}
+
+/* What docs/MATHS.md proves of each way of repair. */
+static void test_how_samples_are_repaired(void **state)
+{
+    (void)state;
+    static const struct {
+        qs_encoding encoding;
+        qs_penalty penalty;
+        qs_repair potts, linear, truncated; /* truncated: where the encoding holds it */
+    } expected[] = {
+        {QS_ONE_HOT, QS_PENALTY_MINIMAL, QS_REPAIR_BY_FLIPS, QS_REPAIR_BY_FLIPS,
+         QS_REPAIR_BY_FLIPS},
+        {QS_ONE_HOT_SPARSE, QS_PENALTY_LOCAL, QS_REPAIR_BY_FLIPS, QS_REPAIR_BY_FLIPS,
+         QS_REPAIR_BY_FLIPS},
+        {QS_ONE_HOT_SPARSE, QS_PENALTY_MINIMAL, QS_REPAIR_BY_LABEL_ORDER, QS_REPAIR_SITE_BY_SITE,
+         QS_REPAIR_SITE_BY_SITE},
+        {QS_DOMAIN_WALL, QS_PENALTY_LOCAL, QS_REPAIR_BY_LABEL_ORDER, QS_REPAIR_BY_THRESHOLDS,
+         QS_REPAIR_SITE_BY_SITE},
+        {QS_ST_CUT, QS_PENALTY_LOCAL, QS_REPAIR_BY_THRESHOLDS, QS_REPAIR_BY_THRESHOLDS, 0},
+    };
+    for (size_t i = 0; i < sizeof expected / sizeof expected[0]; i++) {
+        qs_encoding e = expected[i].encoding;
+        qs_penalty p = expected[i].penalty;
+        assert_int_equal(qs_encoding_repair(e, p, &potts, 4), expected[i].potts);
+        assert_int_equal(qs_encoding_repair(e, p, &linear, 4), expected[i].linear);
+        bool holds = qs_encoding_holds(e, &truncated, 4);
+        if (holds) {
+            assert_int_equal(qs_encoding_repair(e, p, &truncated, 4), expected[i].truncated);
+        }
+    }
+}
+
 /* A whole grid of n x m sites with k labels: the counts of the papers (coding.h, docs/MATHS.md). */
 static void test_sizes_are_those_of_the_papers(void **state)
 {
@@ -117,6 +163,8 @@ int main(void)
         cmocka_unit_test(test_every_encoding_has_one_row),
         cmocka_unit_test(test_what_each_encoding_holds),
         cmocka_unit_test(test_which_penalties_go_with_it),
+        cmocka_unit_test(test_variables_of_a_site),
+        cmocka_unit_test(test_how_samples_are_repaired),
         cmocka_unit_test(test_sizes_are_those_of_the_papers),
         cmocka_unit_test(test_defaults_are_filled_in),
     };

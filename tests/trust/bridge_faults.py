@@ -1,0 +1,92 @@
+"""bridge_faults.py LIBRARY P.qcf: runs the bridge's commands once for each call that may fail,
+each run in a child of this process, which has imported everything before. Prints a JSON object
+a run: {command, call, k, counted, status, files, err}."""
+
+import ctypes
+import json
+import os
+import shutil
+import sys
+import tempfile
+
+import qstereo_bridge.solvers  # noqa: F401
+from qstereo_bridge import cli
+
+COMMANDS = [
+    ["solve", "p.qcf", "-o", "out", "--solver", "exact", "--quiet"],
+    [
+        "solve",
+        "p.qcf",
+        "-o",
+        "out",
+        "--solver",
+        "anneal",
+        "--num-reads",
+        "2",
+        "--num-sweeps",
+        "2",
+        "--seed",
+        "1",
+        "--quiet",
+    ],
+    ["solve", "p.qcf", "-o", "-", "--solver", "exact", "--quiet"],
+]
+CALLS = ["write", "close", "rename", "fsync"]
+
+
+def child(library, arguments, call, k):
+    """Runs one command here and ends the process."""
+    with open("err", "wb") as err, open("stdout", "wb") as out:
+        os.dup2(err.fileno(), 2)
+        os.dup2(out.fileno(), 1)
+    os.environ.update(FAULT=f"{call}:{k}", FAULT_COUNT="count")
+    faults = ctypes.CDLL(library)
+    status = 70
+    try:
+        status = cli.main(arguments) or 0
+        sys.stdout.flush()
+    except SystemExit as end:
+        status = end.code or 0
+    finally:
+        faults.faults_end()
+        os._exit(status)
+
+
+def run(library, problem, arguments, call, k):
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copy(problem, folder + "/p.qcf")
+        with open(folder + "/out", "w") as old:
+            old.write("old")
+        pid = os.fork()
+        if pid == 0:
+            os.chdir(folder)
+            child(library, arguments, call, k)
+        status = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+        read = lambda name: (
+            open(f"{folder}/{name}", "rb").read() if os.path.exists(f"{folder}/{name}") else b""
+        )
+        target = read("stdout") if "-" in arguments else read("out")
+        return {
+            "command": " ".join(arguments),
+            "call": call,
+            "k": k,
+            "status": status,
+            "counted": int(read("count") or 0),
+            "old": read("out") == b"old",
+            "whole": target[:4] == b"\x89QSF",
+            "files": sorted(os.listdir(folder)),
+            "err": read("err").decode(errors="replace"),
+        }
+
+
+def main(library, problem):
+    for arguments in COMMANDS:
+        for call in CALLS:
+            found, k = run(library, problem, arguments, call, 0), 0
+            print(json.dumps(found))
+            while k < found["counted"]:
+                k += 1
+                print(json.dumps(run(library, problem, arguments, call, k)))
+
+
+main(*map(os.path.abspath, sys.argv[1:]))

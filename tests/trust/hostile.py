@@ -1,0 +1,128 @@
+"""Problem files that were made to hurt: each is sound in all its checksums and wrong in one
+promise of docs/FORMAT.md."""
+
+import struct
+
+import numpy as np
+from qstereo_bridge import container, qcf
+
+GRID, MASK, TRUNCATION, GAP, PENALTY, PICTURE = 32, 60, 8, 24, 20, 40
+
+
+def labl(labels, width=0, height=0, mask=b"", **fields):
+    """The payload of labl: Potts, one-hot, local; `fields` are u32 values by their names above."""
+    values = bytearray(
+        struct.pack(
+            "<IIIIIIIiIIIIIIII",
+            1,
+            0,
+            0,
+            labels,
+            1,
+            0,
+            1,
+            1,
+            width,
+            height,
+            width,
+            height,
+            0,
+            0,
+            0,
+            int(bool(mask)),
+        )
+    )
+    for name, value in fields.items():
+        struct.pack_into("<I", values, globals()[name], value)
+    return bytes(values) + mask
+
+
+def kept(sites, width=0, rest=b""):
+    return struct.pack("<II", sites, width) + rest
+
+
+def problem(groups, size=2, runs=(), sides=()):
+    """Groups of `size` one-hot variables, coupled by lattice runs as Potts is."""
+    made = [(0, 0, 0, 1, g, h, count, repeat, stride) for g, h, count, repeat, stride in runs]
+    return qcf.Problem(
+        np.array([(groups, size)], qcf.GROUP_RUN),
+        [qcf.Toeplitz((size, size), 1, 0, np.array([0], "<i4"))],
+        np.array(made, qcf.COUPLING_RUN),
+        np.empty((0, 2), "<u4"),
+        [],
+        np.zeros(groups * size, np.int64),
+        np.array([(groups, 9, 9)], qcf.penalty_run(1)),
+        0,
+        list(sides),
+    )
+
+
+def with_couplings(data, couplings):
+    """The file with another number of couplings in its header."""
+    fields = bytearray(data[24:60])
+    struct.pack_into("<Q", fields, 8, couplings)
+    head = data[:24] + bytes(fields)
+    return head + struct.pack("<I", container.google_crc32c.value(head)) + data[64:]
+
+
+def chain(groups):
+    return [(0, 1, groups - 1, 1, 0)]
+
+
+def sound():
+    """Files that every reader takes: the ones below differ from them in one place."""
+    yield "chain", qcf.pack_qcf(problem(6, runs=chain(6), sides=[("labl", labl(2))]))
+    yield "grid", qcf.pack_qcf(problem(6, runs=[(0, 1, 2, 2, 3)], sides=[("labl", labl(2, 3, 2))]))
+    yield "masked", qcf.pack_qcf(problem(6, sides=[("labl", labl(2, 4, 2, b"\x7e"))]))
+    yield "kept", qcf.pack_qcf(problem(6, sides=[("labl", labl(2)), ("kept", kept(6))]))
+    yield "pairs as many as 16 a byte", qcf.pack_qcf(problem(2000, 1, [(0, 1, 1999, 1, 0)] * 25))
+
+
+def hostile():
+    """(name, bytes, whether the bridge, which reads no labels, refuses it too)."""
+    fixed = kept(6, 1, bytes([255] * 6 + [3] * 6))
+    sides = {
+        "a mask without a grid": (labl(2, MASK=1), True),
+        "a mask without a grid and sites in kept": (labl(2, MASK=1), True, fixed),
+        "a mask that is cut short": (labl(2, 8, 2, b"\x7e"), True),
+        "a mask that is too long": (labl(2, 3, 2, b"\x3f\0"), True),
+        "a grid without a mask, sites fewer": (labl(2, 4, 2), False),
+        "a picture without a grid": (labl(2, PICTURE=5), False),
+        "a truncation of Potts": (labl(2, TRUNCATION=1), False),
+        "a gap of the paper's penalty": (labl(2, PENALTY=1, GAP=2), False),
+        "more sites than groups": (labl(2), False, kept(7)),
+        "sites without end": (labl(2), False, kept(2**32 - 1)),
+        "a grid without end": (labl(2, 65535, 32767), False),
+    }
+    for name, (labels, both, *more) in sides.items():
+        chunks = [("labl", labels), *(("kept", chunk) for chunk in more)]
+        yield name, qcf.pack_qcf(problem(6, runs=chain(6), sides=chunks)), both
+    cut = struct.pack("<II", 1, 0)
+    yield (
+        "trnc of a grid without end",
+        qcf.pack_qcf(problem(6, sides=[("labl", labl(2, 65535, 32767)), ("trnc", cut)])),
+        False,
+    )
+    yield (
+        "trnc before kept",
+        qcf.pack_qcf(
+            problem(
+                6,
+                sides=[
+                    ("labl", labl(2, 65535, 32767)),
+                    ("trnc", cut + bytes(12)),
+                    ("kept", kept(6)),
+                ],
+            )
+        ),
+        False,
+    )
+    for name, runs in {
+        "a lattice on the spot": [(0, 1, 1, 2**24, 0)],
+        "a lattice with short steps": [(0, 1, 3, 3, 1)],
+        "more pairs than 16 a byte": [(0, 1, 1999, 1, 0)] * 100,
+    }.items():
+        size = 1 if len(runs) > 1 else 2
+        made = problem(2000 if len(runs) > 1 else 6, size, runs)
+        yield name, qcf.pack_qcf(made), True
+    yield "pairs in the header alone", with_couplings(qcf.pack_qcf(problem(6)), 2**31 - 1), True

@@ -1,0 +1,68 @@
+"""Files that were made to hurt are refused by both readers, at once and without a crash; those
+beside them are read."""
+
+import resource
+import sys
+from pathlib import Path
+
+import pytest
+from hostile import hostile, sound
+from qstereo_bridge import qcf
+from qstereo_bridge.container import FormatError
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
+from cli_tools import ROOT, run  # noqa: E402
+
+HOSTILE = {name: (data, both) for name, data, both in hostile()}
+FOUND = sorted((ROOT.parent / "shared/data/hostile").glob("*.qcf"))
+COMMANDS = [
+    ["info"],
+    ["info", "--complexity"],
+    ["solve", "-o", "out.qsf"],
+    ["reduce", "-o", "out.qcf"],
+    ["compare"],
+    ["decode", "-o", "out.pgm"],
+]
+
+
+def a_second_of_work():
+    """More than enough for any of these files, and no more."""
+    resource.setrlimit(resource.RLIMIT_CPU, (2, 2))
+    resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30))
+
+
+def outcomes(path, folder):
+    return [
+        run(command[0], path, *command[1:], cwd=folder, preexec_fn=a_second_of_work)
+        for command in COMMANDS
+    ]
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_refused(name, tmp_path):
+    data, both = HOSTILE[name]
+    path = tmp_path / "hostile.qcf"
+    path.write_bytes(data)
+    for done in outcomes(path, tmp_path):
+        expected = 4 if name == "pairs in the header alone" else 3
+        assert done.status == expected and str(path) in done.err, (done.status, done.err)
+    assert [found.name for found in tmp_path.iterdir()] == ["hostile.qcf"]
+    if both:
+        with pytest.raises(FormatError):
+            qcf.parse_qcf(data, 1 << 30)
+
+
+@pytest.mark.parametrize(
+    "name, data", list(sound()), ids=lambda value: value if isinstance(value, str) else ""
+)
+def test_the_sound_ones_beside_them_are_read(name, data, tmp_path):
+    path = tmp_path / "sound.qcf"
+    path.write_bytes(data)
+    assert run("info", path).status == 0
+    assert qcf.pack_qcf(qcf.parse_qcf(data)) == data
+
+
+@pytest.mark.parametrize("path", FOUND, ids=lambda path: path.name)
+def test_files_that_were_found(path, tmp_path):
+    for done in outcomes(path, tmp_path):
+        assert done.status == 3, (done.status, done.err)
