@@ -79,12 +79,17 @@ static void put_meaning(qs_writer *writer, const void *context)
     qs_put_u32(writer, (uint32_t)meaning->y);
 }
 
+uint32_t qs_labl_chunks(const qs_meaning *meaning)
+{
+    return meaning->kind == QS_MEANS_DISPARITY ? 1 : 2;
+}
+
 void qs_put_labl(qs_writer *writer, const qs_labels *labels, const uint8_t *cells)
 {
     payload p = {labels, cells};
     uint64_t mask = is_masked(&p) ? qs_bit_bytes(cell_count(labels)) : 0;
     qs_put_chunk(writer, "labl", QS_LABL_HEAD + mask, put_payload, &p);
-    if (labels->meaning.kind != QS_MEANS_DISPARITY) {
+    if (qs_labl_chunks(&labels->meaning) > 1) {
         qs_put_chunk(writer, "mean", QS_MEAN_SIZE, put_meaning, &labels->meaning);
     }
 }
