@@ -251,7 +251,7 @@ $(BUILD)/unit/%.o: tests/unit/%.c | $(BUILD)/.cmocka
 
 $(UNIT): $(BUILD)/unit/%: $(BUILD)/unit/%.o $(BUILD)/unit/tiny.o $(BUILD)/unit/slow.o $(UNIT_LIB)
 	$(call say,LINK,$@)
-	$(Q)$(CC) $(SANITIZE) $^ -lcmocka -o $@
+	$(Q)$(CC) $(SANITIZE) $^ -lcmocka -lm -o $@
 
 $(BUILD)/examples/%: examples/%.c $(BUILD)/libqstereo.a
 	@mkdir -p $(@D)

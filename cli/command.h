@@ -39,6 +39,10 @@ int job_open_output(job *at, const char *path, output **opened);
 /* A table of options, and how many there are. */
 #define OPTIONS(table) .options = (table), .option_count = sizeof(table) / sizeof((table)[0])
 
+/* The command encode for the --problem that is given, since each problem has operands and options
+ * of its own. */
+const command *encode_variant(int argc, char **argv);
+
 extern const command cmd_encode;
 extern const command cmd_reduce;
 extern const command cmd_info;
@@ -48,5 +52,10 @@ extern const command cmd_decode;
 extern const command cmd_score;
 extern const command cmd_match;
 extern const command cmd_compare;
+extern const command cmd_restore;
+extern const command cmd_segment;
+extern const command cmd_flow;
+extern const command cmd_register;
+extern const command cmd_detect;
 
 #endif

@@ -1,9 +1,11 @@
 #include "pair.h"
 
-#include <stdlib.h>
+#include <inttypes.h>
+#include <stdio.h>
 #include <string.h>
 
-#include "pictures/picture_read.h"
+#include "pictures/planes.h"
+#include "smoothness.h"
 #include "text/fail.h"
 #include "text/names.h"
 #include "text/numbers.h"
@@ -27,20 +29,6 @@ static int read_disparity(const char *text, qs_stereo *stereo)
     return DONE;
 }
 
-static int read_lambda(const char *text, qs_stereo *stereo)
-{
-    fraction lambda;
-    decimal_status status = decimal_read(text, INT32_MAX, DECIMAL_DENOMINATOR_MAX, &lambda);
-    if (status != DECIMAL_OK) {
-        return decimal_fail("--lambda", text, status,
-                            "any decimal number from 0 that is n/s in lowest terms, with s up to "
-                            "1000000 and n up to 2147483647");
-    }
-    stereo->scale = lambda.denominator;
-    stereo->weight = (int32_t)lambda.numerator;
-    return DONE;
-}
-
 static int read_roi(const char *text, pair *asked)
 {
     uint32_t roi[4];
@@ -58,48 +46,21 @@ static int read_roi(const char *text, pair *asked)
     return DONE;
 }
 
-static int read_smoothness(const char *name, const char *truncation, qs_pairwise *pairwise)
+int pair_read(const char *const *operands, const char *const *values, void *state)
 {
-    int value;
-    TRY(name_read(&smoothness_names, name, "", &value));
-    pairwise->smoothness = (qs_smoothness)value;
-    if (truncation == NULL) {
-        return DONE;
-    }
-    if (pairwise->smoothness == QS_POTTS) {
-        return fail_usage(
-            "--truncation goes with --smoothness linear or quadratic: potts has nothing to "
-            "truncate");
-    }
-    return number_read("--truncation", truncation, 1, INT32_MAX, &pairwise->truncation);
-}
-
-int pair_read(const char *left, const char *right, const char *const *values, const char *weights,
-              pair *asked)
-{
+    pair *asked = state;
     int cost = QS_COST_AD;
     memset(asked, 0, sizeof *asked);
-    asked->left = left;
-    asked->right = right;
-    asked->weights = weights;
+    asked->left = operands[0];
+    asked->right = operands[1];
     TRY(read_disparity(values[PAIR_DISPARITY], &asked->stereo));
-    TRY(read_lambda(values[PAIR_LAMBDA], &asked->stereo));
+    TRY(lambda_read(values[PAIR_LAMBDA], DECIMAL_DENOMINATOR_MAX, &asked->stereo.scale,
+                    &asked->stereo.weight));
     TRY(read_roi(values[PAIR_ROI], asked));
     TRY(name_read(&cost_names, values[PAIR_COST], "", &cost));
-    TRY(read_smoothness(values[PAIR_SMOOTHNESS], values[PAIR_TRUNCATION], &asked->pairwise));
+    TRY(smoothness_read(values[PAIR_SMOOTHNESS], values[PAIR_TRUNCATION], &asked->pairwise));
     asked->stereo.cost = (qs_cost)cost;
     return DONE;
-}
-
-/* Reads a picture as grey. The caller frees the pixels. */
-static int read_grey(const char *path, qs_image *image, uint8_t **pixels)
-{
-    picture colour;
-    TRY(picture_read(path, &colour));
-    *pixels = picture_grey(&colour);
-    *image = (qs_image){*pixels, colour.width, colour.height, colour.width};
-    picture_free(&colour);
-    return *pixels != NULL ? DONE : fail_memory(input_name(path));
 }
 
 /* Checks the geometry as the library does, so that a message can name what the user can mend. */
@@ -131,68 +92,34 @@ static int check_geometry(const pair *asked)
     return DONE;
 }
 
-static int fail_encode(const pair *asked, qs_status status)
+int pair_open(void *state, budget *limit, made_problem *opened)
 {
-    const char *name = input_name(asked->left);
-    if (status == QS_E_LIMIT) {
-        return fail(
-            BAD_INPUT, name,
-            "sites x labels is more than %u variables: choose a smaller --roi or --disparity",
-            QS_VARIABLES_MAX);
+    pair *asked = state;
+    opened->name = input_name(asked->left);
+    opened->mend = "--lambda or --truncation";
+    TRY(grey_read(asked->left, limit, &asked->stereo.left));
+    TRY(grey_read(asked->right, limit, &asked->stereo.right));
+    TRY(check_geometry(asked));
+    size_t size = qs_stereo_workspace(&asked->stereo);
+    void *workspace = budget_take(limit, opened->name, size);
+    if (workspace == NULL) {
+        return NO_RESOURCE;
     }
-    if (status == QS_E_OVERFLOW) {
-        return fail(BAD_INPUT, name,
-                    "the coefficients overflow (their sum is above 2^53): choose a smaller %s",
-                    asked->weights);
+    qs_status status = qs_stereo_problem(&asked->stereo, workspace, size, &opened->problem);
+    if (status != QS_OK) {
+        return made_fail(opened, "choose a smaller --roi or --disparity", status);
     }
-    return fail_status(name, status);
-}
-
-static int make_problem(pair *opened, qs_problem *problem)
-{
-    size_t size = qs_stereo_workspace(&opened->stereo);
-    opened->workspace = malloc(size > 0 ? size : 1);
-    if (opened->workspace == NULL) {
-        return fail_memory(NULL);
-    }
-    qs_status made = qs_stereo_problem(&opened->stereo, opened->workspace, size, problem);
-    if (made != QS_OK) {
-        return fail_encode(opened, made);
-    }
-    problem->pairwise = opened->pairwise;
+    opened->problem.pairwise = asked->pairwise;
     return DONE;
 }
 
-int pair_open(pair *opened, qs_problem *problem)
-{
-    TRY(read_grey(opened->left, &opened->stereo.left, &opened->left_pixels));
-    TRY(read_grey(opened->right, &opened->stereo.right, &opened->right_pixels));
-    TRY(check_geometry(opened));
-    return make_problem(opened, problem);
-}
+const maker pair_maker = {sizeof(pair), pair_read, pair_open};
 
-void pair_close(pair *closed)
+void pair_print_outside(const pair *asked, uint32_t first)
 {
-    free(closed->workspace);
-    free(closed->left_pixels);
-    free(closed->right_pixels);
-    closed->workspace = closed->left_pixels = closed->right_pixels = NULL;
-}
-
-int pair_encode(const pair *encoded, const qs_problem *problem, const qs_encode_options *options,
-                const qs_sink *sink, uint64_t *size)
-{
-    size_t workspace_size = qs_encode_workspace(problem);
-    void *workspace = malloc(workspace_size > 0 ? workspace_size : 1);
-    if (workspace == NULL) {
-        return fail_memory(NULL);
+    uint32_t left = asked->whole ? 0 : asked->stereo.x;
+    if (first > left) {
+        printf("%" PRIu32 " column%s on the left %s left out: a match would fall outside %s\n",
+               first - left, plural(first - left), first - left == 1 ? "is" : "are", asked->right);
     }
-    qs_status written = qs_encode(problem, options, sink, workspace, workspace_size, size);
-    free(workspace);
-    return written == QS_OK || written == QS_E_IO ? DONE : fail_encode(encoded, written);
-}
-
-int pair_lay_out(const pair *of, const qs_problem *problem, budget *limit, laid_out *made)
-{
-    return lay_out_problem(input_name(of->left), problem, of->weights, limit, made);
 }

@@ -41,11 +41,10 @@ typedef struct request {
 
 static int read_request(job *at, request *asked)
 {
-    const char *const *values = at->values, *const *operands = at->given->operands;
+    const char *const *values = at->values;
     memset(asked, 0, sizeof *asked);
     asked->scored = values[TRUTH] != NULL;
-    TRY(pair_read(operands[0], operands[1], &values[PAIR], "--lambda or --truncation",
-                  &asked->pair));
+    TRY(pair_read(at->given->operands, &values[PAIR], &asked->pair));
     TRY(solver_read(values[SOLVER], &asked->by));
     TRY(search_read(&values[SEARCH], &asked->how));
     TRY(truth_scale_read(values[TRUTH_SCALE], &asked->truth_scale));
@@ -95,19 +94,16 @@ static int write_found(job *at, request *asked, const laid_out *laid, const solv
 static int match(job *at, request *asked)
 {
     const qs_image *left = &asked->pair.stereo.left;
-    qs_problem problem;
+    made_problem opened;
     laid_out laid;
     solved found;
-    TRY(pair_open(&asked->pair, &problem));
+    TRY(pair_open(&asked->pair, &at->limit, &opened));
     if (asked->scored) {
         TRY(truth_open(at->values[TRUTH], asked->truth_scale, (uint32_t)left->width,
                        (uint32_t)left->height, &asked->truth));
     }
-    TRY(pair_lay_out(&asked->pair, &problem, &at->limit, &laid));
-    TRY(map_check(laid.name, &laid.labels));
     TRY(map_request_open(&asked->map, at));
-    TRY(solve_problem(&laid, asked->by, &asked->how, &at->limit, &found));
-    TRY(solved_check(&laid, &found));
+    TRY(made_solve(&opened, asked->by, &asked->how, &at->limit, &laid, &found));
     return write_found(at, asked, &laid, &found);
 }
 
@@ -117,7 +113,6 @@ static int run_match(job *at)
     TRY(read_request(at, &asked));
     int status = match(at, &asked);
     truth_close(&asked.truth);
-    pair_close(&asked.pair);
     return status;
 }
 

@@ -9,6 +9,7 @@
 #include "pictures/netpbm.h"
 #include "pictures/picture_library.h"
 #include "pictures/picture_read.h"
+#include "pictures/picture_write.h"
 #include "text/fail.h"
 #include "text/json.h"
 #include "text/numbers.h"
@@ -129,12 +130,6 @@ static int hold_integers(const pixel_map *map, uint32_t scale, const char *path,
     return DONE;
 }
 
-static int encode_picture(const picture *made, bool png, const char *path, file_bytes *file)
-{
-    picture_status status = png ? picture_library_encode_png(made, file) : pnm_encode(made, file);
-    return picture_fail(path, status, "cannot be made");
-}
-
 static int encode_pfm(const pixel_map *map, const char *path, file_bytes *file)
 {
     size_t count = (size_t)map->width * map->height;
@@ -163,7 +158,7 @@ int map_encode(const pixel_map *map, map_format format, uint32_t scale, const ch
     }
     int status = hold_integers(map, scale, path, &made);
     if (status == DONE) {
-        status = encode_picture(&made, format == MAP_PNG, path, file);
+        status = picture_encode(&made, format == MAP_PNG, path, file);
     }
     picture_free(&made);
     return status;
@@ -199,7 +194,7 @@ int map_encode_colour(const pixel_map *map, bool png, const char *path, file_byt
                       made.samples + 3 * i);
         }
     }
-    int status = encode_picture(&made, png, path, file);
+    int status = picture_encode(&made, png, path, file);
     picture_free(&made);
     return status;
 }
@@ -235,27 +230,15 @@ int map_of_labelling(const char *name, const qs_labels *labels, const uint16_t *
     return placed == QS_OK ? DONE : fail_status(name, placed);
 }
 
-static bool same_letters(const char *a, const char *b)
-{
-    for (; *a != '\0' && *b != '\0'; a++, b++) {
-        if ((*a | 0x20) != (*b | 0x20)) {
-            return false;
-        }
-    }
-    return *a == *b;
-}
-
 /* The format that the name of an output asks for. What is written straight needs no ending: it is a
  * PGM. Returns DONE or BAD_USAGE. */
 static int format_of(const char *path, map_format *format)
 {
-    const char *slash = strrchr(path, '/');
-    const char *dot = strrchr(slash != NULL ? slash : path, '.');
-    if (dot != NULL && same_letters(dot, ".pfm")) {
+    if (path_ends(path, ".pfm")) {
         *format = MAP_PFM;
-    } else if (dot != NULL && same_letters(dot, ".png")) {
+    } else if (path_ends(path, ".png")) {
         *format = MAP_PNG;
-    } else if (output_is_straight(path) || (dot != NULL && same_letters(dot, ".pgm"))) {
+    } else if (output_is_straight(path) || path_ends(path, ".pgm")) {
         *format = MAP_PGM;
     } else {
         return fail_usage("-o %s: the name of a map ends in .png, .pgm or .pfm", path);

@@ -38,9 +38,6 @@ enum { REASON_SIZE = 240 };
 bool picture_allocate(picture *made);
 void picture_free(picture *freed);
 
-/* The picture in grey, 8 bits a pixel: width * height bytes from malloc, NULL = no memory. */
-uint8_t *picture_grey(const picture *colour);
-
 #ifdef __cplusplus
 }
 #endif

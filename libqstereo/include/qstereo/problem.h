@@ -10,6 +10,7 @@
 #define QSTEREO_PROBLEM_H
 
 #include "limits.h"
+#include "meaning.h"
 #include "status.h"
 
 #ifdef __cplusplus
@@ -128,6 +129,7 @@ typedef struct qs_problem {
     const uint8_t *allowed;
     qs_frame frame; /* zero = the grid is the picture, and labels stand for 0,
                        1, ... */
+    qs_meaning meaning; /* of the labels; zero = disparities */
 } qs_problem;
 
 /* Checks all that the comments above demand, but for the tables that a

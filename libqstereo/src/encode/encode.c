@@ -59,6 +59,7 @@ static void put_side_chunks(qs_writer *writer, const void *context)
         .width = grid->width,
         .height = grid->width > 0 ? grid->height : 0,
         .frame = problem->frame,
+        .meaning = problem->meaning,
     };
     if (labels.frame.picture_width == 0) {
         labels.frame.picture_width = labels.width;
@@ -126,7 +127,7 @@ static qs_status write_file(qs_encoder *e, const qs_sink *sink, uint64_t *size)
     e->qcf.put_linear = qs_put_the_costs;
     e->qcf.put_penalty_runs = qs_put_the_penalties;
     e->qcf.offset = &offset;
-    e->qcf.side_chunks = 1;
+    e->qcf.side_chunks = qs_labl_chunks(&e->problem->meaning);
     e->qcf.put_side_chunks = put_side_chunks;
     e->qcf.context = e;
     uint64_t written;

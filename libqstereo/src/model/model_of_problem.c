@@ -467,6 +467,7 @@ static qs_labels labels_of(const layout *l)
                         .width = model->width,
                         .height = model->height,
                         .frame = problem->frame,
+        .meaning = problem->meaning,
                         .mask = model->mask,
                         .sites = qs_problem_sites(problem)};
     labels.pairwise.table = NULL;

@@ -113,7 +113,8 @@ static bool has_costs(const qs_problem *problem)
 qs_status qs_problem_check(const qs_problem *problem)
 {
     if (!problem || problem->labels < 1 || problem->labels > QS_LABELS_MAX || problem->scale < 1 ||
-        !has_costs(problem) || problem->frame.first > INT32_MAX) {
+        !has_costs(problem) || problem->frame.first > INT32_MAX ||
+        !qs_meaning_is_valid(&problem->meaning)) {
         return QS_E_ARGUMENT;
     }
     qs_status status = problem->grid.width > 0 ? check_grid(problem) : check_edges(problem);

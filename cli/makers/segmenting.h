@@ -1,0 +1,31 @@
+/* Segmentation: from its options, a picture and strokes on it to a labelling problem. */
+#ifndef SEGMENTING_H
+#define SEGMENTING_H
+
+#include "made.h"
+
+/* Rows for a table of options, one behind the other. */
+enum { SEGMENTING_LAMBDA, SEGMENTING_CLASSES, SEGMENTING_OPTIONS };
+#define SEGMENTING_OPTION_ROWS                                                                     \
+    {"lambda", 0, false, "L", "10", "weight of the smoothness, an exact decimal number"},          \
+        {"classes",                                                                                \
+         0,                                                                                        \
+         false,                                                                                    \
+         "N",                                                                                      \
+         NULL,                                                                                     \
+         "number of classes (default that of the strokes, at least 2); one without strokes "       \
+         "begins with the colours of all pixels without strokes"}
+
+typedef struct segmenting {
+    const char *photo, *strokes; /* names of the pictures */
+    qs_segment segment;
+    void *workspace; /* after segmenting_open: for qs_segment_refit */
+} segmenting;
+
+extern const maker segmenting_maker;
+
+/* As of a maker. */
+int segmenting_read(const char *const *operands, const char *const *values, void *asked);
+int segmenting_open(void *asked, budget *limit, made_problem *opened);
+
+#endif
