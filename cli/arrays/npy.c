@@ -45,11 +45,10 @@ static int read_type(const char *header, npy_array *array)
     }
     char order = type[0], kind = type[1];
     unsigned long bytes = strtoul(type + 2, NULL, 10);
-    bool integer = (kind == 'i' || kind == 'u') &&
-                   (bytes == 1 || bytes == 2 || bytes == 4 || bytes == 8);
+    bool integer =
+        (kind == 'i' || kind == 'u') && (bytes == 1 || bytes == 2 || bytes == 4 || bytes == 8);
     bool logical = kind == 'b' && bytes == 1;
-    if ((order != '<' && order != '|') ||
-        (!integer && !logical && !(kind == 'f' && bytes == 4))) {
+    if ((order != '<' && order != '|') || (!integer && !logical && !(kind == 'f' && bytes == 4))) {
         return fail(BAD_INPUT, array->name,
                     "has elements of the type %s: save it as little-endian integers or float32, "
                     "array.astype('<i4') or array.astype('<f4')",
@@ -169,8 +168,8 @@ void npy_index_write(const npy_array *array, uint64_t index, char text[NPY_TEXT]
     }
     (void)snprintf(text, NPY_TEXT, "[");
     for (unsigned i = 0; i < array->dimensions; i++) {
-        used += (size_t)snprintf(text + used, NPY_TEXT - used, "%s%" PRIu64, i > 0 ? ", " : "",
-                                 at[i]);
+        used +=
+            (size_t)snprintf(text + used, NPY_TEXT - used, "%s%" PRIu64, i > 0 ? ", " : "", at[i]);
     }
     (void)snprintf(text + used, NPY_TEXT - used, "]");
 }
