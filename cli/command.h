@@ -53,6 +53,7 @@ extern const command cmd_score;
 extern const command cmd_match;
 extern const command cmd_compare;
 extern const command cmd_restore;
+extern const command cmd_label;
 extern const command cmd_segment;
 extern const command cmd_flow;
 extern const command cmd_register;

@@ -3,6 +3,7 @@
 #include "encoding_made.h"
 #include "makers/detecting.h"
 #include "makers/displacing.h"
+#include "makers/labelling.h"
 #include "makers/restoring.h"
 #include "makers/segmenting.h"
 #include "pair.h"
@@ -10,6 +11,8 @@
 #include "text/names.h"
 
 static const option stereo_options[] = {ENCODE_OPTION_ROWS, [ENCODE_MAKER] = PAIR_OPTION_ROWS};
+static const option label_options[] = {ENCODE_OPTION_ROWS,
+                                       [ENCODE_MAKER] = LABELLING_OPTION_ROWS};
 static const option restore_options[] = {ENCODE_OPTION_ROWS,
                                          [ENCODE_MAKER] = RESTORING_OPTION_ROWS};
 static const option segment_options[] = {ENCODE_OPTION_ROWS,
@@ -18,6 +21,11 @@ static const option flow_options[] = {ENCODE_OPTION_ROWS, [ENCODE_MAKER] = FLOW_
 static const option register_options[] = {ENCODE_OPTION_ROWS,
                                           [ENCODE_MAKER] = REGISTER_OPTION_ROWS};
 static const option detect_options[] = {ENCODE_OPTION_ROWS};
+
+static int run_label(job *at)
+{
+    return encode_made(at, &labelling_maker);
+}
 
 static int run_restore(job *at)
 {
@@ -48,6 +56,11 @@ static int run_detect(job *at)
      .summary = "",                                                                                \
      .run = doing}
 
+static const command label = PROBLEM_COMMAND(
+    "COSTS.npy", NULL,
+    "Turns any labelling problem, given as arrays of numpy, into a QUBO: qstereo label solves it "
+    "in one go, and its --help describes the arrays.\n",
+    label_options, run_label, "label costs.npy -o p.qcf --smoothness linear --lambda 3");
 static const command restore = PROBLEM_COMMAND(
     "NOISY", NULL,
     "Turns the restoration of a noisy picture, or the filling of its holes, into a QUBO: qstereo "
@@ -70,7 +83,8 @@ static const command detect = PROBLEM_COMMAND(
 static const struct {
     const char *problem;
     const command *command;
-} problems[] = {{"stereo", &cmd_encode}, {"restore", &restore},       {"segment", &segment},
+} problems[] = {{"stereo", &cmd_encode}, {"label", &label},           {"restore", &restore},
+                {"segment", &segment},
                 {"flow", &flow},         {"register", &registration}, {"detect", &detect}};
 enum { PROBLEMS = sizeof problems / sizeof problems[0] };
 
