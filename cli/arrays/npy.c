@@ -265,7 +265,8 @@ static npy_fault convert_float(float value, npy_scaling by, int32_t *out)
 static npy_fault convert_integer(const npy_array *array, uint64_t index, npy_scaling by,
                                  int32_t *out)
 {
-    const int64_t times = (int64_t)by.times * by.factor, most = times > 0 ? INT32_MAX / times : INT32_MAX;
+    const int64_t times = (int64_t)by.times * by.factor,
+                  most = times > 0 ? INT32_MAX / times : INT32_MAX;
     bool has_sign = array->kind == NPY_SIGNED;
     uint64_t size = has_sign ? 0 : unsigned_at(array, index);
     int64_t value = has_sign ? signed_at(array, index) : (int64_t)(size <= INT32_MAX ? size : 0);

@@ -64,16 +64,19 @@ static int solve_rounds(job *at, const segmenting *asked, uint32_t rounds, one_g
 static int write_mask(job *at, const one_go *run, const label_map *truth, bool png, output *out)
 {
     picture made;
+    label_map mask;
     label_score score;
     const qs_labels *labels = &run->laid.labels;
     TRY(meaning_picture(run->made.name, labels, run->found.labelling, &at->limit, &made));
-    const label_map mask = {.count = made.width * made.height, .values = made.samples};
     TRY(picture_write(&made, png, out));
+    if (run->truth != NULL) {
+        TRY(label_map_of(&made, run->made.name, &at->limit, &mask));
+        TRY(label_score_find(&mask, truth, &at->limit, &score));
+    }
     if (!one_go_print(at, run, NULL)) {
         return DONE;
     }
     if (run->truth != NULL) {
-        TRY(label_score_find(&mask, truth, &at->limit, &score));
         (at->json ? label_score_json : label_score_print)(&score);
     }
     one_go_end(at);

@@ -261,8 +261,8 @@ static int read_mask_array(const char *path, budget *limit, qs_image *mask)
             cells[i] |= array.data[i * array.bytes + b] != 0;
         }
     }
-    *mask = (qs_image){cells, (size_t)array.shape[1], (size_t)array.shape[0],
-                       (size_t)array.shape[1]};
+    *mask =
+        (qs_image){cells, (size_t)array.shape[1], (size_t)array.shape[0], (size_t)array.shape[1]};
     return DONE;
 }
 
@@ -297,8 +297,7 @@ static int open_two(const char *option, const char *text, budget *limit, npy_arr
     const char *comma = strchr(text, ',');
     size_t length = strlen(text) + 1;
     if (comma == NULL || comma == text || comma[1] == '\0' || strchr(comma + 1, ',') != NULL) {
-        return fail_usage("%s %s is not RIGHT.npy,DOWN.npy, the names of two arrays", option,
-                          text);
+        return fail_usage("%s %s is not RIGHT.npy,DOWN.npy, the names of two arrays", option, text);
     }
     char *names = budget_take(limit, NULL, length);
     if (names == NULL) {

@@ -22,8 +22,8 @@ static int fail_value(const npy_array *array, uint64_t at)
     char index[NPY_TEXT], value[NPY_TEXT];
     npy_index_write(array, at, index);
     npy_value_write(array, at, value);
-    return fail(BAD_INPUT, array->name, "%s is %s: labels are whole numbers from 0 to 65535", index,
-                value);
+    return fail(BAD_INPUT, array->name,
+                "%s is %s: labels are whole numbers from 0 to 65535, or -1 for none", index, value);
 }
 
 static int read_array(const char *path, budget *limit, label_map *read)
@@ -38,25 +38,28 @@ static int read_array(const char *path, budget *limit, label_map *read)
         uint64_t bad;
         npy_scaling plain = {1, 1};
         if (array.kind == NPY_FLOAT ||
-            npy_convert(&array, i, 1, plain, false, &value, &bad) != NPY_FITS || value < 0 ||
+            npy_convert(&array, i, 1, plain, false, &value, &bad) != NPY_FITS || value < -1 ||
             value > UINT16_MAX) {
             return fail_value(&array, i);
         }
-        read->values[i] = (uint16_t)value;
+        read->values[i] = value;
     }
     return DONE;
 }
 
-static int take_picture(const picture *from, budget *limit, label_map *read)
+int label_map_of(const picture *from, const char *name, budget *limit, label_map *made)
 {
+    *made = (label_map){.name = name};
     if (from->channels != 1) {
-        return fail(BAD_INPUT, read->name,
+        return fail(BAD_INPUT, made->name,
                     "is a picture in colours: give a grey one, with one number per pixel");
     }
-    read->count = (uint64_t)from->width * from->height;
-    (void)snprintf(read->shape, sizeof read->shape, "%zu x %zu", from->height, from->width);
-    TRY(take_values(read, limit));
-    memcpy(read->values, from->samples, (size_t)read->count * sizeof *read->values);
+    made->count = (uint64_t)from->width * from->height;
+    (void)snprintf(made->shape, sizeof made->shape, "%zu x %zu", from->height, from->width);
+    TRY(take_values(made, limit));
+    for (uint64_t i = 0; i < made->count; i++) {
+        made->values[i] = from->samples[i];
+    }
     return DONE;
 }
 
@@ -68,7 +71,7 @@ int label_map_read(const char *path, budget *limit, label_map *read)
         return read_array(path, limit, read);
     }
     TRY(picture_read(path, &from));
-    int status = take_picture(&from, limit, read);
+    int status = label_map_of(&from, input_name(path), limit, read);
     picture_free(&from);
     return status;
 }
@@ -85,7 +88,7 @@ int label_score_find(const label_map *map, const label_map *truth, budget *limit
                      label_score *found)
 {
     const size_t size = LABEL_VALUES * sizeof *found->both;
-    *found = (label_score){map->count, 0, budget_take(limit, map->name, size),
+    *found = (label_score){0, 0, budget_take(limit, map->name, size),
                            budget_take(limit, map->name, size)};
     if (found->both == NULL || found->either == NULL) {
         return NO_RESOURCE;
@@ -93,7 +96,11 @@ int label_score_find(const label_map *map, const label_map *truth, budget *limit
     memset(found->both, 0, size);
     memset(found->either, 0, size);
     for (uint64_t i = 0; i < map->count; i++) {
-        uint16_t a = map->values[i], b = truth->values[i];
+        int32_t a = map->values[i], b = truth->values[i];
+        if (a < 0 || b < 0) {
+            continue;
+        }
+        found->pixels++;
         found->either[a]++;
         if (a == b) {
             found->both[a]++;
@@ -120,12 +127,12 @@ static double mean_iou(const label_score *of)
             classes++;
         }
     }
-    return sum / classes;
+    return classes > 0 ? sum / classes : 0;
 }
 
 static double error_rate(const label_score *of)
 {
-    return (double)of->wrong / (double)of->pixels;
+    return of->pixels > 0 ? (double)of->wrong / (double)of->pixels : 0;
 }
 
 void label_score_json(const label_score *shown)

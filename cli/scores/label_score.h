@@ -4,25 +4,29 @@
 
 #include "arrays/npy.h"
 #include "files.h"
+#include "pictures/picture.h"
 
 /* A map of labels or classes: the pixels of a picture, or the elements of an array. */
 typedef struct label_map {
     const char *name;
     uint64_t count;
-    uint16_t *values; /* the budget owns them */
+    int32_t *values; /* -1 = no label. The budget owns them */
     char shape[NPY_TEXT]; /* "256 x 160" */
 } label_map;
 
-/* Reads a grey picture, or a .npy of whole numbers from 0 to 65535. Returns DONE, BAD_INPUT or
+/* Reads a grey picture, or a .npy of whole numbers up to 65535, -1 = no label. Returns DONE, BAD_INPUT or
  * NO_RESOURCE, and has printed why. */
 int label_map_read(const char *path, budget *limit, label_map *read);
+
+/* The map of a picture in memory. `name` is for messages. Returns what label_map_read does. */
+int label_map_of(const picture *from, const char *name, budget *limit, label_map *made);
 
 /* Checks that two maps have one size. Returns DONE or BAD_INPUT. */
 int label_map_check(const label_map *map, const label_map *truth);
 
 enum { LABEL_VALUES = 65536 };
 
-/* Over all pixels. The intersection over union of a class is the pixels that have it in both, over
+/* Over all pixels that have a label in both. The intersection over union of a class is the pixels that have it in both, over
  * those that have it in either (Everingham et al., "The PASCAL visual object classes challenge",
  * IJCV 88, 2010, section 4.2). */
 typedef struct label_score {
