@@ -89,4 +89,4 @@ int segmenting_open(void *state, budget *limit, made_problem *opened)
     return status == QS_OK ? DONE : made_fail(opened, "take a part of the picture", status);
 }
 
-const maker segmenting_maker = {sizeof(segmenting), segmenting_read, segmenting_open};
+const maker segmenting_maker = {sizeof(segmenting), segmenting_read, segmenting_open, NULL};
