@@ -198,8 +198,7 @@ static bool map_descriptor(int descriptor, file_bytes *file)
         (uint64_t)about.st_size > SIZE_MAX) {
         return false;
     }
-    void *bytes =
-        mmap(NULL, (size_t)about.st_size, PROT_READ, MAP_PRIVATE, descriptor, 0);
+    void *bytes = mmap(NULL, (size_t)about.st_size, PROT_READ, MAP_PRIVATE, descriptor, 0);
     if (bytes == MAP_FAILED) {
         return false;
     }

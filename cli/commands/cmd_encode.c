@@ -11,8 +11,7 @@
 #include "text/names.h"
 
 static const option stereo_options[] = {ENCODE_OPTION_ROWS, [ENCODE_MAKER] = PAIR_OPTION_ROWS};
-static const option label_options[] = {ENCODE_OPTION_ROWS,
-                                       [ENCODE_MAKER] = LABELLING_OPTION_ROWS};
+static const option label_options[] = {ENCODE_OPTION_ROWS, [ENCODE_MAKER] = LABELLING_OPTION_ROWS};
 static const option restore_options[] = {ENCODE_OPTION_ROWS,
                                          [ENCODE_MAKER] = RESTORING_OPTION_ROWS};
 static const option segment_options[] = {ENCODE_OPTION_ROWS,
@@ -83,9 +82,9 @@ static const command detect = PROBLEM_COMMAND(
 static const struct {
     const char *problem;
     const command *command;
-} problems[] = {{"stereo", &cmd_encode}, {"label", &label},           {"restore", &restore},
-                {"segment", &segment},
-                {"flow", &flow},         {"register", &registration}, {"detect", &detect}};
+} problems[] = {{"stereo", &cmd_encode}, {"label", &label}, {"restore", &restore},
+                {"segment", &segment},   {"flow", &flow},   {"register", &registration},
+                {"detect", &detect}};
 enum { PROBLEMS = sizeof problems / sizeof problems[0] };
 
 /* The argument of --problem before the command line is read, because it decides how that is read;

@@ -19,25 +19,36 @@ enum {
     LABELLING_OPTIONS
 };
 #define LABELLING_OPTION_ROWS                                                                      \
-    {"smoothness", 0,    false,                                                                    \
-     "NAME",       NULL, "cost V of neighbours that differ: potts, linear or quadratic "           \
-                         "(default potts)"},                                                       \
+    {"smoothness",                                                                                 \
+     0,                                                                                            \
+     false,                                                                                        \
+     "NAME",                                                                                       \
+     NULL,                                                                                         \
+     "cost V of neighbours that differ: potts, linear or quadratic "                               \
+     "(default potts)"},                                                                           \
         {"truncation", 0,    false,                                                                \
          "T",          NULL, "upper bound of linear or quadratic smoothness (default no bound)"},  \
         {"lambda", 0, false, "L", "1", "weight of all edges, an exact decimal number"},            \
         {"pairwise", 0,    false,                                                                  \
          "V.npy",    NULL, "cost of each two labels, K x K, instead of --smoothness"},             \
-        {"weights", 0,    false,                                                                   \
-         "W.npy",   NULL, "weights of the edges, lambda times: RIGHT.npy,DOWN.npy of H x (W-1) "   \
-                          "and (H-1) x W, or with --edges one array of M"},                        \
-        {"tables", 0,    false,                                                                    \
-         "T.npy",  NULL, "a table for each edge instead of --smoothness: as --weights, with K x "  \
-                         "K behind"},                                                              \
+        {"weights",                                                                                \
+         0,                                                                                        \
+         false,                                                                                    \
+         "W.npy",                                                                                  \
+         NULL,                                                                                     \
+         "weights of the edges, lambda times: RIGHT.npy,DOWN.npy of H x (W-1) "                    \
+         "and (H-1) x W, or with --edges one array of M"},                                         \
+        {"tables",                                                                                 \
+         0,                                                                                        \
+         false,                                                                                    \
+         "T.npy",                                                                                  \
+         NULL,                                                                                     \
+         "a table for each edge instead of --smoothness: as --weights, with K x "                  \
+         "K behind"},                                                                              \
         {"edges", 0,    false,                                                                     \
          "E.npy", NULL, "M x 2 sites: the graph is no grid, and COSTS.npy is N x K"},              \
         {"mask", 0, false, "MASK", NULL, "cells where this picture or .npy is 0 are no sites"},    \
-        {"scale", 0,   false,                                                                      \
-         "S",     "1", "whole units in 1: float arrays are rounded to 1/S"}
+        {"scale", 0, false, "S", "1", "whole units in 1: float arrays are rounded to 1/S"}
 
 typedef struct labelling_request {
     const char *costs_path;
