@@ -221,6 +221,13 @@ bool npy_is_infinite(const npy_array *array, uint64_t index)
     return array->kind == NPY_FLOAT && isinf(float_at(array, index)) && float_at(array, index) > 0;
 }
 
+const int32_t *npy_words(const npy_array *array, npy_scaling by)
+{
+    const void *data = array->data;
+    bool aligned = (uintptr_t)data % sizeof(int32_t) == 0;
+    return npy_is_plain(array, by) && array->bytes == 4 && aligned ? data : NULL;
+}
+
 /* Copies plain elements. */
 #define COPY(type)                                                                                 \
     for (size_t i = 0; i < count; i++) {                                                           \
@@ -254,7 +261,7 @@ static npy_fault convert_float(float value, npy_scaling by, int32_t *out)
     if (isinf(value)) {
         return value > 0 ? NPY_INFINITE : NPY_TOO_LARGE;
     }
-    double whole = floor((double)value * by.times + 0.5) * by.factor;
+    double whole = nearbyint((double)value * by.times) * by.factor;
     if (whole > INT32_MAX || whole < INT32_MIN) {
         return NPY_TOO_LARGE;
     }
@@ -278,12 +285,36 @@ static npy_fault convert_integer(const npy_array *array, uint64_t index, npy_sca
     return NPY_FITS;
 }
 
+/* Converts floats if none has a fault; else returns false. Without branches, so that several go at
+ * once. */
+static bool convert_floats(const uint8_t *from, size_t count, npy_scaling by, int32_t *out)
+{
+    /* 1.5 x 2^52: a sum with it has no bits below 1, and the whole number in its last 32 bits. */
+    const double to_last_bits = 6755399441055744.0;
+    const double most = (double)(INT32_MAX / by.factor) - 1, times = by.times;
+    int fits = 1;
+    for (size_t i = 0; i < count; i++) {
+        float value;
+        memcpy(&value, from + i * sizeof value, sizeof value);
+        double product = (double)value * times, shifted = product + to_last_bits;
+        uint64_t bits;
+        memcpy(&bits, &shifted, sizeof bits);
+        out[i] = (int32_t)((uint32_t)bits * by.factor);
+        fits &= (product > -most) & (product < most); /* of NaN both are false */
+    }
+    return fits;
+}
+
 npy_fault npy_convert(const npy_array *array, uint64_t from, size_t count, npy_scaling by,
                       bool infinite, int32_t *out, uint64_t *bad)
 {
+    const uint8_t *data = array->data + array->bytes * from;
     npy_fault first = NPY_FITS;
     if (npy_is_plain(array, by)) {
-        copy_plain(array, array->data + array->bytes * from, count, out);
+        copy_plain(array, data, count, out);
+        return NPY_FITS;
+    }
+    if (array->kind == NPY_FLOAT && convert_floats(data, count, by, out)) {
         return NPY_FITS;
     }
     for (size_t i = 0; i < count; i++) {

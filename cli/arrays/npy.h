@@ -31,7 +31,7 @@ void npy_index_write(const npy_array *array, uint64_t index, char text[NPY_TEXT]
 void npy_value_write(const npy_array *array, uint64_t index, char text[NPY_TEXT]);
 
 /* How numbers become whole units. Integers are multiplied by times x factor. Floats are multiplied
- * by times, rounded to the nearest whole number, and multiplied by factor. */
+ * by times, rounded to the nearest whole number (of two the even one), and multiplied by factor. */
 typedef struct npy_scaling {
     uint32_t times, factor;
 } npy_scaling;
@@ -45,8 +45,12 @@ typedef enum npy_fault { NPY_FITS, NPY_NAN, NPY_INFINITE, NPY_TOO_LARGE } npy_fa
 npy_fault npy_convert(const npy_array *array, uint64_t from, size_t count, npy_scaling by,
                       bool infinite, int32_t *out, uint64_t *bad);
 
-/* Returns true if no element can have a fault: integers of at most 32 bits that stay as they are. */
+/* Returns true if no element can have a fault: whole numbers of at most 32 bits that stay as they
+ * are. */
 bool npy_is_plain(const npy_array *array, npy_scaling by);
+
+/* The elements themselves, if they are 32-bit integers that stay as they are; else NULL. */
+const int32_t *npy_words(const npy_array *array, npy_scaling by);
 
 /* Returns true if an element is +infinity. */
 bool npy_is_infinite(const npy_array *array, uint64_t index);

@@ -59,10 +59,8 @@ int units_check(const npy_array *array, const units *as)
 
 int units_read(const npy_array *array, const units *as, budget *limit, const int32_t **read)
 {
-    bool aligned = (uintptr_t)array->data % sizeof(int32_t) == 0;
-    if (npy_is_plain(array, as->by) && array->bytes == 4 && aligned) {
-        const void *data = array->data;
-        *read = data;
+    *read = npy_words(array, as->by);
+    if (*read != NULL) {
         return units_check(array, as);
     }
     if (array->count > SIZE_MAX / sizeof(int32_t)) {

@@ -150,18 +150,25 @@ static void make_byte_row(void *context, uint32_t row, void *costs, int32_t *lea
 static void make_row(void *context, uint32_t row, void *costs, int32_t *least)
 {
     const labelling_request *asked = context;
-    size_t width = (size_t)asked->costs.shape[1], labels = (size_t)asked->costs.shape[2];
-    int32_t *values = costs;
+    size_t width = (size_t)asked->costs.shape[1], labels = (size_t)asked->costs.shape[2],
+           count = width * labels;
+    const int32_t *from = npy_words(&asked->costs, asked->cost_units.by);
+    uint32_t *to = costs;
     uint64_t bad;
-    (void)npy_convert(&asked->costs, row * width * labels, width * labels, asked->cost_units.by,
-                      true, values, &bad);
-    for (size_t x = 0; x < width; x++, values += labels) {
-        int32_t lowest = values[0];
+    if (from != NULL) {
+        from += row * count;
+    } else {
+        (void)npy_convert(&asked->costs, row * count, count, asked->cost_units.by, true, costs,
+                          &bad);
+        from = costs;
+    }
+    for (size_t x = 0; x < width; x++, from += labels, to += labels) {
+        int32_t lowest = from[0];
         for (size_t d = 1; d < labels; d++) {
-            lowest = values[d] < lowest ? values[d] : lowest;
+            lowest = from[d] < lowest ? from[d] : lowest;
         }
         for (size_t d = 0; d < labels; d++) {
-            values[d] = (int32_t)((uint32_t)values[d] - (uint32_t)lowest);
+            to[d] = (uint32_t)from[d] - (uint32_t)lowest;
         }
         least[x] = lowest;
     }
@@ -172,22 +179,42 @@ static bool is_site(const qs_problem *problem, uint64_t cell)
     return problem->grid.mask == NULL || problem->grid.mask[cell] != 0;
 }
 
-/* Checks the costs of all sites, cell by cell, and counts the infinite ones. */
-static int check_cells(const labelling_request *asked, const qs_problem *problem, budget *limit,
-                       uint64_t *infinite)
+/* Checks the costs of some cells, one after the other, and counts the infinite ones. */
+static int check_cells(const labelling_request *asked, const qs_problem *problem, uint64_t first,
+                       size_t count, int32_t *room, uint64_t *infinite)
 {
     const npy_array *costs = &asked->costs;
     size_t labels = problem->labels;
-    int32_t *cell = budget_take(limit, costs->name, labels * sizeof *cell);
-    if (cell == NULL) {
+    for (uint64_t cell = first; cell < first + count; cell++) {
+        if (is_site(problem, cell)) {
+            TRY(units_convert(costs, &asked->cost_units, cell * labels, labels, room));
+            for (size_t d = 0; d < labels; d++) {
+                *infinite += npy_is_infinite(costs, cell * labels + d);
+            }
+        }
+    }
+    return DONE;
+}
+
+/* Checks the costs of all sites. Where some cells together have no fault, none of them is looked at
+ * by itself. */
+static int check_all(const labelling_request *asked, const qs_problem *problem, budget *limit,
+                     uint64_t *infinite)
+{
+    enum { TOGETHER = 64 };
+    const npy_array *costs = &asked->costs;
+    size_t labels = problem->labels;
+    uint64_t cells = costs->count / labels, bad;
+    int32_t *room = budget_take(limit, costs->name, TOGETHER * labels * sizeof *room);
+    if (room == NULL) {
         return NO_RESOURCE;
     }
-    for (uint64_t from = 0; from < costs->count; from += labels) {
-        if (is_site(problem, from / labels)) {
-            TRY(units_convert(costs, &asked->cost_units, from, labels, cell));
-            for (size_t d = 0; costs->kind == NPY_FLOAT && d < labels; d++) {
-                *infinite += npy_is_infinite(costs, from + d);
-            }
+    for (uint64_t first = 0; first < cells; first += TOGETHER) {
+        size_t count = cells - first < TOGETHER ? (size_t)(cells - first) : TOGETHER;
+        npy_fault any = npy_convert(costs, first * labels, count * labels, asked->cost_units.by,
+                                    false, room, &bad);
+        if (any != NPY_FITS) {
+            TRY(check_cells(asked, problem, first, count, room, infinite));
         }
     }
     return DONE;
@@ -227,7 +254,7 @@ static int open_costs(labelling_request *asked, budget *limit, qs_problem *probl
     uint64_t infinite = 0;
     asked->cost_units = (units){{asked->scale, asked->factor}, "a cost", "--scale", true, true};
     if (!npy_is_plain(costs, asked->cost_units.by)) {
-        TRY(check_cells(asked, problem, limit, &infinite));
+        TRY(check_all(asked, problem, limit, &infinite));
     }
     if (infinite > 0) {
         TRY(forbid(asked, problem, limit));

@@ -127,8 +127,8 @@ int64_t qs_model_pairwise(const qs_model *model, uint32_t a, uint32_t b);
  *
  * edge  of a grid: 2 * p for the edge from site p to the right, 2 * p + 1 for
  *       the one down. Of any other graph: as in qs_link */
-int64_t qs_model_edge_pairwise(const qs_model *model, uint32_t edge,
-                               uint32_t a, uint32_t b);
+int64_t qs_model_edge_pairwise(const qs_model *model, uint32_t edge, uint32_t a,
+                               uint32_t b);
 
 /* F of a labelling of the model's sites. All labels are in range. */
 int64_t qs_model_energy(const qs_model *model, const uint16_t *labelling);

@@ -73,9 +73,9 @@ typedef struct qs_cost_source {
     unsigned bytes; /* of a cost that `row` writes: 1 or 4 */
 } qs_cost_source;
 
-/* Computes the tables of the edges that begin in a row of a grid: V of the label
- * a of the left or upper cell and b of the other one is at [a * labels + b] of
- * the edge's table. None is below 0. Edges of masked cells are written too;
+/* Computes the tables of the edges that begin in a row of a grid: V of the
+ * label a of the left or upper cell and b of the other one is at
+ * [a * labels + b] of the edge's table. None is below 0. Edges of masked cells are written too;
  * nobody looks at them. The edges' weights are multiplied with the tables.
  *
  * context  as in qs_table_source

@@ -1,7 +1,7 @@
 /* The couplings of a problem whose edges have tables of their own. Edges that cost nothing, of
  * weight 0 or with a table that is all 0, are left out. Of the others those one after another with
- * the same table share a block. Of a grid no run goes on over an edge that is left out, nor from one
- * row into the next. */
+ * the same table share a block. Of a grid no run goes on over an edge that is left out, nor from
+ * one row into the next. */
 #include <string.h>
 
 #include "../base/minmax.h"

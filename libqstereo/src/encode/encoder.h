@@ -57,8 +57,8 @@ static inline bool qs_has_tables(const qs_encoder *e)
  * one-hot. Saturated above QS_ENERGY_MAX. */
 uint64_t qs_band_sum(const qs_encoder *e);
 
-/* The block, V or minus the band of one-hot-sparse, or the tables of the edges; and the couplings by
- * them. Returns false if a table has an entry below 0. */
+/* The block, V or minus the band of one-hot-sparse, or the tables of the edges; and the couplings
+ * by them. Returns false if a table has an entry below 0. */
 bool qs_plan_couplings(qs_encoder *e);
 void qs_put_the_block(qs_writer *writer, const void *encoder);
 void qs_put_the_runs(qs_writer *writer, const void *encoder);

@@ -20,8 +20,8 @@ static int64_t grid_energy(const qs_model *model, const uint16_t *labelling)
     int64_t energy = 0;
     for (uint32_t p = 0; p < model->sites; p++) {
         if (model->right[p] != 0) {
-            energy += model->right[p] * qs_edge_value(model, qs_cell_edge(p, false), labelling[p],
-                                                      labelling[p + 1]);
+            energy += model->right[p] *
+                      qs_edge_value(model, qs_cell_edge(p, false), labelling[p], labelling[p + 1]);
         }
         if (model->down[p] != 0) {
             energy += model->down[p] * qs_edge_value(model, qs_cell_edge(p, true), labelling[p],

@@ -120,8 +120,8 @@ static void begin_tables(qs_building *b)
 {
     const qs_model *model = &b->model;
     size_t entries = (size_t)model->labels * model->labels,
-           numbers = model->width > 0 ? 2 * (size_t)model->sites
-                                      : (size_t)b->index->qubo->couplings;
+           numbers =
+               model->width > 0 ? 2 * (size_t)model->sites : (size_t)b->index->qubo->couplings;
     b->table_count = model->kept ? 1 : b->index->qubo->block_count + 1;
     memset(b->tables, 0, sizeof *b->tables * entries * b->table_count);
     memset(b->table_of, 0, sizeof *b->table_of * numbers);
@@ -163,7 +163,8 @@ static bool copy_grid(qs_building *b)
                 return false;
             }
             uint32_t edge = qs_cell_edge(cell, to_below);
-            if (has_tables(b) && (*weight != 0 || !enter_table(b, edge, near->block, cell, other))) {
+            if (has_tables(b) &&
+                (*weight != 0 || !enter_table(b, edge, near->block, cell, other))) {
                 return false;
             }
             *weight += near->weight;

@@ -51,7 +51,7 @@ static uint32_t cells_of(const qs_problem *problem)
     return grid->width > 0 ? grid->width * grid->height : problem->sites;
 }
 
-/* A problem without edges has one table all the same: the models of its edges' numbers ask for it. */
+/* A problem without edges has one table all the same: for the numbers that no edge has. */
 static void take_tables(layout *l, const qs_problem *problem, qs_arena *arena)
 {
     bool any = has_tables(problem), grid = problem->grid.width > 0;
@@ -339,8 +339,8 @@ static void copy_unary(layout *l)
     l->model.unary = l->unary;
 }
 
-/* Leaves the forbidden labels out. If there are none, the model has no sets. The costs of a site are
- * less the least of the labels that are left. */
+/* Leaves the forbidden labels out. If there are none, the model has no sets. The costs of a site
+ * are less the least of the labels that are left. */
 static void copy_allowed(layout *l)
 {
     const uint8_t *allowed = l->problem->allowed;
@@ -467,7 +467,7 @@ static qs_labels labels_of(const layout *l)
                         .width = model->width,
                         .height = model->height,
                         .frame = problem->frame,
-        .meaning = problem->meaning,
+                        .meaning = problem->meaning,
                         .mask = model->mask,
                         .sites = qs_problem_sites(problem)};
     labels.pairwise.table = NULL;

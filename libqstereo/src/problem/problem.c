@@ -68,8 +68,8 @@ static qs_status check_grid(const qs_problem *problem)
     if (cells > QS_VARIABLES_MAX) {
         return QS_E_LIMIT;
     }
-    if (grid->right && (!in_range(grid->right, (size_t)cells) ||
-                        !in_range(grid->down, (size_t)cells))) {
+    if (grid->right &&
+        (!in_range(grid->right, (size_t)cells) || !in_range(grid->down, (size_t)cells))) {
         return QS_E_ARGUMENT;
     }
     const qs_frame *frame = &problem->frame;

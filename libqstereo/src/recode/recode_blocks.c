@@ -132,7 +132,8 @@ static bool edge_before(const void *context, uint32_t a, uint32_t b)
 
 /* In one-hot files of a whole grid that is masked, or whose edges have tables of their own, no run
  * goes on from one row into the next, nor over a masked cell (docs/FORMAT.md). */
-static bool ends_run(const qs_recoder *r, const qs_remaining_edge *before, const qs_remaining_edge *edge)
+static bool ends_run(const qs_recoder *r, const qs_remaining_edge *before,
+                     const qs_remaining_edge *edge)
 {
     const qs_remaining *rest = &r->rest;
     const qs_model *m = rest->model;
@@ -149,7 +150,8 @@ static void couple_set_pair(qs_recoder *r, const uint32_t *edges, size_t count)
 {
     const qs_remaining *rest = &r->rest;
     const qs_remaining_edge *one = &rest->edges[edges[0]];
-    uint32_t block = qs_add_block(r, (qs_block_of){QS_PAIR_BLOCK, one->first, one->second, one->edge});
+    uint32_t block =
+        qs_add_block(r, (qs_block_of){QS_PAIR_BLOCK, one->first, one->second, one->edge});
     /* The repair of linear walls needs a coupling for each edge, also where its block is all 0. */
     bool linear_walls =
         r->encoding == QS_DOMAIN_WALL && qs_is_linear(&rest->model->pairwise, rest->model->labels);
@@ -166,15 +168,14 @@ static void couple_set_pair(qs_recoder *r, const uint32_t *edges, size_t count)
     }
 }
 
-/* Returns true if two edges cost the same for all labels left to their sites, which are the same. */
+/* Returns true if the same labels are left to the sites of two edges, and they cost the same. */
 static bool is_like(const qs_recoder *r, const qs_remaining_edge *x, const qs_remaining_edge *y)
 {
     const qs_remaining *rest = &r->rest;
     if (r->set[x->first] != r->set[y->first] || r->set[x->second] != r->set[y->second]) {
         return false;
     }
-    uint32_t rows = qs_remaining_size(rest, x->first),
-             columns = qs_remaining_size(rest, x->second);
+    uint32_t rows = qs_remaining_size(rest, x->first), columns = qs_remaining_size(rest, x->second);
     for (uint32_t i = 0; i < rows; i++) {
         for (uint32_t j = 0; j < columns; j++) {
             uint32_t a = label_of(rest, x->first, i), b = label_of(rest, x->second, j);

@@ -67,7 +67,8 @@ static void enter_groups(qs_recoder *r)
 }
 
 /* A whole problem is written as qs_encode writes it, to the byte: it has a block also where it has
- * no edge (but for tables of edges), and its couplings are lattices in a grid and a list in any other graph. */
+ * no edge (but for tables of edges), and its couplings are lattices in a grid and a list in any
+ * other graph. */
 static void match_encode(qs_recoder *r)
 {
     if (r->draft.block_count == 0 && !r->rest.model->tables) {

@@ -230,13 +230,13 @@ static void enter_edges(qs_remaining *rest)
             continue;
         }
         if (first != QS_NO_SITE && second != QS_NO_SITE) {
-            rest->edges[count++] = (qs_remaining_edge){(uint32_t)first, (uint32_t)second,
-                                                       edge->weight, edge->edge};
+            rest->edges[count++] =
+                (qs_remaining_edge){(uint32_t)first, (uint32_t)second, edge->weight, edge->edge};
         } else if (first != QS_NO_SITE || second != QS_NO_SITE) {
             fold(rest, edge, first != QS_NO_SITE);
         } else {
-            int64_t cost = qs_edge_value(m, edge->edge, rest->fixed[edge->first],
-                                         rest->fixed[edge->second]);
+            int64_t cost =
+                qs_edge_value(m, edge->edge, rest->fixed[edge->first], rest->fixed[edge->second]);
             qs_add(&rest->constant, edge->weight * cost, &rest->overflow);
         }
     }

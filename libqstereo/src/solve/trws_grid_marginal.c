@@ -84,8 +84,7 @@ static void sweep_chain(const sweep *s, int32_t *costs, int32_t *later, const in
     for (uint32_t d = 0; d < s->labels; d++) {
         costs[d] -= least;
     }
-    (void)qs_message_send(s->state->model, edge, weight, false, s->costs, later,
-                          s->state->scratch);
+    (void)qs_message_send(s->state->model, edge, weight, false, s->costs, later, s->state->scratch);
 }
 
 /* Where a chain ends no cost comes later: nothing was sent there, along an edge of weight 0. */

@@ -311,8 +311,9 @@ static void forbidden_labels_in_files(void **unused)
         if (!qs_encoding_holds(encoding, &p->pairwise, p->labels)) {
             encoding = QS_ONE_HOT;
         }
-        qs_recode_options options = {.encode = {.encoding = encoding, .gap = 1 + tiny_random(&state, 4)},
-                                     .truncate = round % 5 == 0};
+        qs_recode_options options = {
+            .encode = {.encoding = encoding, .gap = 1 + tiny_random(&state, 4)},
+            .truncate = round % 5 == 0};
         recode(&model, &labels, options, &q);
         assert_true(q.qubo.variables <= left);
         model_of_file();
@@ -325,9 +326,8 @@ static void forbidden_labels_in_files(void **unused)
         compare_states(least, (int64_t)options.encode.gap, &state);
         uint64_t encode_memory[8192];
         qs_encode_options one_hot = {.encoding = QS_ONE_HOT};
-        assert_int_equal(
-            qs_encode(p, &one_hot, NULL, encode_memory, qs_encode_workspace(p), NULL),
-            left == all ? QS_OK : QS_E_ENCODING);
+        assert_int_equal(qs_encode(p, &one_hot, NULL, encode_memory, qs_encode_workspace(p), NULL),
+                         left == all ? QS_OK : QS_E_ENCODING);
     }
 }
 
@@ -336,10 +336,14 @@ static const struct {
     qs_solver *solve;
     size_t (*workspace)(const qs_model *);
 } solvers[] = {
-    {"icm", qs_icm, qs_icm_workspace},          {"anneal", qs_anneal, qs_anneal_workspace},
-    {"bp", qs_bp, qs_bp_workspace},             {"trws", qs_trws, qs_trws_workspace},
-    {"swap", qs_swap, qs_swap_workspace},       {"expansion", qs_expansion, qs_expansion_workspace},
-    {"cut", qs_min_cut, qs_min_cut_workspace},  {"best", qs_best, qs_best_workspace},
+    {"icm", qs_icm, qs_icm_workspace},
+    {"anneal", qs_anneal, qs_anneal_workspace},
+    {"bp", qs_bp, qs_bp_workspace},
+    {"trws", qs_trws, qs_trws_workspace},
+    {"swap", qs_swap, qs_swap_workspace},
+    {"expansion", qs_expansion, qs_expansion_workspace},
+    {"cut", qs_min_cut, qs_min_cut_workspace},
+    {"best", qs_best, qs_best_workspace},
 };
 enum { SOLVERS = sizeof solvers / sizeof *solvers };
 
@@ -411,8 +415,8 @@ static void reductions_keep_the_optimum(void **unused)
         assert_true(is_allowed(p, x));
         assert_int_equal(found.upper_bound, plain_energy(p, x));
         assert_true(found.lower_bound <= least && least <= found.upper_bound);
-        recode(&model, &labels, (qs_recode_options){.encode = {.encoding = QS_ONE_HOT}, .kept = kept},
-               &q);
+        recode(&model, &labels,
+               (qs_recode_options){.encode = {.encoding = QS_ONE_HOT}, .kept = kept}, &q);
         gone += q.qubo.variables < qs_problem_sites(p) * p->labels;
         compare_states(least, 1, &state);
         model_of_file();
