@@ -152,6 +152,26 @@ def test_rounds_fit_the_colours_again(photo, tmp_path):
     assert three["energy"] != one["energy"]
 
 
+@pytest.mark.parametrize("kind", ["i8", "f4"])
+def test_costs_that_are_given(photo, tmp_path, kind):
+    """Without smoothness each pixel takes its cheapest class, but for the strokes."""
+    path, strokes, _, marked = photo
+    costs = np.random.default_rng(11).integers(-90, 90, (24, 24, 3)).astype(kind)
+    np.save(tmp_path / "c.npy", costs)
+    out = tmp_path / "mask.pgm"
+    options = ["--costs", tmp_path / "c.npy", "--lambda", "0", "-o", out]
+    facts = facts_of("segment", path, *options)
+    mask, _ = read_pnm(out.read_bytes())
+    assert (mask == costs.argmin(axis=2) + 1).all()
+    assert facts["energy"] == costs.min(axis=2).sum()
+    facts_of("segment", path, strokes, *options)
+    mask, _ = read_pnm(out.read_bytes())
+    assert (mask == np.where(marked > 0, marked, costs.argmin(axis=2) + 1)).all()
+    np.save(tmp_path / "c.npy", costs[1:])
+    done = run("segment", path, *options)
+    assert done.status == 3 and "24 x 24 x classes is needed" in done.err
+
+
 # ---- flow and register ----
 
 
@@ -356,6 +376,8 @@ def test_score_of_flow(tmp_path):
     facts = facts_of(
         "score", write_flo(tmp_path / "a.flo", a), write_flo(tmp_path / "b.flo", b), "--as", "flow"
     )
+    np.save(tmp_path / "b.npy", np.where(b > 1e9, np.nan, b).astype("f4"))
+    assert facts_of("score", tmp_path / "a.flo", tmp_path / "b.npy", "--as", "flow") == facts
     p, q = a.reshape(-1, 2)[1:].astype(float), b.reshape(-1, 2)[1:].astype(float)
     dot = (p * q).sum(1) + 1
     angle = np.degrees(np.arccos(dot / np.sqrt(((p**2).sum(1) + 1) * ((q**2).sum(1) + 1))))
