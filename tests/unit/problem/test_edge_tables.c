@@ -376,6 +376,10 @@ static void solvers_take_tables_and_sets(void **unused)
             size_t size = solvers[i].workspace(&model);
             assert_true(size <= sizeof memory);
             qs_model_winner(&model, y);
+            for (uint32_t p = 0; round % 4 == 1 && p < model.sites; p++) {
+                y[p] = (uint16_t)tiny_random(&state, model.labels);
+            }
+            int64_t start = qs_model_energy(&model, y);
             qs_status status = solvers[i].solve(&model, &options, memory, size, y, &solution);
             if (status == QS_E_ENCODING) {
                 assert_true(solvers[i].solve == qs_min_cut);
@@ -383,11 +387,15 @@ static void solvers_take_tables_and_sets(void **unused)
             }
             assert_int_equal(status, QS_OK);
             check_solution(i, least, y, &solution, optimal);
+            /* Moves never raise the energy. */
+            assert_true(solution.energy <= start || model.kept || solvers[i].solve == qs_bp ||
+                        solvers[i].solve == qs_trws);
         }
     }
     for (size_t i = 0; i < SOLVERS; i++) {
         print_message("%-9s optimal in %u of %d\n", solvers[i].name, optimal[i], ROUNDS);
     }
+    assert_true(optimal[2] > ROUNDS * 98 / 100); /* bp */
     assert_true(optimal[3] > ROUNDS * 17 / 20); /* trws */
     assert_true(optimal[5] > ROUNDS * 15 / 20); /* expansion */
     assert_true(optimal[7] > ROUNDS * 19 / 20); /* best */
