@@ -19,7 +19,7 @@
  * so that no set is better than its best site alone. (The bound by a colouring that is usual for
  * largest cliques: Tomita and Seki 2003, with weights.) */
 
-enum { REPORT = 64, LEFT = 0, TAKEN = 1, UNDECIDED = 2 };
+enum { LEFT = 0, TAKEN = 1, UNDECIDED = 2 };
 static const uint32_t none = UINT32_MAX;
 
 /* A site that has been decided. */
@@ -216,10 +216,8 @@ static bool leave_last(packer *p, uint32_t *depth, int64_t *value)
 static bool goes_on(packer *p)
 {
     p->solution.iterations++;
-    if (p->solution.iterations % REPORT == 0 && !qs_report_progress(p->options, &p->solution)) {
-        p->stopped = true;
-    }
-    p->stopped = p->stopped || qs_limit_reached(p->options, &p->solution, 0);
+    p->stopped = !qs_report_progress(p->options, &p->solution) ||
+                 qs_limit_reached(p->options, &p->solution, 0);
     return !p->stopped;
 }
 
