@@ -201,6 +201,13 @@ static bool can_stream(const encode_request *asked)
            !asked->options.truncate && !asked->reduce && asked->made.problem.allowed == NULL;
 }
 
+/* The options that have to go with the problem. */
+static int read_options(const job *at, encode_request *asked)
+{
+    TRY(read_coding(at, asked));
+    return read_reducing(at, asked);
+}
+
 int encode_made(job *at, const maker *by)
 {
     encode_request asked = {.maker = by, .state = budget_take(&at->limit, NULL, by->size)};
@@ -208,8 +215,13 @@ int encode_made(job *at, const maker *by)
         return NO_RESOURCE;
     }
     TRY(by->read(at->given->operands, &at->values[ENCODE_MAKER], asked.state));
+    if (by->plan != NULL) {
+        by->plan(asked.state, &asked.made.problem);
+        TRY(read_options(at, &asked));
+    }
     TRY(by->open(asked.state, &at->limit, &asked.made));
-    TRY(read_coding(at, &asked));
-    TRY(read_reducing(at, &asked));
+    if (by->plan == NULL) {
+        TRY(read_options(at, &asked));
+    }
     return (can_stream(&asked) ? write_stream : write_built)(at, &asked);
 }

@@ -19,6 +19,9 @@ typedef struct maker {
     int (*read)(const char *const *operands, const char *const *values, void *state);
     /* Reads the inputs and makes the problem. Returns DONE, BAD_INPUT or NO_RESOURCE. */
     int (*open)(void *state, budget *limit, made_problem *opened);
+    /* Fills in labels, scale and pairwise, so that options which do not go with them are refused
+     * before the inputs are read. NULL = only the inputs say it. */
+    void (*plan)(const void *state, qs_problem *planned);
 } maker;
 
 /* Writes the problem as a .qcf; size may be NULL. Returns DONE, BAD_INPUT or NO_RESOURCE. It is no

@@ -113,7 +113,15 @@ int pair_open(void *state, budget *limit, made_problem *opened)
     return DONE;
 }
 
-const maker pair_maker = {sizeof(pair), pair_read, pair_open};
+static void plan(const void *state, qs_problem *planned)
+{
+    const pair *asked = state;
+    planned->labels = asked->stereo.disparity_max - asked->stereo.disparity_min + 1;
+    planned->scale = asked->stereo.scale;
+    planned->pairwise = asked->pairwise;
+}
+
+const maker pair_maker = {sizeof(pair), pair_read, pair_open, plan};
 
 void pair_print_outside(const pair *asked, uint32_t first)
 {

@@ -53,9 +53,10 @@ static int run_uai(job *at)
     return encode_made(at, &uai_maker);
 }
 
-#define PROBLEM_COMMAND(operand, second, described, rows, doing, example)                          \
+#define PROBLEM_COMMAND(operand, second, may_lack, described, rows, doing, example)                \
     {.line = {.name = "encode",                                                                    \
               .operands = {operand, second},                                                       \
+              .optional = may_lack,                                                                \
               .about = described,                                                                  \
               OPTIONS(rows),                                                                       \
               .examples = "  qstereo encode --problem " example "\n"},                             \
@@ -63,31 +64,33 @@ static int run_uai(job *at)
      .run = doing}
 
 static const command label = PROBLEM_COMMAND(
-    "COSTS.npy", NULL,
+    "COSTS.npy", NULL, 0,
     "Turns any labelling problem, given as arrays of numpy, into a QUBO: qstereo label solves it "
     "in one go, and its --help describes the arrays.\n",
     label_options, run_label, "label costs.npy -o p.qcf --smoothness linear --lambda 3");
 static const command restore = PROBLEM_COMMAND(
-    "NOISY", NULL,
+    "NOISY", NULL, 0,
     "Turns the restoration of a noisy picture, or the filling of its holes, into a QUBO: qstereo "
     "restore solves it in one go. Greys are labels: --step makes them fewer.\n",
     restore_options, run_restore, "restore noisy.png -o p.qcf --step 16");
-static const command segment = PROBLEM_COMMAND(
-    "PHOTO", "STROKES", "Turns a segmentation into a QUBO: qstereo segment solves it in one go.\n",
-    segment_options, run_segment, "segment photo.png strokes.png -o p.qcf");
+static const command segment =
+    PROBLEM_COMMAND("PHOTO", "STROKES", 1,
+                    "Turns a segmentation into a QUBO: qstereo segment solves it in one go.\n",
+                    segment_options, run_segment, "segment photo.png strokes.png -o p.qcf");
 static const command flow = PROBLEM_COMMAND(
-    "FIRST", "SECOND", "Turns an optical flow into a QUBO: qstereo flow solves it in one go.\n",
+    "FIRST", "SECOND", 0, "Turns an optical flow into a QUBO: qstereo flow solves it in one go.\n",
     flow_options, run_displace, "flow first.png second.png -o p.qcf --radius 2");
 static const command registration = PROBLEM_COMMAND(
-    "FIXED", "MOVING", "Turns a registration into a QUBO: qstereo register solves it in one go.\n",
-    register_options, run_displace, "register fixed.png moving.png -o p.qcf --radius 2");
+    "FIXED", "MOVING", 0,
+    "Turns a registration into a QUBO: qstereo register solves it in one go.\n", register_options,
+    run_displace, "register fixed.png moving.png -o p.qcf --radius 2");
 static const command detect = PROBLEM_COMMAND(
-    "BOXES.csv", NULL,
+    "BOXES.csv", NULL, 0,
     "Turns the choice among overlapping boxes into a QUBO: qstereo detect solves it in one go.\n",
     detect_options, run_detect, "detect boxes.csv -o p.qcf");
 
 static const command uai = PROBLEM_COMMAND(
-    "NET.uai", NULL,
+    "NET.uai", NULL, 0,
     "Turns the most probable state of a pairwise Markov network of the UAI format into a QUBO: the "
     "cost of a factor's entry is -log of it, and a value whose own factor is 0 is forbidden.\n",
     uai_options, run_uai, "uai net.uai -o p.qcf --scale 10000");

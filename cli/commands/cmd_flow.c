@@ -9,7 +9,7 @@ enum { COLOR = ONE_GO_MAKER + DISPLACING_OPTIONS };
 
 static const option options[] = {
     [ONE_GO_OUTPUT] = FLOW_OUTPUT_OPTION("FLOW"),
-    ONE_GO_OPTION_ROWS("score against this flow, .flo or KITTI's .png: aepe, aae"),
+    ONE_GO_OPTION_ROWS("score against this flow, .flo, .npy or KITTI's .png: aepe, aae"),
     [ONE_GO_MAKER] = FLOW_OPTION_ROWS,
     [COLOR] = {"color", 0, false, "PICTURE", NULL,
                "also write the flow in colours, as .png or .ppm: hue = direction, saturation = "

@@ -15,7 +15,8 @@ enum { WARPED = ONE_GO_MAKER + DISPLACING_OPTIONS };
 
 static const option options[] = {
     [ONE_GO_OUTPUT] = FLOW_OUTPUT_OPTION("FIELD"),
-    ONE_GO_OPTION_ROWS("score against this field, .flo or KITTI's .png: tre, before and after"),
+    ONE_GO_OPTION_ROWS(
+        "score against this field, .flo, .npy or KITTI's .png: tre, before and after"),
     [ONE_GO_MAKER] = REGISTER_OPTION_ROWS,
     [WARPED] = {"warped", 0, false, "PICTURE", NULL,
                 "also write MOVING drawn over FIXED, as .png or .pgm"},

@@ -1,3 +1,4 @@
+#include <inttypes.h>
 #include <stdio.h>
 
 #include "makers/segmenting.h"
@@ -19,11 +20,14 @@ static const option options[] = {
                 "solve N times, each time with the colours of the classes found before"},
 };
 
-static int read_truth(job *at, const one_go *run, const segmenting *asked, qs_image *truth)
+static int read_truth(job *at, const one_go *run, const segmenting *asked, label_map *truth)
 {
-    TRY(numbers_picture_read(run->truth, &at->limit, truth));
-    return same_size_check(run->truth, truth->width, truth->height, asked->photo,
-                           asked->segment.width, asked->segment.height);
+    const qs_segment *segment = &asked->segment;
+    label_map photo = {.name = run->made.name};
+    (void)snprintf(photo.shape, sizeof photo.shape, "%" PRIu32 " x %" PRIu32, segment->height,
+                   segment->width);
+    TRY(label_map_read(run->truth, &at->limit, truth));
+    return label_map_check(truth, &photo);
 }
 
 /* A solution takes memory of its own, which the next round does not need. */
@@ -57,20 +61,22 @@ static int solve_rounds(job *at, const segmenting *asked, uint32_t rounds, one_g
     return one_go_solve(at, run);
 }
 
-static int write_mask(job *at, const one_go *run, const qs_image *truth, bool png, output *out)
+static int write_mask(job *at, const one_go *run, const label_map *truth, bool png, output *out)
 {
     picture made;
-    qs_image mask;
+    label_map mask;
     label_score score;
     const qs_labels *labels = &run->laid.labels;
     TRY(meaning_picture(run->made.name, labels, run->found.labelling, &at->limit, &made));
-    TRY(meaning_image(run->made.name, labels, run->found.labelling, &at->limit, &mask));
     TRY(picture_write(&made, png, out));
+    if (run->truth != NULL) {
+        TRY(label_map_of(&made, run->made.name, &at->limit, &mask));
+        TRY(label_score_find(&mask, truth, &at->limit, &score));
+    }
     if (!one_go_print(at, run, NULL)) {
         return DONE;
     }
     if (run->truth != NULL) {
-        label_score_find(&mask, truth, &score);
         (at->json ? label_score_json : label_score_print)(&score);
     }
     one_go_end(at);
@@ -81,7 +87,7 @@ static int run_segment(job *at)
 {
     one_go run;
     segmenting asked;
-    qs_image truth = {0};
+    label_map truth = {0};
     output *out;
     uint32_t rounds;
     bool png;
@@ -102,13 +108,16 @@ const command cmd_segment = {
         {
             .name = "segment",
             .operands = {"PHOTO", "STROKES"},
+            .optional = 1,
             .about =
                 "Divides a picture into classes, of which STROKES marks some pixels: a grey "
                 "picture of the same size, 0 = no stroke, v = class v. MASK holds the class of "
                 "each pixel. A class costs -ln of how frequent the pixel's colour is in the class; "
                 "neighbours of two classes cost lambda, less where the colours differ; strokes are "
                 "kept (Boykov and Jolly 2001). With a box around an object marked outside as class "
-                "1, class 2 needs no strokes: add --rounds 3. qstereo solve --help describes the "
+                "1, class 2 needs no strokes: add --rounds 3. --costs gives other costs, from a "
+                "model "
+                "of your own. qstereo solve --help describes the "
                 "solvers.\n\n"
                 "iou is the mean over the classes that are in MASK or TRUTH.\n",
             OPTIONS(options),

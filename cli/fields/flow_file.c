@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "arrays/npy.h"
 #include "pictures/netpbm.h"
 #include "pictures/picture_library.h"
 #include "pictures/picture_read.h"
@@ -105,9 +106,40 @@ static int read_kitti(const char *path, const file_bytes *file, budget *limit, f
     return status;
 }
 
+/* A number of the array, which may stand at any address; infinite ones are unknown. */
+static float number_at(const npy_array *array, uint64_t at)
+{
+    float value = load_float(array->data + 4 * at);
+    return isfinite(value) ? value : NAN;
+}
+
+static int read_array(const char *path, budget *limit, flow_field *read)
+{
+    npy_array array;
+    char shape[NPY_TEXT];
+    TRY(npy_open(path, limit, &array));
+    npy_shape_write(&array, shape);
+    if (array.kind != NPY_FLOAT || array.dimensions != 3 || array.shape[2] != 2 ||
+        array.shape[0] > INT32_MAX || array.shape[1] > INT32_MAX) {
+        return fail(BAD_INPUT, array.name,
+                    "has the shape %s: a field is height x width x 2, (dx, dy), of float32", shape);
+    }
+    TRY(flow_take(array.name, (uint32_t)array.shape[1], (uint32_t)array.shape[0], limit, read));
+    for (uint64_t i = 0; i < array.count; i += 2) {
+        float dx = number_at(&array, i), dy = number_at(&array, i + 1);
+        bool known = !isnan(dx) && !isnan(dy);
+        read->vectors[i] = known ? dx : NAN;
+        read->vectors[i + 1] = known ? dy : NAN;
+    }
+    return DONE;
+}
+
 int flow_read(const char *path, budget *limit, flow_field *read)
 {
     file_bytes file;
+    if (path_ends(path, ".npy")) {
+        return read_array(path, limit, read);
+    }
     TRY(file_read(path, limit, &file));
     bool flo = file.size >= 4 && memcmp(file.bytes, "PIEH", 4) == 0;
     return flo ? read_flo(input_name(path), &file, limit, read)

@@ -32,4 +32,4 @@ int detecting_open(void *state, budget *limit, made_problem *opened)
     return status == QS_OK ? DONE : made_fail(opened, "give fewer boxes", status);
 }
 
-const maker detecting_maker = {sizeof(detecting), detecting_read, detecting_open};
+const maker detecting_maker = {sizeof(detecting), detecting_read, detecting_open, NULL};

@@ -87,4 +87,4 @@ int displacing_open(void *state, budget *limit, made_problem *opened)
                                        status);
 }
 
-const maker displacing_maker = {sizeof(displacing), displacing_read, displacing_open};
+const maker displacing_maker = {sizeof(displacing), displacing_read, displacing_open, NULL};

@@ -574,4 +574,4 @@ int labelling_open(void *state, budget *limit, made_problem *opened)
     return status == QS_OK ? DONE : made_fail(opened, "choose fewer sites or labels", status);
 }
 
-const maker labelling_maker = {sizeof(labelling_request), labelling_read, labelling_open};
+const maker labelling_maker = {sizeof(labelling_request), labelling_read, labelling_open, NULL};

@@ -61,4 +61,12 @@ int restoring_open(void *state, budget *limit, made_problem *opened)
                : made_fail(opened, "take a part of the picture, or a larger --step", status);
 }
 
-const maker restoring_maker = {sizeof(restoring), restoring_read, restoring_open};
+static void plan(const void *state, qs_problem *planned)
+{
+    const restoring *asked = state;
+    planned->labels = 255 / asked->restore.step + 1;
+    planned->scale = asked->restore.scale;
+    planned->pairwise = asked->restore.pairwise;
+}
+
+const maker restoring_maker = {sizeof(restoring), restoring_read, restoring_open, plan};

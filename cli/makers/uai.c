@@ -337,4 +337,4 @@ static int uai_open(void *state, budget *limit, made_problem *opened)
     return status == QS_OK ? DONE : made_fail(opened, "take a smaller network", status);
 }
 
-const maker uai_maker = {sizeof(uai_network), uai_read, uai_open};
+const maker uai_maker = {sizeof(uai_network), uai_read, uai_open, NULL};

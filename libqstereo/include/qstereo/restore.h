@@ -15,7 +15,8 @@ extern "C" {
  * minimization methods for Markov random fields with smoothness-based priors",
  * PAMI 30(6), 2008, section 4 (there: squared). */
 typedef enum qs_restore_cost {
-    QS_RESTORE_ABSOLUTE = 0, /* |I - v|: for impulses, such as salt and pepper */
+    QS_RESTORE_ABSOLUTE =
+        0, /* |I - v|: for impulses, such as salt and pepper */
     QS_RESTORE_SQUARED = 1 /* (I - v)^2: for Gaussian noise */
 } qs_restore_cost;
 

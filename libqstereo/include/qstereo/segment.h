@@ -30,7 +30,8 @@ extern "C" {
  * Everything is rounded to integers by tables, so that every machine agrees.
  * Borrows all that it points to. */
 typedef struct qs_segment {
-    const uint8_t *photo; /* height rows of `stride` bytes; a pixel is `channels`
+    const uint8_t
+        *photo; /* height rows of `stride` bytes; a pixel is `channels`
                              bytes */
     uint32_t width, height;
     size_t stride; /* at least width * channels */
