@@ -103,7 +103,7 @@ check-python: all examples $(ENV) $(BUILD)/opencv1/qstereo $(BUILD)/opencv0/qste
 
 examples: $(EXAMPLES) ## build the programs of examples/
 
-BENCHES ?= encode bridge upload solvers anneal reduce
+BENCHES ?= encode bridge upload solvers anneal reduce problems
 # Figures for the pages are those of real scenes.
 FIGURES := $(if $(DATA),docs/figures,$(BUILD)/figures)
 

@@ -11,7 +11,8 @@ typedef struct made_problem {
     qs_problem problem; /* borrows from the budget */
 } made_problem;
 
-/* A maker of problems: one for each argument of encode --problem. All its memory is the budget's. */
+/* A maker of problems: one for each argument of encode --problem. The budget owns its
+ * memory. */
 typedef struct maker {
     size_t size; /* of its state */
     /* Reads the command line; strings are borrowed. `values` begins at the maker's rows. Returns

@@ -1,5 +1,5 @@
-/* Files of what labels stand for, all but disparities: pictures, fields, arrays, lists. Each function
- * that can fail returns an exit status and has printed why. */
+/* Files of what labels stand for, all but disparities: pictures, fields, arrays, lists. Each
+ * function that can fail returns an exit status and has printed why. */
 #ifndef MEANING_OUTPUT_H
 #define MEANING_OUTPUT_H
 

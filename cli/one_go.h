@@ -1,4 +1,5 @@
-/* The commands that make a problem, solve it and write what was found in one go: what they share. */
+/* The commands that make a problem, solve it and write what was found in one go: what they
+ * share. */
 #ifndef ONE_GO_H
 #define ONE_GO_H
 

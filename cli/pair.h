@@ -1,4 +1,5 @@
-/* A stereo pair: from its options and the names of two pictures to a labelling problem. Each function that can fail returns an exit status and has printed why. */
+/* A stereo pair: from its options and the names of two pictures to a labelling problem. Each
+ * function that can fail returns an exit status and has printed why. */
 #ifndef PAIR_H
 #define PAIR_H
 

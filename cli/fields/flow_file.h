@@ -15,9 +15,10 @@ typedef struct flow_field {
 /* Takes the memory of a field. Returns DONE or NO_RESOURCE. */
 int flow_take(const char *name, uint32_t width, uint32_t height, budget *limit, flow_field *taken);
 
-/* Reads a field: a .npy of float32, height x width x 2; a .flo (Baker et al., "A database and evaluation methodology for optical flow",
- * IJCV 92, 2011), or a PNG of KITTI (Menze and Geiger 2015: 16 bits, (64 dx + 2^15, 64 dy + 2^15,
- * 1 = known)). Returns DONE, BAD_INPUT or NO_RESOURCE. */
+/* Reads a field: a .npy of float32, height x width x 2; a .flo (Baker et al., "A database and
+ * evaluation methodology for optical flow", IJCV 92, 2011), or a PNG of KITTI (Menze and Geiger
+ * 2015: 16 bits, (64 dx + 2^15, 64 dy + 2^15, 1 = known)). Returns DONE, BAD_INPUT
+ * or NO_RESOURCE. */
 int flow_read(const char *path, budget *limit, flow_field *read);
 
 /* The option -o of a command that writes a field. */
@@ -41,8 +42,8 @@ int flow_write(const flow_field *written, bool png, output *to);
 int flow_colour_check(const char *path);
 
 /* Writes the field in colours to an open output: the hue is the direction, the saturation the
- * length, white = 0, black = unknown; the longest displacement has full colour. (The colour wheel of
- * Baker et al. 2011, section 4.3.) Returns DONE or NO_RESOURCE. */
+ * length, white = 0, black = unknown; the longest displacement has full colour. (The colour wheel
+ * of Baker et al. 2011, section 4.3.) Returns DONE or NO_RESOURCE. */
 int flow_colour_write(const flow_field *shown, const char *path, output *to);
 
 #endif

@@ -1,5 +1,5 @@
-/* Boxes of detections, as CSV: a line of names, then a line for each box. The columns picture, x, y,
- * width and height have to be there, score where it is needed; others are kept as they are. Each
+/* Boxes of detections, as CSV: a line of names, then a line for each box. The columns picture, x,
+ * y, width and height have to be there, score where it is needed; others are kept as they are. Each
  * function returns DONE, BAD_INPUT or NO_RESOURCE, and has printed why. */
 #ifndef BOXES_H
 #define BOXES_H

@@ -14,8 +14,8 @@ typedef struct label_map {
     char shape[NPY_TEXT]; /* "256 x 160" */
 } label_map;
 
-/* Reads a grey picture, or a .npy of whole numbers up to 65535, -1 = no label. Returns DONE, BAD_INPUT or
- * NO_RESOURCE, and has printed why. */
+/* Reads a grey picture, or a .npy of whole numbers up to 65535, -1 = no label. Returns DONE,
+ * BAD_INPUT or NO_RESOURCE, and has printed why. */
 int label_map_read(const char *path, budget *limit, label_map *read);
 
 /* The map of a picture in memory. `name` is for messages. Returns what label_map_read does. */
@@ -26,9 +26,9 @@ int label_map_check(const label_map *map, const label_map *truth);
 
 enum { LABEL_VALUES = 65536 };
 
-/* Over all pixels that have a label in both. The intersection over union of a class is the pixels that have it in both, over
- * those that have it in either (Everingham et al., "The PASCAL visual object classes challenge",
- * IJCV 88, 2010, section 4.2). */
+/* Over all pixels that have a label in both. The intersection over union of a class is the pixels
+ * that have it in both, over those that have it in either (Everingham et al., "The PASCAL visual
+ * object classes challenge", IJCV 88, 2010, section 4.2). */
 typedef struct label_score {
     uint64_t pixels, wrong;
     uint64_t *both, *either; /* pixels, by the value of the class; the budget owns them */

@@ -18,8 +18,8 @@ typedef struct picture_score {
  *
  *     psnr = 10 log10(255^2 / mse)
  *     ssim: Wang, Bovik, Sheikh and Simoncelli, "Image quality assessment: from error visibility to
- *     structural similarity", IEEE TIP 13(4), 2004: the mean over all places of a Gaussian window of
- *     11 x 11 pixels, sigma 1.5, that lie within the picture; none if it is smaller
+ *     structural similarity", IEEE TIP 13(4), 2004: the mean over all places of a Gaussian window
+ *     of 11 x 11 pixels, sigma 1.5, that lie within the picture; none if it is smaller
  *
  * hole  of the same size, not 0 = the pixel is in the hole; NULL = none. */
 void picture_score_find(const qs_image *map, const qs_image *truth, const uint8_t *hole,

@@ -41,8 +41,8 @@ size_t qs_overlap_workspace(const qs_box *boxes, uint32_t count);
 /* Makes the problem.
  *
  * boxes      borrowed for the call only
- * workspace  qs_overlap_workspace bytes, aligned for any type; stays borrowed as
- *            long as the problem is used
+ * workspace  qs_overlap_workspace bytes, aligned for any type; stays borrowed
+ *            as long as the problem is used
  * problem    out: a list of edges with one table for all
  *
  * Returns

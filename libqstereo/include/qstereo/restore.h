@@ -11,9 +11,9 @@ extern "C" {
 #endif
 
 /* The unary cost of grey v at a pixel of grey I. Both and the pairwise costs
- * that go with them are those of Szeliski et al., "A comparative study of energy
- * minimization methods for Markov random fields with smoothness-based priors",
- * PAMI 30(6), 2008, section 4 (there: squared). */
+ * that go with them are those of Szeliski et al., "A comparative study of
+ * energy minimization methods for Markov random fields with smoothness-based
+ * priors", PAMI 30(6), 2008, section 4 (there: squared). */
 typedef enum qs_restore_cost {
     QS_RESTORE_ABSOLUTE =
         0, /* |I - v|: for impulses, such as salt and pepper */

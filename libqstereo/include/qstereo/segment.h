@@ -13,19 +13,20 @@ extern "C" {
 
 /* A photograph and strokes on it, after Boykov and Jolly, "Interactive graph
  * cuts for optimal boundary and region segmentation of objects in N-D images",
- * ICCV 2001. With I the colour of a pixel and P(I | c) the histogram of class c:
+ * ICCV 2001. With I the colour of a pixel and P(I | c) the histogram of
+ * class c:
  *
  *     theta_p(c)  = -ln P(I_p | c)                              (their eq. (4))
  *     V(a, b)     = 0 if a = b, else 1
  *     weight_pq   = lambda exp(-beta |I_p - I_q|^2),
- *     beta        = 1 / (2 mean over edges of |I_p - I_q|^2)     (their eq. (6);
+ *     beta        = 1 / (2 mean over edges of |I_p - I_q|^2)    (their eq. (6);
  *                   beta: Rother, Kolmogorov and Blake, "GrabCut", 2004)
  *
  * At a pixel with a stroke every other class is forbidden. A histogram has 16
  * levels a channel; each pixel of the class counts 16 and each bin gets 1 more,
  * so that no colour is impossible. A class without strokes has the colours of
- * the pixels without strokes: so a box around an object, with strokes of class 1
- * outside of it, is enough to begin with.
+ * the pixels without strokes: so a box around an object, with strokes of class
+ * 1 outside of it, is enough to begin with.
  *
  * Everything is rounded to integers by tables, so that every machine agrees.
  * Borrows all that it points to. */

@@ -175,8 +175,9 @@ size_t qs_min_cut_workspace(const qs_model *model);
  * as when boxes that overlap are chosen (overlap.h); else, and of tables of
  * their own for the edges, QS_E_ENCODING. It is quick where sites that share
  * an edge mostly exclude each other. Stopped, it returns the best labelling and
- * the bound so far. (Bounds by covers of cliques, as for largest cliques: Tomita
- * and Seki 2003.) An iteration is a labelling tried; default: no limit. */
+ * the bound so far. (Bounds by covers of cliques, as for largest cliques:
+ * Tomita and Seki 2003.) An iteration is a labelling tried; default: no
+ * limit. */
 QS_MUST_CHECK qs_status qs_pack(const qs_model *model,
                                 const qs_solve_options *options,
                                 void *workspace, size_t workspace_size,
