@@ -29,7 +29,7 @@ enum {
          false,                                                                                    \
          "NAME",                                                                                   \
          "stereo",                                                                                 \
-         "stereo, label, restore, segment, flow, register or detect; its own operands and "        \
+         "stereo, label, restore, segment, flow, register, detect or uai; its own operands and "   \
          "options are in qstereo encode --problem NAME --help"},                                   \
     [ENCODE_ENCODING] =                                                                            \
         {"encoding", 0,    false,                                                                  \

@@ -6,6 +6,7 @@
 #include "makers/labelling.h"
 #include "makers/restoring.h"
 #include "makers/segmenting.h"
+#include "makers/uai.h"
 #include "pair.h"
 #include "text/fail.h"
 #include "text/names.h"
@@ -20,6 +21,7 @@ static const option flow_options[] = {ENCODE_OPTION_ROWS, [ENCODE_MAKER] = FLOW_
 static const option register_options[] = {ENCODE_OPTION_ROWS,
                                           [ENCODE_MAKER] = REGISTER_OPTION_ROWS};
 static const option detect_options[] = {ENCODE_OPTION_ROWS};
+static const option uai_options[] = {ENCODE_OPTION_ROWS, [ENCODE_MAKER] = UAI_OPTION_ROWS};
 
 static int run_label(job *at)
 {
@@ -44,6 +46,11 @@ static int run_displace(job *at)
 static int run_detect(job *at)
 {
     return encode_made(at, &detecting_maker);
+}
+
+static int run_uai(job *at)
+{
+    return encode_made(at, &uai_maker);
 }
 
 #define PROBLEM_COMMAND(operand, second, may_lack, described, rows, doing, example)                \
@@ -82,12 +89,18 @@ static const command detect = PROBLEM_COMMAND(
     "Turns the choice among overlapping boxes into a QUBO: qstereo detect solves it in one go.\n",
     detect_options, run_detect, "detect boxes.csv -o p.qcf");
 
+static const command uai = PROBLEM_COMMAND(
+    "NET.uai", NULL, 0,
+    "Turns the most probable state of a pairwise Markov network of the UAI format into a QUBO: the "
+    "cost of a factor's entry is -log of it, and a value whose own factor is 0 is forbidden.\n",
+    uai_options, run_uai, "uai net.uai -o p.qcf --scale 10000");
+
 static const struct {
     const char *problem;
     const command *command;
 } problems[] = {{"stereo", &cmd_encode}, {"label", &label}, {"restore", &restore},
                 {"segment", &segment},   {"flow", &flow},   {"register", &registration},
-                {"detect", &detect}};
+                {"detect", &detect},     {"uai", &uai}};
 enum { PROBLEMS = sizeof problems / sizeof problems[0] };
 
 /* The argument of --problem before the command line is read, because it decides how that is read;

@@ -75,8 +75,9 @@ typedef struct qs_cost_source {
 
 /* Computes the tables of the edges that begin in a row of a grid: V of the
  * label a of the left or upper cell and b of the other one is at
- * [a * labels + b] of the edge's table. None is below 0. Edges of masked cells are written too;
- * nobody looks at them. The edges' weights are multiplied with the tables.
+ * [a * labels + b] of the edge's table. None is below 0. Edges of masked cells
+ * are written too; nobody looks at them. The edges' weights are multiplied with
+ * the tables.
  *
  * context  as in qs_table_source
  * row      0 .. height - 1
