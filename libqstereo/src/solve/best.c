@@ -168,22 +168,24 @@ static qs_status pack_first(const qs_model *model, const qs_solve_options *optio
         own.watch = options->watch;
         own.context = options->context;
     }
-    qs_status status = qs_pack(model, &own, rest, size, packed, &first);
+    qs_status status = qs_pack(model, &own, rest, size, labelling, &first);
     if (status == QS_OK && !first.converged) {
+        memcpy(packed, labelling, sizeof *packed * model->sites);
         status = qs_best_with(model, options, NULL, rest, size, labelling, &second);
     }
     if (status != QS_OK) {
         return status;
     }
-    bool better = first.converged || first.energy < second.energy;
-    *solution = better ? first : second;
-    if (better) {
+    if (first.converged) {
+        *solution = first;
+        return QS_OK;
+    }
+    if (first.energy < second.energy) {
         memcpy(labelling, packed, sizeof *packed * model->sites);
+        second.energy = first.energy;
     }
-    if (!first.converged) {
-        solution->lower_bound = qs_max_i64(first.lower_bound, second.lower_bound);
-        solution->converged = second.converged;
-    }
+    second.lower_bound = qs_max_i64(first.lower_bound, second.lower_bound);
+    *solution = second;
     return QS_OK;
 }
 
