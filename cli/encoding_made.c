@@ -1,6 +1,5 @@
 #include "encoding_made.h"
 
-#include <errno.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
@@ -11,6 +10,7 @@
 #include "text/json.h"
 #include "text/names.h"
 #include "text/numbers.h"
+#include "text/plain.h"
 
 typedef struct encode_request {
     const maker *maker;
@@ -66,11 +66,8 @@ typedef struct destination {
 static bool write_bytes(void *context, const void *bytes, size_t size)
 {
     destination *to = context;
-    if (to->keep && !growing_append(&to->kept, bytes, size)) {
-        to->out->error = ENOMEM;
-        return false;
-    }
-    return output_write(to->out, bytes, size);
+    return (!to->keep || growing_append(&to->kept, bytes, size)) &&
+           output_write(to->out, bytes, size);
 }
 
 /* Which columns of a stereo pair are left out. */
@@ -88,52 +85,41 @@ static void print_stream(const job *at, const encode_request *asked, uint64_t si
     uint64_t variables = (uint64_t)sites * problem->labels;
     printf("%s: %" PRIu32 " site%s x %" PRIu32 " label%s = %" PRIu64 " variable%s, %" PRIu64
            " bytes\n",
-           at->values[ENCODE_OUTPUT], sites, plural(sites), problem->labels,
+           plain(at->values[ENCODE_OUTPUT]), sites, plural(sites), problem->labels,
            plural(problem->labels), variables, plural(variables), size);
     print_outside(asked);
 }
 
-/* Prints the JSON that was asked for, from the bytes as they were written. */
-static int describe_kept(const char *path, file_bytes file)
+/* Opens what was written, for the JSON that was asked for. */
+static int open_kept(job *at, destination *to, problem_file *written)
 {
-    budget no_limit = {UINT64_MAX, 0, NULL};
-    problem_file written;
-    TRY(problem_check(path, file, &no_limit, &written));
-    int status = problem_index(&written, &no_limit);
-    if (status == DONE) {
-        describe_problem_json(&written);
-    }
-    budget_free(&no_limit);
-    return status;
+    const char *path = at->values[ENCODE_OUTPUT];
+    TRY(growing_end(&to->kept, output_name(path), &at->limit));
+    TRY(problem_check(path, to->kept.file, &at->limit, written));
+    return problem_index(written, &at->limit);
 }
 
-static int stream_to(const job *at, const encode_request *asked, destination *to)
+/* Writes the problem in one pass. The whole of it is in memory only for --json. */
+static int write_stream(job *at, const encode_request *asked)
 {
+    destination to = {.keep = at->json, .kept = growing_begin(at->limit.left)};
+    const qs_sink sink = {write_bytes, &to};
+    problem_file written;
     char mend[128];
-    const char *path = at->values[ENCODE_OUTPUT];
-    const qs_sink sink = {write_bytes, to};
     uint64_t size = 0;
-    TRY(made_encode(&asked->made, &asked->options.encode, mend_of(asked, mend), &sink, &size));
-    if (to->out->error != 0) {
-        return DONE; /* the end of the command reports refused bytes */
-    }
+    TRY(job_open_output(at, at->values[ENCODE_OUTPUT], &to.out));
+    TRY(made_encode(&asked->made, &asked->options.encode, mend_of(asked, mend), &at->limit, &sink,
+                    &size));
     if (at->json) {
-        return describe_kept(path, to->kept.file);
+        TRY(open_kept(at, &to, &written));
     }
-    if (!output_is_standard(path)) {
+    TRY(job_commit(at));
+    if (at->json) {
+        describe_problem_json(&written);
+    } else if (!output_is_standard(at->values[ENCODE_OUTPUT])) {
         print_stream(at, asked, size);
     }
     return DONE;
-}
-
-/* Writes the problem in one pass. The whole of it is never in memory. */
-static int write_stream(job *at, const encode_request *asked)
-{
-    destination to = {.keep = at->json, .kept = growing_begin(UINT64_MAX)};
-    TRY(job_open_output(at, at->values[ENCODE_OUTPUT], &to.out));
-    int status = stream_to(at, asked, &to);
-    file_free(&to.kept.file);
-    return status;
 }
 
 /* A problem that is laid out before it is written. */
@@ -149,7 +135,7 @@ static void print_built(const job *at, const encode_request *asked, const buildi
     uint32_t variables = built->written.qubo.variables;
     printf("%s: %" PRIu32 " site%s x %" PRIu32 " label%s, %" PRIu32
            " variable%s in %s, %zu bytes\n",
-           at->values[ENCODE_OUTPUT], labels->sites, plural(labels->sites), labels->labels,
+           plain(at->values[ENCODE_OUTPUT]), labels->sites, plural(labels->sites), labels->labels,
            plural(labels->labels), variables, plural(variables), encoding_name(labels->encoding),
            built->written.file.size);
     print_outside(asked);
@@ -186,6 +172,7 @@ static int write_built(job *at, const encode_request *asked)
     }
     TRY(recode_problem(&built.whole, &coding, mend_of(asked, mend), &at->limit, &built.written));
     output_write_file(out, &built.written.file);
+    TRY(job_commit(at));
     if (at->json) {
         return describe_built(at, asked, &built);
     }

@@ -1,13 +1,12 @@
 #include "made.h"
 
-#include <stdlib.h>
-
 #include "text/fail.h"
 
-static int fail_overflow(const char *name, const char *mend)
+static int fail_overflow(const char *name, uint32_t scale, const char *mend)
 {
     return fail(BAD_INPUT, name,
-                "the coefficients overflow (their sum is above 2^53): choose a smaller %s", mend);
+                "the coefficients overflow (their sum is above 2^53): %schoose a smaller %s",
+                fewer_decimals(mend, scale), mend);
 }
 
 int made_fail(const made_problem *failed, const char *fewer, qs_status status)
@@ -17,24 +16,23 @@ int made_fail(const made_problem *failed, const char *fewer, qs_status status)
                     QS_VARIABLES_MAX, fewer);
     }
     if (status == QS_E_OVERFLOW) {
-        return fail_overflow(failed->name, failed->mend);
+        return fail_overflow(failed->name, failed->problem.scale, failed->mend);
     }
     return fail_status(failed->name, status);
 }
 
 int made_encode(const made_problem *encoded, const qs_encode_options *options, const char *mend,
-                const qs_sink *sink, uint64_t *size)
+                budget *limit, const qs_sink *sink, uint64_t *size)
 {
     size_t workspace_size = qs_encode_workspace(&encoded->problem);
-    void *workspace = malloc(workspace_size > 0 ? workspace_size : 1);
+    void *workspace = budget_take(limit, encoded->name, workspace_size);
     if (workspace == NULL) {
-        return fail_memory(NULL);
+        return NO_RESOURCE;
     }
     qs_status written =
         qs_encode(&encoded->problem, options, sink, workspace, workspace_size, size);
-    free(workspace);
     if (written == QS_E_OVERFLOW) {
-        return fail_overflow(encoded->name, mend);
+        return fail_overflow(encoded->name, encoded->problem.scale, mend);
     }
     return written == QS_OK || written == QS_E_IO ? DONE : fail_status(encoded->name, written);
 }

@@ -30,7 +30,7 @@ typedef struct maker {
  *
  * mend  the options that coefficients grow with, for the message */
 int made_encode(const made_problem *encoded, const qs_encode_options *options, const char *mend,
-                const qs_sink *sink, uint64_t *size);
+                budget *limit, const qs_sink *sink, uint64_t *size);
 
 /* Prints what the library refused when it made a problem. Returns BAD_INPUT or NO_RESOURCE.
  *

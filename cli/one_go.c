@@ -5,6 +5,7 @@
 
 #include "text/fail.h"
 #include "text/json.h"
+#include "text/plain.h"
 
 int one_go_read(const job *at, one_go *run)
 {
@@ -37,8 +38,8 @@ bool one_go_print(const job *at, const one_go *run, const char *also_written)
         json_name("output", path);
         return true;
     }
-    printf("%s%s%s: ", path, also_written != NULL ? ", " : "",
-           also_written != NULL ? also_written : "");
+    printf("%s%s%s: ", plain(path), also_written != NULL ? ", " : "",
+           also_written != NULL ? plain(also_written) : "");
     solved_print(&run->found, run->laid.scale);
     return true;
 }

@@ -4,11 +4,12 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "pictures/planes.h"
+#include "pictures/picture_read.h"
 #include "smoothness.h"
 #include "text/fail.h"
 #include "text/names.h"
 #include "text/numbers.h"
+#include "text/plain.h"
 
 static int read_disparity(const char *text, qs_stereo *stereo)
 {
@@ -50,6 +51,7 @@ int pair_read(const char *const *operands, const char *const *values, void *stat
 {
     pair *asked = state;
     int cost = QS_COST_AD;
+    uint32_t bits = 0;
     memset(asked, 0, sizeof *asked);
     asked->left = operands[0];
     asked->right = operands[1];
@@ -59,6 +61,10 @@ int pair_read(const char *const *operands, const char *const *values, void *stat
     TRY(read_roi(values[PAIR_ROI], asked));
     TRY(name_read(&cost_names, values[PAIR_COST], "", &cost));
     TRY(smoothness_read(values[PAIR_SMOOTHNESS], values[PAIR_TRUNCATION], &asked->pairwise));
+    if (values[PAIR_BITS] != NULL) {
+        TRY(number_read("--bits", values[PAIR_BITS], 9, 16, &bits));
+    }
+    asked->bits = bits;
     asked->stereo.cost = (qs_cost)cost;
     return DONE;
 }
@@ -97,8 +103,8 @@ int pair_open(void *state, budget *limit, made_problem *opened)
     pair *asked = state;
     opened->name = input_name(asked->left);
     opened->mend = "--lambda or --truncation";
-    TRY(grey_read(asked->left, limit, &asked->stereo.left));
-    TRY(grey_read(asked->right, limit, &asked->stereo.right));
+    TRY(picture_read_grey(asked->left, asked->bits, limit, &asked->stereo.left));
+    TRY(picture_read_grey(asked->right, asked->bits, limit, &asked->stereo.right));
     TRY(check_geometry(asked));
     size_t size = qs_stereo_workspace(&asked->stereo);
     void *workspace = budget_take(limit, opened->name, size);
@@ -128,6 +134,7 @@ void pair_print_outside(const pair *asked, uint32_t first)
     uint32_t left = asked->whole ? 0 : asked->stereo.x;
     if (first > left) {
         printf("%" PRIu32 " column%s on the left %s left out: a match would fall outside %s\n",
-               first - left, plural(first - left), first - left == 1 ? "is" : "are", asked->right);
+               first - left, plural(first - left), first - left == 1 ? "is" : "are",
+               plain(asked->right));
     }
 }

@@ -13,6 +13,7 @@ enum {
     PAIR_COST,
     PAIR_SMOOTHNESS,
     PAIR_TRUNCATION,
+    PAIR_BITS,
     PAIR_OPTIONS
 };
 #define PAIR_OPTION_ROWS                                                                           \
@@ -26,10 +27,12 @@ enum {
         {"smoothness", 0,       false,                                                             \
          "NAME",       "potts", "cost of neighbours that differ: potts, linear or quadratic"},     \
         {"truncation", 0,    false,                                                                \
-         "T",          NULL, "upper bound of linear or quadratic smoothness (default no bound)"}
+         "T",          NULL, "upper bound of linear or quadratic smoothness (default no bound)"},  \
+        {"bits", 0, false, "N", NULL, "the pictures hold N bits in files of 16: white is 2^N - 1"}
 
 typedef struct pair {
     const char *left, *right; /* names of the pictures */
+    unsigned bits; /* of the samples of a file of 16; 0 = all */
     bool whole; /* no window was given */
     qs_stereo stereo;
     qs_pairwise pairwise;

@@ -9,6 +9,7 @@
 #include "text/fail.h"
 #include "text/json.h"
 #include "text/numbers.h"
+#include "text/plain.h"
 
 enum { OUTPUT, REPAIR, SAMPLE, SCALE, COLOR, JSON, MEMORY_LIMIT };
 
@@ -223,7 +224,7 @@ static void print_names(const job *at, const request *asked)
     } else if (at->json) {
         json_name("output", at->values[OUTPUT]);
     } else {
-        printf("%s: ", at->values[OUTPUT]);
+        printf("%s: ", plain(at->values[OUTPUT]));
     }
 }
 
@@ -288,9 +289,13 @@ static int run_decode(job *at)
     chosen taken;
     TRY(read_request(at, &asked));
     TRY(open_files(at, &asked, sampled));
+    if (is_stereo(at)) {
+        TRY(budget_need(&at->limit, problem->name, map_bytes(&asked.map, &problem->qubo.labels)));
+    }
     TRY(take_room(at, &taken));
     TRY(sampled ? choose(at, &asked, &taken) : choose_decided(problem, &taken));
     TRY(write_output(at, &asked, taken.labelling));
+    TRY(job_commit(at));
     if (!output_is_standard(at->values[OUTPUT])) {
         print_result(at, &asked, &taken);
     }

@@ -62,6 +62,7 @@ static int run_flow(job *at)
     if (coloured != NULL) {
         TRY(flow_colour_write(&field, at->values[COLOR], coloured));
     }
+    TRY(job_commit(at));
     print_result(at, &run, &field, &truth);
     return DONE;
 }

@@ -154,6 +154,7 @@ static int run_label(job *at)
         TRY(find_score(&run, &found, truth, &at->limit, &compared));
     }
     write_array(&found, out);
+    TRY(job_commit(at));
     if (!one_go_print(at, &run, NULL)) {
         return DONE;
     }

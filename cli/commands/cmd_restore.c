@@ -53,6 +53,7 @@ static int run_restore(job *at)
     TRY(meaning_picture(run.made.name, labels, run.found.labelling, &at->limit, &made));
     TRY(meaning_image(run.made.name, labels, run.found.labelling, &at->limit, &clean));
     TRY(picture_write(&made, png, out));
+    TRY(job_commit(at));
     print_result(at, &run, &asked, &clean, &truth);
     return DONE;
 }

@@ -100,7 +100,7 @@ static int take_kitti(const char *name, const picture *from, budget *limit, flow
 static int read_kitti(const char *path, const file_bytes *file, budget *limit, flow_field *read)
 {
     picture from;
-    TRY(picture_decode(path, file, &from));
+    TRY(picture_decode(path, file, limit, &from));
     int status = take_kitti(input_name(path), &from, limit, read);
     picture_free(&from);
     return status;

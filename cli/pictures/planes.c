@@ -24,10 +24,22 @@ static int take_bytes(const char *path, const picture *from, budget *limit, colo
     return to->pixels != NULL ? DONE : NO_RESOURCE;
 }
 
+int picture_open(const char *path, budget *limit, picture *read)
+{
+    budget work = budget_inside(limit);
+    file_bytes file;
+    int status = file_read(path, &work, &file);
+    if (status == DONE) {
+        status = picture_decode(path, &file, &work, read);
+    }
+    budget_free(&work);
+    return status;
+}
+
 int colours_read(const char *path, budget *limit, colours *read)
 {
     picture from;
-    TRY(picture_read(path, &from));
+    TRY(picture_open(path, limit, &from));
     int status = take_bytes(path, &from, limit, read);
     for (size_t i = 0; status == DONE && i < samples_of(&from); i++) {
         read->pixels[i] = to_8_bits(from.samples[i], from.maxval);
@@ -38,12 +50,7 @@ int colours_read(const char *path, budget *limit, colours *read)
 
 int grey_read(const char *path, budget *limit, qs_image *read)
 {
-    colours from;
-    TRY(colours_read(path, limit, &from));
-    qs_status made = qs_image_grey(from.pixels, from.width, from.height,
-                                   (size_t)from.width * from.channels, from.channels, from.pixels);
-    *read = (qs_image){from.pixels, from.width, from.height, from.width};
-    return made == QS_OK ? DONE : fail_status(input_name(path), made);
+    return picture_read_grey(path, 0, limit, read);
 }
 
 static int copy_numbers(const char *path, const picture *from, colours *to)
@@ -73,7 +80,7 @@ int numbers_picture_read(const char *path, budget *limit, qs_image *read)
 {
     picture from;
     colours to = {0};
-    TRY(picture_read(path, &from));
+    TRY(picture_open(path, limit, &from));
     int status = read_numbers(path, &from, limit, &to);
     picture_free(&from);
     if (status == DONE) {

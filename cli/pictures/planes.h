@@ -4,6 +4,7 @@
 #define PLANES_H
 
 #include "files.h"
+#include "pictures/picture.h"
 #include "qstereo.h"
 
 /* A picture in colours or grey: height rows of width pixels of `channels` bytes, without gaps. */
@@ -12,6 +13,9 @@ typedef struct colours {
     uint32_t width, height;
     unsigned channels; /* 1 grey, 3 RGB */
 } colours;
+
+/* Reads and decodes a picture, which is not taken from the budget: picture_free frees it. */
+int picture_open(const char *path, budget *limit, picture *read);
 
 /* Reads a picture with the channels that it has, and a picture as grey. */
 int colours_read(const char *path, budget *limit, colours *read);

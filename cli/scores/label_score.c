@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "pictures/picture_read.h"
+#include "pictures/planes.h"
 #include "pictures/picture_write.h"
 #include "text/fail.h"
 #include "text/json.h"
@@ -70,7 +70,7 @@ int label_map_read(const char *path, budget *limit, label_map *read)
     if (path_ends(path, ".npy")) {
         return read_array(path, limit, read);
     }
-    TRY(picture_read(path, &from));
+    TRY(picture_open(path, limit, &from));
     int status = label_map_of(&from, input_name(path), limit, read);
     picture_free(&from);
     return status;
