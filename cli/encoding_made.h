@@ -31,9 +31,13 @@ enum {
          "stereo",                                                                                 \
          "stereo, label, restore, segment, flow, register, detect or uai; its own operands and "   \
          "options are in qstereo encode --problem NAME --help"},                                   \
-    [ENCODE_ENCODING] =                                                                            \
-        {"encoding", 0,    false,                                                                  \
-         "NAME",     NULL, "see above (default one-hot-sparse for potts, else one-hot)"},          \
+    [ENCODE_ENCODING] = {"encoding",                                                               \
+                         0,                                                                        \
+                         false,                                                                    \
+                         "NAME",                                                                   \
+                         NULL,                                                                     \
+                         "how labels become bits: qstereo encode --help lists them (default "      \
+                         "one-hot-sparse for potts, else one-hot)"},                               \
     [ENCODE_CODING] = CODING_OPTION_ROWS(" (default local)", " (default 1)", ""),                  \
     [ENCODE_REDUCE] = {"reduce",                                                                   \
                        0,                                                                          \
