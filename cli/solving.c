@@ -33,6 +33,7 @@ static const solver solvers[] = {
     {"bp", qs_bp, qs_bp_workspace},
     {"trws", qs_trws, qs_trws_workspace},
     {"cut", qs_min_cut, qs_min_cut_workspace},
+    {"pack", qs_pack, qs_pack_workspace},
     {"best", qs_best, qs_best_workspace},
 };
 enum { SOLVERS = sizeof solvers / sizeof solvers[0] };

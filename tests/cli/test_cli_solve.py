@@ -305,7 +305,7 @@ def test_memory_limit(folder, large):
         (
             ["--solver", "expantion"],
             "--solver expantion is unknown: did you mean expansion? It can be: "
-            "icm anneal swap expansion bp trws cut best",
+            "icm anneal swap expansion bp trws cut pack best",
         ),
         (["--solver", "qpu"], "--solver qpu is unknown: it can be: icm anneal"),
         (["--time-limit", "0"], "--time-limit 0 is not a number of seconds above 0"),

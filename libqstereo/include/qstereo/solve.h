@@ -175,14 +175,33 @@ QS_MUST_CHECK qs_status qs_min_cut(const qs_model *model,
                                    uint16_t *labelling, qs_solution *solution);
 size_t qs_min_cut_workspace(const qs_model *model);
 
+/* The optimum by branch and bound, proven unless a watch or a limit stops it,
+ * of problems with two labels in which no edge favours the same label at both
+ * ends:
+ *
+ *     V(0, 1) + V(1, 0) <= V(0, 0) + V(1, 1),
+ *
+ * as when boxes that overlap are chosen (overlap.h); else, and of tables of
+ * their own for the edges, QS_E_ENCODING. It is quick where sites that share
+ * an edge mostly exclude each other. Stopped, it returns the best labelling and
+ * the bound so far. (Bounds by covers of cliques, as for largest cliques:
+ * Tomita and Seki 2003.) An iteration is a labelling tried; default: no
+ * limit. */
+QS_MUST_CHECK qs_status qs_pack(const qs_model *model,
+                                const qs_solve_options *options,
+                                void *workspace, size_t workspace_size,
+                                uint16_t *labelling, qs_solution *solution);
+size_t qs_pack_workspace(const qs_model *model);
+
 /* The best of these together. It runs TRW-S. After iterations 8, 16, 32 and so
  * on, moves improve the labelling that TRW-S has reached: expansion, or, if the
  * pairwise cost is not a metric, jumps of all labels and moves to each label.
  * It ends when the bound proves the best labelling. TRW-S comes first because
  * in any given time it gets lower than expansion from the winner's labelling.
  * What a cut decides quickly is left to qs_min_cut: two labels, convex costs,
- * and linear costs on a grid. Works with every pairwise cost. An iteration is
- * one of TRW-S, or of qs_min_cut; default 2000. */
+ * and linear costs on a grid. Where qs_pack can be used it goes first, with a
+ * limit of its own. Works with every pairwise cost. An iteration is one of
+ * TRW-S, or of qs_min_cut, or of qs_pack; default 2000. */
 QS_MUST_CHECK qs_status qs_best(const qs_model *model,
                                 const qs_solve_options *options,
                                 void *workspace, size_t workspace_size,

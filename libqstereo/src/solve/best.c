@@ -8,9 +8,13 @@
 #include "../model/neighbours.h"
 #include "cut.h"
 #include "fusion.h"
+#include "pack.h"
 #include "progress.h"
 
 enum { ITERATIONS = 2000, FIRST_MOVES = 8 };
+
+/* The most that packing may do before messages: labellings tried times sites and edges. */
+static const uint64_t packing_work = UINT64_C(1) << 30;
 
 /* It watches TRW-S: it takes over the bounds and the labellings, improves these by moves, and stops
  * TRW-S when the best labelling is proven. */
@@ -126,11 +130,22 @@ static size_t take_parts(supervisor *s, void *workspace)
     return qs_arena_size(&arena);
 }
 
+/* Packing needs room of its own, and then for what it found beside the workspace of the others. */
+static size_t packing_size(const qs_model *model, size_t others)
+{
+    qs_arena arena = {0};
+    (void)qs_arena_take(&arena, model->sites, sizeof(uint16_t));
+    (void)qs_arena_take(&arena, qs_max_u64(others, qs_pack_workspace(model)), 1);
+    return qs_arena_size(&arena);
+}
+
 size_t qs_best_workspace(const qs_model *model)
 {
     supervisor s = {.model = model};
     size_t others = take_parts(&s, NULL),
-           cut = qs_cut_is_quick(model) ? qs_min_cut_workspace(model) : 0;
+           cut = qs_cut_is_quick(model) ? qs_min_cut_workspace(model) : 0,
+           packed = qs_can_pack(model) ? packing_size(model, others) : 0;
+    others = packed > others ? packed : others;
     return cut > others && cut < SIZE_MAX ? cut : others;
 }
 
@@ -147,6 +162,42 @@ static qs_status cut_quickly(const qs_model *model, const qs_solve_options *opti
     return qs_min_cut(model, &own, workspace, workspace_size, labelling, solution);
 }
 
+/* Packs within a limit of work. If that does not prove an optimum, the others go on, and the better
+ * of the two labellings counts. */
+static qs_status pack_first(const qs_model *model, const qs_solve_options *options, void *workspace,
+                            size_t workspace_size, uint16_t *labelling, qs_solution *solution)
+{
+    qs_arena arena = {.base = workspace};
+    uint16_t *packed = qs_arena_take(&arena, model->sites, sizeof *packed);
+    size_t size = workspace_size - (size_t)arena.used;
+    void *rest = qs_arena_take(&arena, size, 1);
+    qs_solve_options own = {.iterations = 1 + packing_work / (1 + model->sites + model->edges)};
+    qs_solution first, second;
+    if (options) {
+        own.watch = options->watch;
+        own.context = options->context;
+    }
+    qs_status status = qs_pack(model, &own, rest, size, labelling, &first);
+    if (status == QS_OK && !first.converged) {
+        memcpy(packed, labelling, sizeof *packed * model->sites);
+        status = qs_best_with(model, options, NULL, rest, size, labelling, &second);
+    }
+    if (status != QS_OK) {
+        return status;
+    }
+    if (first.converged) {
+        *solution = first;
+        return QS_OK;
+    }
+    if (first.energy < second.energy) {
+        memcpy(labelling, packed, sizeof *packed * model->sites);
+        second.energy = first.energy;
+    }
+    second.lower_bound = qs_max_i64(first.lower_bound, second.lower_bound);
+    *solution = second;
+    return QS_OK;
+}
+
 qs_status qs_best(const qs_model *model, const qs_solve_options *options, void *workspace,
                   size_t workspace_size, uint16_t *labelling, qs_solution *solution)
 {
@@ -159,6 +210,9 @@ qs_status qs_best(const qs_model *model, const qs_solve_options *options, void *
     if (qs_cut_is_quick(model) &&
         cut_quickly(model, options, workspace, workspace_size, labelling, solution) == QS_OK) {
         return QS_OK;
+    }
+    if (qs_can_pack(model)) {
+        return pack_first(model, options, workspace, workspace_size, labelling, solution);
     }
     return qs_best_with(model, options, NULL, workspace, workspace_size, labelling, solution);
 }

@@ -222,7 +222,7 @@ static void messages_by_definition(void **unused)
                                      : m.pairwise_max;
             }
         }
-        int32_t taken = qs_message_send(&m, weight, upward, costs, message, scratch);
+        int32_t taken = qs_message_send(&m, 0, weight, upward, costs, message, scratch);
         for (uint32_t d = 0; d < m.labels; d++) {
             int64_t least = INT64_MAX;
             for (uint32_t a = 0; a < m.labels; a++) {
