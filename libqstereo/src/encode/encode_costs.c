@@ -41,7 +41,7 @@ static survey survey_costs(const qs_encoder *e)
 static uint64_t paper_alpha(const qs_encoder *e, uint64_t costs)
 {
     uint64_t bound = costs;
-    qs_grow(&bound, e->weight_sum, (uint64_t)e->block_max);
+    qs_grow(&bound, 1, e->edge_sum);
     return bound + 1;
 }
 

@@ -4,7 +4,7 @@
 
 #include "../../include/qstereo/model.h"
 
-/* Whether V is submodular: for all labels V(a, b) + V(a + 1, b + 1) <= V(a + 1, b) +
+/* Whether V is submodular, and no table of an edge: for all labels V(a, b) + V(a + 1, b + 1) <= V(a + 1, b) +
  * V(a, b + 1). */
 bool qs_pairwise_is_submodular(const qs_model *model);
 

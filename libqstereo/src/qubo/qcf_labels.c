@@ -47,7 +47,7 @@ static bool fields_agree(const qs_labels *l, bool masked)
 static bool in_range(const qs_labels *l)
 {
     const qs_frame *f = &l->frame;
-    bool known = qs_encoding_facts_of(l->encoding) && l->pairwise.smoothness <= QS_TABLE &&
+    bool known = qs_encoding_facts_of(l->encoding) && l->pairwise.smoothness <= QS_TABLES &&
                  l->penalty <= QS_PENALTY_MINIMAL && l->scale >= 1 && l->gap >= 1 &&
                  l->gap <= INT32_MAX && l->weight >= -1 && f->first <= INT32_MAX &&
                  l->labels >= 1 && l->labels <= QS_LABELS_MAX;

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "../base/minmax.h"
+#include "../model/edge_value.h"
 #include "../model/neighbours.h"
 #include "../qubo/sites.h"
 
@@ -80,16 +81,15 @@ static bool add_edge(qs_elimination *e, const qs_edge_seen *edge, uint32_t label
     uint32_t labels = e->model.labels;
     const uint8_t *kept = e->kept + (size_t)edge->site * labels;
     int32_t *unary = e->unary + (size_t)edge->site * labels;
+    int64_t largest = qs_edge_most(&e->model, edge->edge);
     for (uint32_t d = 0; d < labels; d++) {
         int64_t most = INT32_MAX - (kept[d] ? unary[d] : 0);
-        if (kept[d] && e->model.pairwise_max > 0 && edge->weight > most / e->model.pairwise_max) {
+        if (kept[d] && largest > 0 && edge->weight > most / largest) {
             return false;
         }
     }
     for (uint32_t d = 0; d < labels; d++) {
-        int64_t cost = edge->weight * (edge->first ? qs_model_pairwise(&e->model, label, d)
-                                                   : qs_model_pairwise(&e->model, d, label));
-        unary[d] += kept[d] ? (int32_t)cost : 0;
+        unary[d] += kept[d] ? (int32_t)qs_seen_cost(&e->model, edge, label, d) : 0;
     }
     return true;
 }
@@ -319,9 +319,8 @@ static int64_t cost_at(const qs_elimination *e, uint32_t site)
     int64_t cost = e->unary[(size_t)site * e->model.labels + e->labelling[site]];
     qs_edge_seen edge;
     for (uint32_t at = 0; qs_see_edge(&e->model, site, at, &edge); at++) {
-        cost += edge.first ? 0
-                           : edge.weight * qs_model_pairwise(&e->model, e->labelling[edge.site],
-                                                             e->labelling[site]);
+        uint16_t other = e->labelling[edge.site];
+        cost += edge.first ? 0 : qs_seen_cost(&e->model, &edge, e->labelling[site], other);
     }
     return cost;
 }

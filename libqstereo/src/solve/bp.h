@@ -28,8 +28,8 @@ enum { QS_KEEP = 3, QS_KEEP_OF = 4 };
 /* Sends as qs_message_send does, and mixes the message with the one before.
  *
  * scratch  `labels` numbers, and then qs_message_scratch more */
-void qs_bp_send(const qs_bp_state *state, int32_t weight, bool upward, int32_t *costs,
-                int32_t *message, int32_t *scratch);
+void qs_bp_send(const qs_bp_state *state, uint32_t edge, int32_t weight, bool upward,
+                int32_t *costs, int32_t *message, int32_t *scratch);
 
 /* The sweeps of one iteration. The wide one is for grids with Potts costs and at least 8 labels; it
  * computes the same by AVX2. */

@@ -43,7 +43,7 @@ static void send(const qs_bp_state *state, uint32_t site, bool upward)
         for (uint32_t d = 0; d < model->labels; d++) {
             costs[d] = belief[d] - back[d];
         }
-        qs_bp_send(state, link->weight << state->scale.shift, upward, costs,
+        qs_bp_send(state, link->edge, link->weight << state->scale.shift, upward, costs,
                    message_of(state, site, link, false), rest);
     }
 }
@@ -73,8 +73,8 @@ void qs_bp_graph_labels(const qs_bp_state *state, uint16_t *labelling)
             for (uint32_t d = 0; d < model->labels; d++) {
                 costs[d] -= message[d];
             }
-            qs_message_pay(model, link->weight << state->scale.shift, true, labelling[link->site],
-                           costs);
+            qs_message_pay(model, link->edge, link->weight << state->scale.shift, true,
+                           labelling[link->site], costs);
         }
         labelling[p] = (uint16_t)qs_first_least(costs, model->labels);
     }

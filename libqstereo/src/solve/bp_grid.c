@@ -10,8 +10,8 @@ static void send(const qs_bp_state *state, uint32_t site, int from)
         costs[d] = (qs_min_i32(letter.unary[d], state->scale.most) << state->scale.shift) +
                    letter.behind[d] + letter.beside[0][d] + letter.beside[1][d];
     }
-    qs_bp_send(state, letter.weight, from == QS_FROM_LEFT || from == QS_FROM_ABOVE, costs,
-               letter.message, costs + labels);
+    qs_bp_send(state, letter.edge, letter.weight, from == QS_FROM_LEFT || from == QS_FROM_ABOVE,
+               costs, letter.message, costs + labels);
 }
 
 void qs_bp_grid_sweep(const qs_bp_state *state)

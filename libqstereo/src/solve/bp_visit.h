@@ -2,14 +2,16 @@
 #ifndef QS_BP_VISIT_H
 #define QS_BP_VISIT_H
 
-#include "bp.h"
 #include "../base/simd.h"
+#include "../model/edge_value.h"
+#include "bp.h"
 
 typedef struct qs_letter {
     const int32_t *unary; /* costs of the sender */
     const int32_t *behind, *beside[2]; /* messages to the sender: from behind, and from the sides */
     int32_t *message; /* to be sent */
     int32_t weight; /* of the edge, scaled */
+    uint32_t edge; /* its number */
 } qs_letter;
 
 /* The message from cell `site` to a neighbour. To the neighbour it comes from the side `from`. */
@@ -27,6 +29,7 @@ QS_KERNEL qs_letter qs_letter_of(const qs_bp_state *state, uint32_t site, uint32
     letter.beside[0] = in + (along ? QS_FROM_ABOVE : QS_FROM_LEFT) * labels;
     letter.beside[1] = in + (along ? QS_FROM_BELOW : QS_FROM_RIGHT) * labels;
     letter.message = state->messages + each * to + (size_t)from * labels;
+    letter.edge = qs_cell_edge(edge, !along);
     letter.weight = (along ? model->right[edge] : model->down[edge]) << state->scale.shift;
     return letter;
 }

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "../base/minmax.h"
+#include "../model/edge_value.h"
 #include "../model/neighbours.h"
 #include "progress.h"
 
@@ -55,20 +56,21 @@ static bool can_take(const qs_fusion *f, uint32_t p)
     return label != f->m.x[p] && (!model->kept || model->kept[(size_t)p * model->labels + label]);
 }
 
-/* The edge of sites p and q, p < q, whose arcs' residuals are *out and *in. A site that can take
+/* An edge, seen by its first site p, whose arcs' residuals are *out and *in. A site that can take
  * nothing has no arcs. */
-static void load_edge(qs_fusion *f, uint32_t p, uint32_t q, int32_t weight, int32_t *out,
-                      int32_t *in)
+static void load_edge(qs_fusion *f, uint32_t p, const qs_edge_seen *edge, int32_t *out, int32_t *in)
 {
     const qs_model *model = f->m.model;
     const uint16_t *x = f->m.x, *to = f->proposal;
+    uint32_t q = edge->site, number = edge->edge;
+    int32_t weight = edge->weight;
     bool p_takes = can_take(f, p), q_takes = can_take(f, q);
-    int64_t keep = qs_model_pairwise(model, x[p], x[q]);
-    int64_t p_alone = p_takes ? qs_model_pairwise(model, to[p], x[q]) : keep;
-    int64_t q_alone = q_takes ? qs_model_pairwise(model, x[p], to[q]) : keep;
+    int64_t keep = qs_edge_value(model, number, x[p], x[q]);
+    int64_t p_alone = p_takes ? qs_edge_value(model, number, to[p], x[q]) : keep;
+    int64_t q_alone = q_takes ? qs_edge_value(model, number, x[p], to[q]) : keep;
     *out = *in = 0;
     if (p_takes && q_takes) {
-        int64_t both = qs_model_pairwise(model, to[p], to[q]);
+        int64_t both = qs_edge_value(model, number, to[p], to[q]);
         keep = qs_min_i64(keep, p_alone + q_alone - both);
         int64_t apart = p_alone + q_alone - keep - both;
         *out = (int32_t)(weight * (apart - apart / 2));
@@ -87,10 +89,12 @@ static void load_grid(qs_fusion *f)
     memset(right, 0, sizeof *right * 4 * sites);
     for (uint32_t p = 0; p < model->sites; p++) {
         if (model->right[p] != 0) {
-            load_edge(f, p, p + 1, model->right[p], &right[p], &left[p + 1]);
+            qs_edge_seen edge = {p + 1, model->right[p], qs_cell_edge(p, false), true};
+            load_edge(f, p, &edge, &right[p], &left[p + 1]);
         }
         if (model->down[p] != 0) {
-            load_edge(f, p, p + model->width, model->down[p], &down[p], &up[p + width]);
+            qs_edge_seen edge = {p + model->width, model->down[p], qs_cell_edge(p, true), true};
+            load_edge(f, p, &edge, &down[p], &up[p + width]);
         }
     }
 }
@@ -103,7 +107,8 @@ static void load_graph(qs_fusion *f)
         for (uint32_t n = model->link_start[p]; n < model->link_start[p + 1]; n++) {
             const qs_link *link = &model->links[n];
             if (link->site > p) {
-                load_edge(f, p, link->site, link->weight, &residual[n], &residual[f->m.sister[n]]);
+                qs_edge_seen edge = {link->site, link->weight, link->edge, true};
+                load_edge(f, p, &edge, &residual[n], &residual[f->m.sister[n]]);
             }
         }
     }

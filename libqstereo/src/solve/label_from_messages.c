@@ -2,6 +2,7 @@
 
 #include "../base/minmax.h"
 #include "../base/simd.h"
+#include "../model/edge_value.h"
 
 /* What a label of a site costs by the later messages alone. */
 static int32_t cost_alone(const qs_message_reader *reader, uint32_t site, uint32_t label)
@@ -28,7 +29,8 @@ void qs_label_alone(const qs_message_reader *reader, uint32_t first, uint32_t co
 /* The edges to a site's earlier neighbours; where there is none the weight is 0. */
 typedef struct earlier {
     int32_t row_weight, column_weight;
-    uint16_t row, column;
+    uint32_t row_edge, column_edge; /* their numbers */
+    uint16_t row, column; /* the labels of the neighbours */
 } earlier;
 
 static earlier earlier_of(const qs_message_reader *reader, uint32_t site, const uint16_t *labelling)
@@ -39,10 +41,12 @@ static earlier earlier_of(const qs_message_reader *reader, uint32_t site, const 
          across = reader->forward ? site >= width : site + width < model->sites;
     earlier e = {0};
     if (along) {
+        e.row_edge = qs_cell_edge(site - back, false);
         e.row_weight = model->right[site - back] << reader->scale.shift;
         e.row = labelling[back ? site - 1 : site + 1];
     }
     if (across) {
+        e.column_edge = qs_cell_edge(site - back * width, true);
         e.column_weight = model->down[site - back * width] << reader->scale.shift;
         e.column = labelling[back ? site - width : site + width];
     }
@@ -101,8 +105,8 @@ static void label_others(const qs_message_reader *reader, uint16_t *labelling)
         for (uint32_t d = 0; d < model->labels; d++) {
             costs[d] = cost_alone(reader, p, d);
         }
-        qs_message_pay(model, e.row_weight, reader->forward, e.row, costs);
-        qs_message_pay(model, e.column_weight, reader->forward, e.column, costs);
+        qs_message_pay(model, e.row_edge, e.row_weight, reader->forward, e.row, costs);
+        qs_message_pay(model, e.column_edge, e.column_weight, reader->forward, e.column, costs);
         labelling[p] = (uint16_t)qs_first_least(costs, model->labels);
     }
 }

@@ -4,6 +4,7 @@
 
 #include "../base/minmax.h"
 #include "../base/simd.h"
+#include "../model/edge_value.h"
 
 /* What the weights of a model come to at one site. */
 typedef struct weights {
@@ -206,12 +207,11 @@ static void quadratic_near(const int32_t *restrict costs, int32_t *restrict mess
     }
 }
 
-static void by_table(const qs_model *model, int32_t weight, bool upward, const int32_t *costs,
-                     int32_t *message)
+static void by_table(const int32_t *table, uint32_t labels, int32_t weight, bool upward,
+                     const int32_t *costs, int32_t *message)
 {
-    uint32_t labels = model->labels;
     for (uint32_t a = 0; a < labels; a++) {
-        const int32_t *row = model->pairwise.table + (size_t)a * labels;
+        const int32_t *row = table + (size_t)a * labels;
         if (upward) {
             for (uint32_t b = 0; b < labels; b++) {
                 int32_t cost = costs[a] + weight * row[b];
@@ -227,8 +227,8 @@ static void by_table(const qs_model *model, int32_t weight, bool upward, const i
     }
 }
 
-int32_t qs_message_send(const qs_model *model, int32_t weight, bool upward, int32_t *costs,
-                        int32_t *message, int32_t *scratch)
+int32_t qs_message_send(const qs_model *model, uint32_t edge, int32_t weight, bool upward,
+                        int32_t *costs, int32_t *message, int32_t *scratch)
 {
     uint32_t labels = model->labels, truncation, reach;
     int32_t least = least_of(costs, labels);
@@ -236,7 +236,7 @@ int32_t qs_message_send(const qs_model *model, int32_t weight, bool upward, int3
         memset(message, 0, sizeof *message * labels);
         return least;
     }
-    int32_t most = weight * (int32_t)model->pairwise_max;
+    int32_t most = weight * (int32_t)qs_edge_most(model, edge);
     switch (model->pairwise.smoothness) {
     case QS_POTTS: normalise(message, costs, labels, least, most); return least;
     case QS_TRUNCATED_LINEAR:
@@ -253,22 +253,23 @@ int32_t qs_message_send(const qs_model *model, int32_t weight, bool upward, int3
         }
         normalise(message, message, labels, least, most);
         return least;
-    case QS_TABLE: break;
+    case QS_TABLE:
+    case QS_TABLES: break;
     }
-    by_table(model, weight, upward, costs, message);
+    by_table(qs_edge_table(model, edge), labels, weight, upward, costs, message);
     least = least_of(message, labels);
     normalise(message, message, labels, least, most);
     return least;
 }
 
-void qs_message_pay(const qs_model *model, int32_t weight, bool lower, uint32_t other,
-                    int32_t *costs)
+void qs_message_pay(const qs_model *model, uint32_t edge, int32_t weight, bool lower,
+                    uint32_t other, int32_t *costs)
 {
     if (weight == 0) {
         return;
     }
     for (uint32_t d = 0; d < model->labels; d++) {
-        costs[d] += weight * (int32_t)(lower ? qs_model_pairwise(model, other, d)
-                                             : qs_model_pairwise(model, d, other));
+        costs[d] += weight * (int32_t)(lower ? qs_edge_value(model, edge, other, d)
+                                             : qs_edge_value(model, edge, d, other));
     }
 }

@@ -31,17 +31,18 @@ size_t qs_message_scratch(const qs_model *model);
 
 /* Computes the message along an edge. Its least number is 0; returns what was subtracted for that.
  *
+ * edge     its number: see qs_model_edge_pairwise. Of weight 0: any
  * weight   of the edge, scaled
  * upward   it is sent to the higher-numbered site
  * costs    of the labels of the sender, at least -2^30; may be overwritten
  * message  out: of the labels of the receiver; not `costs`
  * scratch  qs_message_scratch numbers */
-int32_t qs_message_send(const qs_model *model, int32_t weight, bool upward, int32_t *costs,
-                        int32_t *message, int32_t *scratch);
+int32_t qs_message_send(const qs_model *model, uint32_t edge, int32_t weight, bool upward,
+                        int32_t *costs, int32_t *message, int32_t *scratch);
 
 /* Adds to the cost of each label d what the edge to a neighbour costs that has the label `other`:
  * weight V(other, d) if the neighbour is the lower-numbered site, else weight V(d, other). */
-void qs_message_pay(const qs_model *model, int32_t weight, bool lower, uint32_t other,
-                    int32_t *costs);
+void qs_message_pay(const qs_model *model, uint32_t edge, int32_t weight, bool lower,
+                    uint32_t other, int32_t *costs);
 
 #endif

@@ -99,8 +99,8 @@ static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward,
         for (uint32_t d = 0; d < labels; d++) {
             part[d] -= message[d];
         }
-        bound += qs_message_send(model, link->weight << state->scale.shift, forward, part, message,
-                                 rest);
+        bound += qs_message_send(model, link->edge, link->weight << state->scale.shift, forward,
+                                 part, message, rest);
     }
     for (; sent < chains; sent++) { /* the chains that end here */
         take_part(total, labels, sent, chains, part);
@@ -157,8 +157,8 @@ static void sweep_chain(const qs_trws_state *state, const pass_record *record,
         for (uint32_t d = 0; d < labels; d++) {
             part[d] -= came[d];
         }
-        (void)qs_message_send(model, before->weight << state->scale.shift, false, part, message,
-                              rest);
+        (void)qs_message_send(model, before->edge, before->weight << state->scale.shift, false,
+                              part, message, rest);
         for (uint32_t d = 0; d < labels; d++) {
             replaced[d] = message[d] - replaced[d];
         }
@@ -221,7 +221,7 @@ static void add_around(const qs_trws_state *state, uint32_t site, bool forward,
     for (uint32_t n = model->link_start[site]; n < model->link_start[site + 1]; n++) {
         const qs_link *link = &model->links[n];
         if ((link->site < site) == forward) {
-            qs_message_pay(model, link->weight << state->scale.shift, forward,
+            qs_message_pay(model, link->edge, link->weight << state->scale.shift, forward,
                            labelling[link->site], costs);
         } else if (link->weight > 0) {
             add_message(state, link, costs);

@@ -51,8 +51,9 @@ static int64_t other_pass(const qs_trws_state *state, bool forward)
     for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
         qs_visit v = qs_visit_of(state, qs_trws_site(state, at, forward), labels, forward);
         qs_visit_charge(&v, state->scale, labels, row, column);
-        bound += qs_message_send(model, v.row_weight, forward, row, v.row_out, rest);
-        bound += qs_message_send(model, v.column_weight, forward, column, v.column_out, rest);
+        bound += qs_message_send(model, v.row_edge, v.row_weight, forward, row, v.row_out, rest);
+        bound += qs_message_send(model, v.column_edge, v.column_weight, forward, column,
+                                 v.column_out, rest);
     }
     return bound;
 }

@@ -42,12 +42,13 @@ static sweep lay_out(const qs_trws_state *state, uint32_t *marginals)
     return s;
 }
 
-/* Sends costs that must stay as they are. */
-static int32_t send(const sweep *s, int32_t weight, bool upward, const int32_t *costs,
+/* Sends costs that must stay as they are to a later site. */
+static int32_t send(const sweep *s, uint32_t edge, int32_t weight, const int32_t *costs,
                     int32_t *message)
 {
     memcpy(s->costs, costs, sizeof *costs * s->labels);
-    return qs_message_send(s->state->model, weight, upward, s->costs, message, s->state->scratch);
+    return qs_message_send(s->state->model, edge, weight, true, s->costs, message,
+                           s->state->scratch);
 }
 
 static void forward(const sweep *s, int64_t *shares)
@@ -58,8 +59,8 @@ static void forward(const sweep *s, int64_t *shares)
         int32_t *row = s->row + (size_t)p * s->labels, *column = s->column + (size_t)p * s->labels;
         qs_visit v = qs_visit_of(state, p, s->labels, true);
         qs_visit_charge(&v, state->scale, s->labels, row, column);
-        shares[p] = send(s, v.row_weight, true, row, v.row_out);
-        shares[p] += send(s, v.column_weight, true, column, v.column_out);
+        shares[p] = send(s, v.row_edge, v.row_weight, row, v.row_out);
+        shares[p] += send(s, v.column_edge, v.column_weight, column, v.column_out);
     }
 }
 
@@ -69,9 +70,10 @@ static void forward(const sweep *s, int64_t *shares)
  * costs   the costs up to the site; out: the min-marginals, less their least
  * later   the costs of what comes later; out: the same for the site before
  * came    the message that came along the chain: it has the costs before the site
- * weight  of the edge to the site before, scaled */
+ * edge    the number of the edge to the site before
+ * weight  of that edge, scaled */
 static void sweep_chain(const sweep *s, int32_t *costs, int32_t *later, const int32_t *came,
-                        int32_t weight)
+                        uint32_t edge, int32_t weight)
 {
     int32_t least = INT32_MAX;
     for (uint32_t d = 0; d < s->labels; d++) {
@@ -82,7 +84,8 @@ static void sweep_chain(const sweep *s, int32_t *costs, int32_t *later, const in
     for (uint32_t d = 0; d < s->labels; d++) {
         costs[d] -= least;
     }
-    (void)qs_message_send(s->state->model, weight, false, s->costs, later, s->state->scratch);
+    (void)qs_message_send(s->state->model, edge, weight, false, s->costs, later,
+                          s->state->scratch);
 }
 
 /* Where a chain ends no cost comes later: nothing was sent there, along an edge of weight 0. */
@@ -95,9 +98,9 @@ static void back(const sweep *s)
         uint32_t p = qs_trws_site(s->state, at, false);
         qs_visit v = qs_visit_of(s->state, p, labels, false); /* its `out` = to the sites before */
         int32_t *row = s->row + (size_t)p * labels, *column = s->column + (size_t)p * labels;
-        sweep_chain(s, row, s->row_later, v.row_out, v.row_weight);
+        sweep_chain(s, row, s->row_later, v.row_out, v.row_edge, v.row_weight);
         sweep_chain(s, column, s->column_later + (size_t)(p % model->width) * labels, v.column_out,
-                    v.column_weight);
+                    v.column_edge, v.column_weight);
         uint32_t *marginals = (uint32_t *)row;
         for (uint32_t d = 0; d < labels; d++) {
             marginals[d] += (uint32_t)column[d];

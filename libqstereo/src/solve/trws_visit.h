@@ -4,6 +4,7 @@
 
 #include "../base/minmax.h"
 #include "../base/simd.h"
+#include "../model/edge_value.h"
 #include "trws_passes.h"
 
 /* A site in a pass: the messages that it takes in and those that it replaces, along the row and
@@ -12,6 +13,7 @@ typedef struct qs_visit {
     const int32_t *unary, *row_in, *column_in;
     int32_t *row_out, *column_out;
     int32_t row_weight, column_weight; /* of the edges to later sites, scaled */
+    uint32_t row_edge, column_edge; /* their numbers */
     int32_t row_share; /* all bits 1: the row's chain takes a part; 0: the column's takes all */
     unsigned halves; /* 1: both chains go on, and each takes a half; 0: one takes all */
 } qs_visit;
@@ -40,6 +42,8 @@ QS_KERNEL qs_visit qs_visit_of(const qs_trws_state *state, uint32_t site, uint32
     v.column_out = forward ? own + labels : above;
     v.row_weight = (forward ? right : left) << shift;
     v.column_weight = (forward ? down : up) << shift;
+    v.row_edge = qs_cell_edge(forward ? site : site - 1, false);
+    v.column_edge = qs_cell_edge(forward ? site : site - width, true);
     v.halves = (left != 0 && up != 0) || (right != 0 && down != 0);
     v.row_share = v.halves || v.row_weight != 0 || v.column_weight == 0 ? -1 : 0;
     return v;
