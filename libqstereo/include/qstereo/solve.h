@@ -62,7 +62,11 @@ typedef struct qs_solution {
  *   QS_E_ARGUMENT  a null pointer, or a start with a label that there is not
  *   QS_E_WORKSPACE
  *   QS_E_ENCODING  the solver cannot be used with this pairwise cost
- *   QS_E_OVERFLOW  the costs are too large for the solver's arithmetic */
+ *   QS_E_OVERFLOW  qs_min_cut only: the costs are too large for its arithmetic
+ *
+ * Solvers compute in 32 bits, and where costs are too large for that, in 64. So
+ * there are no costs that a model may have and a solver not, but the large ones
+ * take about twice the memory and up to four times the time. */
 typedef qs_status qs_solver(const qs_model *model,
                             const qs_solve_options *options, void *workspace,
                             size_t workspace_size, uint16_t *labelling,
@@ -158,8 +162,7 @@ size_t qs_trws_workspace(const qs_model *model);
  *
  * The workspace is SIZE_MAX where that graph would have 2^32 nodes or arcs; 0
  * where V is not submodular. QS_E_OVERFLOW: a cost, or what the edges of a site
- * can cost, times the number of labels, comes to 2^28 or more (of the descent,
- * without the number of labels). */
+ * can cost, times the number of labels, comes to 2^60 or more. */
 QS_MUST_CHECK qs_status qs_min_cut(const qs_model *model,
                                    const qs_solve_options *options,
                                    void *workspace, size_t workspace_size,

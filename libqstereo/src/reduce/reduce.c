@@ -4,6 +4,7 @@
 #include "../base/minmax.h"
 #include "../solve/best.h"
 #include "label_sets.h"
+#include "hand_over.h"
 
 enum {
     ITERATIONS = 2000,
@@ -24,7 +25,7 @@ typedef struct reducer {
     qs_elimination sets;
     const qs_reduce_options *options;
     uint64_t iterations, target; /* of the options */
-    uint32_t *marginals;
+    qs_natural *marginals;
     int64_t *shares;
     void *best; /* workspace of qs_best_with */
     size_t best_size;
@@ -160,6 +161,9 @@ static size_t take_parts(reducer *r, const qs_model *model, void *workspace)
 
 size_t qs_reduce_workspace(const qs_model *model)
 {
+    if (!qs_messages_fit(model, true)) {
+        return QS_IN_64_BITS(SIZE_MAX, qs_reduce_workspace, model);
+    }
     reducer r;
     return take_parts(&r, model, NULL);
 }
@@ -170,6 +174,10 @@ qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, voi
 {
     if (!model || !workspace || !kept || !labelling || !reduction) {
         return QS_E_ARGUMENT;
+    }
+    if (!qs_messages_fit(model, true)) {
+        return QS_IN_64_BITS(QS_E_OVERFLOW, qs_reduce, model, options, workspace, workspace_size,
+                             kept, labelling, reduction);
     }
     reducer r = {.options = options, .next = FIRST, .looked = INT64_MAX};
     size_t size = take_parts(&r, model, workspace);

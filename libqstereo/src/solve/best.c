@@ -9,6 +9,7 @@
 #include "cut.h"
 #include "fusion.h"
 #include "progress.h"
+#include "solve_64.h"
 
 enum { ITERATIONS = 2000, FIRST_MOVES = 8 };
 
@@ -50,9 +51,9 @@ static bool watch_moves(void *context, const qs_progress *progress)
     return !s->stopped;
 }
 
-/* Improves a labelling by expansion, where the pairwise cost is no metric by fusion moves, and
- * where the costs are too large for cuts by icm. */
-static qs_status improve(supervisor *s, uint16_t *labelling)
+/* Improves a labelling by expansion, or, where the pairwise cost is no metric, by fusion moves. A
+ * guest may raise costs until moves need more memory than there is: from then on there are none. */
+static void improve(supervisor *s, uint16_t *labelling)
 {
     qs_solve_options options = {.watch = watch_moves, .context = s};
     qs_solution moved;
@@ -60,13 +61,9 @@ static qs_status improve(supervisor *s, uint16_t *labelling)
         s->metric ? qs_expansion(s->model, &options, s->moves, s->moves_size, labelling, &moved)
                   : qs_fusion_moves(QS_FUSION_JUMPS, s->model, &options, s->moves, s->moves_size,
                                     labelling, &moved);
-    if (status == QS_E_OVERFLOW) {
-        status = qs_icm(s->model, &options, NULL, 0, labelling, &moved);
-    }
     if (status == QS_OK) {
         keep(s, labelling, moved.energy);
     }
-    return status;
 }
 
 /* The moves start from the labelling of TRW-S. The guest may have taken labels of it out since. */
@@ -91,7 +88,8 @@ static bool watch_messages(void *context, const qs_progress *progress)
         s->next_moves = 2 * progress->iteration;
         s->moved_energy = progress->energy;
         start_moves(s);
-        proven = improve(s, s->moved) != QS_OK || s->solution.energy == s->solution.lower_bound;
+        improve(s, s->moved);
+        proven = s->solution.energy == s->solution.lower_bound;
     }
     bool done = !s->stopped && s->guest &&
                 !s->guest->between(s->guest->context, &s->state, &s->solution, false);
@@ -119,6 +117,9 @@ static size_t take_parts(supervisor *s, void *workspace)
 
 size_t qs_best_workspace(const qs_model *model)
 {
+    if (!qs_messages_fit(model, model->kept != NULL)) {
+        return QS_IN_64_BITS(SIZE_MAX, qs_best_workspace, model);
+    }
     supervisor s = {.model = model};
     size_t others = take_parts(&s, NULL),
            cut = qs_cut_is_quick(model) ? qs_min_cut_workspace(model) : 0;
@@ -144,6 +145,10 @@ qs_status qs_best(const qs_model *model, const qs_solve_options *options, void *
     if (!model || !workspace || !labelling || !solution) {
         return QS_E_ARGUMENT;
     }
+    if (!qs_messages_fit(model, model->kept != NULL)) {
+        return QS_IN_64_BITS(QS_E_OVERFLOW, qs_best, model, options, workspace, workspace_size,
+                             labelling, solution);
+    }
     if (workspace_size < qs_best_workspace(model)) {
         return QS_E_WORKSPACE;
     }
@@ -154,7 +159,6 @@ qs_status qs_best(const qs_model *model, const qs_solve_options *options, void *
     return qs_best_with(model, options, NULL, workspace, workspace_size, labelling, solution);
 }
 
-/* Where the costs are too large for messages there are moves alone, and no bound. */
 static qs_status solve(supervisor *s)
 {
     const qs_solve_options *options = s->options;
@@ -163,13 +167,8 @@ static qs_status solve(supervisor *s)
                             .watch = watch_messages,
                             .context = s};
     qs_solution ended;
-    qs_status status =
-        qs_trws_watched(s->model, &own, s->messages, s->messages_size, s->found, &ended, &s->state);
-    if (status == QS_E_OVERFLOW) {
-        memcpy(s->moved, s->best, sizeof *s->best * s->model->sites);
-        status = improve(s, s->moved);
-    }
-    return status;
+    return qs_trws_watched(s->model, &own, s->messages, s->messages_size, s->found, &ended,
+                           &s->state);
 }
 
 qs_status qs_best_with(const qs_model *model, const qs_solve_options *options,

@@ -7,6 +7,7 @@
 #include "../model/neighbours.h"
 #include "label_from_messages.h"
 #include "progress.h"
+#include "solve_64.h"
 
 enum { DEFAULT_ITERATIONS = 50, FINEST = 12 };
 
@@ -38,6 +39,9 @@ static size_t take_parts(qs_bp_state *state, void *workspace, uint16_t **trial)
 
 size_t qs_bp_workspace(const qs_model *model)
 {
+    if (!qs_messages_fit(model, model->kept != NULL)) {
+        return QS_IN_64_BITS(SIZE_MAX, qs_bp_workspace, model);
+    }
     qs_bp_state state = {.model = model};
     uint16_t *trial;
     return take_parts(&state, NULL, &trial);
@@ -51,7 +55,7 @@ static void sweep(const qs_bp_state *state, bool wide)
         qs_bp_graph_sweep(state);
         return;
     }
-#if QS_HAVE_AVX2
+#if QS_HAVE_AVX2 && QS_BITS == 32
     if (wide && model->labels >= QS_LANES && model->pairwise.smoothness == QS_POTTS) {
         qs_bp_wide_sweep(state);
         return;
@@ -85,13 +89,14 @@ qs_status qs_bp(const qs_model *model, const qs_solve_options *options, void *wo
     if (!model || !workspace || !labelling || !solution) {
         return QS_E_ARGUMENT;
     }
+    if (!qs_scale_choose(model, FINEST, &state.scale)) {
+        return QS_IN_64_BITS(QS_E_OVERFLOW, qs_bp, model, options, workspace, workspace_size,
+                             labelling, solution);
+    }
     uint16_t *trial;
     size_t size = take_parts(&state, workspace, &trial);
     if (workspace_size < size || size == SIZE_MAX) {
         return QS_E_WORKSPACE;
-    }
-    if (!qs_scale_choose(model, FINEST, &state.scale)) {
-        return QS_E_OVERFLOW;
     }
     memset(workspace, 0, size);
     qs_solution s = {.lower_bound = QS_NO_BOUND};

@@ -18,8 +18,8 @@ typedef struct qs_bp_state {
     qs_scale scale;
     /* Of a grid the messages to each site. Of a graph, for each edge, that to the higher-numbered
      * site, then that to the lower. */
-    int32_t *messages;
-    int32_t *scratch;
+    qs_number *messages;
+    qs_number *scratch;
 } qs_bp_state;
 
 /* The old message that is kept: QS_KEEP / 2^QS_KEEP_OF. */
@@ -28,8 +28,8 @@ enum { QS_KEEP = 3, QS_KEEP_OF = 4 };
 /* Sends as qs_message_send does, and mixes the message with the one before.
  *
  * scratch  `labels` numbers, and then qs_message_scratch more */
-void qs_bp_send(const qs_bp_state *state, uint32_t edge, int32_t weight, bool upward,
-                int32_t *costs, int32_t *message, int32_t *scratch);
+void qs_bp_send(const qs_bp_state *state, uint32_t edge, qs_number weight, bool upward,
+                qs_number *costs, qs_number *message, qs_number *scratch);
 
 /* The sweeps of one iteration. The wide one is for grids with Potts costs and at least 8 labels; it
  * computes the same by AVX2. */

@@ -10,7 +10,7 @@ QS_WIDE qs_lanes sum_of(const qs_bp_state *state, const qs_letter *letter, uint3
                         uint32_t labels)
 {
     qs_lanes unary =
-        qs_lanes_min(qs_lanes_load(letter->unary, run, labels), qs_lanes_all(state->scale.most))
+        qs_lanes_min(qs_lanes_load(state->model->unary + letter->first, run, labels), qs_lanes_all(state->scale.most))
         << (int)state->scale.shift;
     return unary + qs_lanes_load(letter->beside[0], run, labels) +
            qs_lanes_load(letter->beside[1], run, labels) +

@@ -4,10 +4,10 @@
 static void send(const qs_bp_state *state, uint32_t site, int from)
 {
     uint32_t labels = state->model->labels;
-    int32_t *costs = state->scratch;
+    qs_number *costs = state->scratch;
     qs_letter letter = qs_letter_of(state, site, labels, from);
     for (uint32_t d = 0; d < labels; d++) {
-        costs[d] = (qs_min_i32(letter.unary[d], state->scale.most) << state->scale.shift) +
+        costs[d] = qs_scaled_cost(state->model, state->scale, letter.first + d) +
                    letter.behind[d] + letter.beside[0][d] + letter.beside[1][d];
     }
     qs_bp_send(state, letter.edge, letter.weight, from == QS_FROM_LEFT || from == QS_FROM_ABOVE,

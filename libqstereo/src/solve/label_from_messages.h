@@ -14,9 +14,9 @@ typedef struct qs_message_reader {
     bool wide; /* the processor has AVX2 */
     bool forward; /* in the order of the sites; else in reverse, and the later neighbours are the
                      left and the upper one */
-    const int32_t *row, *column;
+    const qs_number *row, *column;
     size_t stride;
-    int32_t *scratch; /* `labels` numbers */
+    qs_number *scratch; /* `labels` numbers */
 } qs_message_reader;
 
 /* Labels all sites. */

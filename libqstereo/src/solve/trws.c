@@ -6,6 +6,7 @@
 #include "../base/simd.h"
 #include "../model/neighbours.h"
 #include "progress.h"
+#include "solve_64.h"
 
 enum { DEFAULT_ITERATIONS = 500, FINEST = 14, LABELS_EVERY = 8 };
 
@@ -17,7 +18,7 @@ static size_t take_parts(qs_trws_state *state, void *workspace, uint16_t **trial
     const qs_model *model = state->model;
     qs_arena arena = {.base = workspace};
     uint64_t padding = qs_trws_padding(model);
-    int32_t *padded = qs_arena_take(&arena, padding + qs_trws_messages(model), sizeof *padded);
+    qs_number *padded = qs_arena_take(&arena, padding + qs_trws_messages(model), sizeof *padded);
     state->messages = padded ? padded + padding : NULL;
     state->scratch = qs_arena_take(&arena, qs_trws_scratch(model), sizeof *state->scratch);
     *trial = qs_arena_take(&arena, model->sites, sizeof **trial);
@@ -26,6 +27,9 @@ static size_t take_parts(qs_trws_state *state, void *workspace, uint16_t **trial
 
 size_t qs_trws_workspace(const qs_model *model)
 {
+    if (!qs_messages_fit(model, model->kept != NULL)) {
+        return QS_IN_64_BITS(SIZE_MAX, qs_trws_workspace, model);
+    }
     qs_trws_state state = {.model = model};
     uint16_t *trial;
     return take_parts(&state, NULL, &trial);
@@ -65,13 +69,13 @@ void qs_trws_visit_only(qs_trws_state *state, const uint32_t *sites, uint32_t co
         return; /* a graph's passes do not look at such edges */
     }
     for (uint32_t p = 0; p < model->sites; p++) {
-        int32_t *right = state->messages + 2 * labels * p, *down = right + labels;
+        qs_number *right = state->messages + 2 * labels * p, *down = right + labels;
         memset(right, 0, model->right[p] == 0 ? sizeof *right * labels : 0);
         memset(down, 0, model->down[p] == 0 ? sizeof *down * labels : 0);
     }
 }
 
-void qs_trws_marginals(const qs_trws_state *state, uint32_t *marginals, int64_t *shares)
+void qs_trws_marginals(const qs_trws_state *state, qs_natural *marginals, int64_t *shares)
 {
     if (state->model->width > 0) {
         qs_trws_grid_marginals(state, marginals, shares);
@@ -147,6 +151,8 @@ static void try_labelling(const qs_trws_state *state, bool forward, uint16_t *tr
     }
     int64_t energy = qs_model_energy(state->model, trial);
     energy -= improve(state->model, trial);
+    /* Beside large edges a label that is out can be cheap to the neighbours that improve it. */
+    energy -= state->model->kept ? qs_take_kept_everywhere(state->model, trial) : 0;
     if (energy < s->energy) {
         s->energy = energy;
         memcpy(labelling, trial, sizeof *labelling * state->model->sites);
@@ -183,6 +189,13 @@ static void solve(const qs_trws_state *state, const qs_solve_options *options, u
 qs_status qs_trws(const qs_model *model, const qs_solve_options *options, void *workspace,
                   size_t workspace_size, uint16_t *labelling, qs_solution *solution)
 {
+    if (!model) {
+        return QS_E_ARGUMENT;
+    }
+    if (!qs_messages_fit(model, model->kept != NULL)) {
+        return QS_IN_64_BITS(QS_E_OVERFLOW, qs_trws, model, options, workspace, workspace_size,
+                             labelling, solution);
+    }
     qs_trws_state state;
     return qs_trws_watched(model, options, workspace, workspace_size, labelling, solution, &state);
 }

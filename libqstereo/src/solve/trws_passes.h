@@ -40,8 +40,8 @@ typedef struct qs_trws_state {
     bool wide; /* the processor has AVX2 */
     /* Of a grid, two messages of `labels` numbers for each site: on the edge to its right
      * neighbour, then on that to its lower one. Of a graph one for each edge. */
-    int32_t *messages;
-    int32_t *scratch;
+    qs_number *messages;
+    qs_number *scratch;
     /* The sites that the passes visit, in order; NULL = all. The others have no edges, and a label
      * that costs 0: they add nothing to the bound. */
     const uint32_t *visits;
@@ -73,8 +73,8 @@ int64_t qs_trws_wide_pass(const qs_trws_state *state, bool forward);
 int64_t qs_trws_graph_pass(const qs_trws_state *state, bool forward);
 
 /* Forward passes that also find the marginals: see qs_trws_marginals. */
-void qs_trws_grid_marginals(const qs_trws_state *state, uint32_t *marginals, int64_t *shares);
-void qs_trws_graph_marginals(const qs_trws_state *state, uint32_t *marginals, int64_t *shares);
+void qs_trws_grid_marginals(const qs_trws_state *state, qs_natural *marginals, int64_t *shares);
+void qs_trws_graph_marginals(const qs_trws_state *state, qs_natural *marginals, int64_t *shares);
 
 /* A labelling from the messages, as label_from_messages.h says: in reverse order after a forward
  * pass, in order after a backward pass.
