@@ -9,9 +9,9 @@ enum { AHEAD = 8 };
 QS_WIDE qs_lanes sum_of(const qs_bp_state *state, const qs_letter *letter, uint32_t run,
                         uint32_t labels)
 {
-    qs_lanes unary =
-        qs_lanes_min(qs_lanes_load(state->model->unary + letter->first, run, labels), qs_lanes_all(state->scale.most))
-        << (int)state->scale.shift;
+    qs_lanes unary = qs_lanes_min(qs_lanes_load(state->model->unary + letter->first, run, labels),
+                                  qs_lanes_all(state->scale.most))
+                     << (int)state->scale.shift;
     return unary + qs_lanes_load(letter->beside[0], run, labels) +
            qs_lanes_load(letter->beside[1], run, labels) +
            qs_lanes_load(letter->behind, run, labels);

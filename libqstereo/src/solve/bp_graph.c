@@ -5,7 +5,7 @@
 
 /* The message along a link of a site: to that site, or from it. */
 static qs_number *message_of(const qs_bp_state *state, uint32_t site, const qs_link *link,
-                           bool to_site)
+                             bool to_site)
 {
     bool upward = (link->site < site) == to_site;
     return state->messages + (2 * (size_t)link->edge + !upward) * state->model->labels;
@@ -32,7 +32,7 @@ static void send(const qs_bp_state *state, uint32_t site, bool upward)
 {
     const qs_model *model = state->model;
     qs_number *belief = state->scratch, *costs = belief + model->labels,
-            *rest = costs + model->labels;
+              *rest = costs + model->labels;
     believe(state, site, belief);
     for (uint32_t n = model->link_start[site]; n < model->link_start[site + 1]; n++) {
         const qs_link *link = &model->links[n];

@@ -7,8 +7,8 @@ static void send(const qs_bp_state *state, uint32_t site, int from)
     qs_number *costs = state->scratch;
     qs_letter letter = qs_letter_of(state, site, labels, from);
     for (uint32_t d = 0; d < labels; d++) {
-        costs[d] = qs_scaled_cost(state->model, state->scale, letter.first + d) +
-                   letter.behind[d] + letter.beside[0][d] + letter.beside[1][d];
+        costs[d] = qs_scaled_cost(state->model, state->scale, letter.first + d) + letter.behind[d] +
+                   letter.beside[0][d] + letter.beside[1][d];
     }
     qs_bp_send(state, letter.edge, letter.weight, from == QS_FROM_LEFT || from == QS_FROM_ABOVE,
                costs, letter.message, costs + labels);

@@ -8,7 +8,8 @@
 
 typedef struct qs_letter {
     size_t first; /* of the sender's unary costs */
-    const qs_number *behind, *beside[2]; /* messages to the sender: from behind, and from the sides */
+    const qs_number *behind,
+        *beside[2]; /* messages to the sender: from behind, and from the sides */
     qs_number *message; /* to be sent */
     qs_number weight; /* of the edge, scaled */
     uint32_t edge; /* its number */
@@ -24,8 +25,7 @@ QS_KERNEL qs_letter qs_letter_of(const qs_bp_state *state, uint32_t site, uint32
          onward = from == QS_FROM_LEFT || from == QS_FROM_ABOVE;
     uint32_t step = along ? 1 : model->width, to = onward ? site + step : site - step,
              edge = onward ? site : to;
-    qs_letter letter = {.first = (size_t)labels * site,
-                        .behind = in + (size_t)from * labels};
+    qs_letter letter = {.first = (size_t)labels * site, .behind = in + (size_t)from * labels};
     letter.beside[0] = in + (along ? QS_FROM_ABOVE : QS_FROM_LEFT) * labels;
     letter.beside[1] = in + (along ? QS_FROM_BELOW : QS_FROM_RIGHT) * labels;
     letter.message = state->messages + each * to + (size_t)from * labels;

@@ -9,7 +9,8 @@
 #include "progress.h"
 #include "trws.h"
 
-#define RANGE ((int64_t)(QS_NUMBER_MAX / 2 + 1)) /* of an excess, whatever flows, and of capacities */
+#define RANGE                                                                                      \
+    ((int64_t)(QS_NUMBER_MAX / 2 + 1)) /* of an excess, whatever flows, and of capacities */
 
 enum { FINEST = 12, PASSES = 20, DECODE_EVERY = 5 };
 
@@ -279,10 +280,12 @@ static void load_edge(levels *l, uint32_t p, uint32_t q, qs_number weight)
     const qs_model *model = l->model;
     l->base += weight * qs_model_pairwise(model, 0, 0);
     for (uint32_t i = 0; i < l->count; i++) {
-        l->cut.excess[node_of(l, i, p)] -= (qs_number)(weight * (qs_model_pairwise(model, i + 1, 0) -
-                                                               qs_model_pairwise(model, i, 0)));
-        l->cut.excess[node_of(l, i, q)] -= (qs_number)(weight * (qs_model_pairwise(model, 0, i + 1) -
-                                                               qs_model_pairwise(model, 0, i)));
+        l->cut.excess[node_of(l, i, p)] -=
+            (qs_number)(weight *
+                        (qs_model_pairwise(model, i + 1, 0) - qs_model_pairwise(model, i, 0)));
+        l->cut.excess[node_of(l, i, q)] -=
+            (qs_number)(weight *
+                        (qs_model_pairwise(model, 0, i + 1) - qs_model_pairwise(model, 0, i)));
     }
     for (size_t n = 0; n < l->product_count; n++) {
         load_product(l, p, q, weight, &l->products[n]);
@@ -408,7 +411,7 @@ static void take_message(levels *l, const qs_number *message, uint32_t p, uint32
     for (uint32_t i = 0; i < l->count; i++) {
         uint32_t to = node_of(l, i, p), from = to + step;
         qs_number *out = &l->cut.residual[way * nodes + to],
-                *in = &l->cut.residual[(way ^ 1) * nodes + from];
+                  *in = &l->cut.residual[(way ^ 1) * nodes + from];
         qs_number flow = qs_max_number(qs_min_number(message[i] - message[i + 1], *in), -*out);
         *in -= flow;
         *out += flow;

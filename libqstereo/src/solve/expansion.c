@@ -481,8 +481,8 @@ qs_status qs_expansion(const qs_model *model, const qs_solve_options *options, v
     }
     int64_t times = qs_times_in_range(model);
     if (times < QS_TIMES_NEEDED) {
-        return QS_IN_64_BITS(QS_E_OVERFLOW, qs_expansion, model, options, workspace,
-                             workspace_size, labelling, solution);
+        return QS_IN_64_BITS(QS_E_OVERFLOW, qs_expansion, model, options, workspace, workspace_size,
+                             labelling, solution);
     }
     expansion e = {.m.x = labelling, .m.now = 2 * (uint64_t)model->labels};
     size_t size = take_expansion(&e, model, workspace);

@@ -83,7 +83,7 @@ static void load_grid(qs_fusion *f)
     const qs_model *model = f->m.model;
     size_t sites = model->sites, width = model->width;
     qs_number *right = f->m.cut.residual, *left = right + sites, *down = left + sites,
-            *up = down + sites;
+              *up = down + sites;
     memset(right, 0, sizeof *right * 4 * sites);
     for (uint32_t p = 0; p < model->sites; p++) {
         if (model->right[p] != 0) {

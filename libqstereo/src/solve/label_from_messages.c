@@ -9,7 +9,8 @@ static qs_number cost_alone(const qs_message_reader *reader, uint32_t site, uint
 {
     size_t unary = (size_t)site * reader->model->labels + label;
     size_t at = site * reader->stride + label;
-    return qs_scaled_cost(reader->model, reader->scale, unary) + reader->row[at] + reader->column[at];
+    return qs_scaled_cost(reader->model, reader->scale, unary) + reader->row[at] +
+           reader->column[at];
 }
 
 void qs_label_alone(const qs_message_reader *reader, uint32_t first, uint32_t count,
@@ -58,7 +59,7 @@ static void consider(const qs_message_reader *reader, uint32_t site, const earli
                      uint16_t label, uint16_t *best, qs_number *least)
 {
     qs_number cost = cost_alone(reader, site, label) + (label == e->row ? 0 : e->row_weight) +
-                   (label == e->column ? 0 : e->column_weight);
+                     (label == e->column ? 0 : e->column_weight);
     *best = cost < *least || (cost == *least && label < *best) ? label : *best;
     *least = qs_min_number(cost, *least);
 }

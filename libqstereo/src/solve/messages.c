@@ -140,9 +140,8 @@ bool qs_messages_fit(const qs_model *model, bool sets)
 {
     demand of;
     /* Mostly they do whatever the unary costs are. These are many: they are looked at last. */
-    return find_demand(model, sets, &of) &&
-           (total_of(&of, of.edges + 1) <= INT32_MAX ||
-            total_of(&of, most_of(model, sets, &of)) <= INT32_MAX);
+    return find_demand(model, sets, &of) && (total_of(&of, of.edges + 1) <= INT32_MAX ||
+                                             total_of(&of, most_of(model, sets, &of)) <= INT32_MAX);
 }
 
 bool qs_scale_choose(const qs_model *model, unsigned shift, qs_scale *scale)
@@ -337,6 +336,6 @@ void qs_message_pay(const qs_model *model, uint32_t edge, qs_number weight, bool
     }
     for (uint32_t d = 0; d < model->labels; d++) {
         costs[d] += weight * (qs_number)(lower ? qs_edge_value(model, edge, other, d)
-                                             : qs_edge_value(model, edge, d, other));
+                                               : qs_edge_value(model, edge, d, other));
     }
 }

@@ -295,7 +295,7 @@ QS_KERNEL void spread_node(qs_cut *cut, uint32_t ways, uint32_t p, bool forward)
             if (cut->node[to].parent != QS_CUT_UNLOADED) {
                 uint32_t q = (uint32_t)to;
                 qs_number *out = &cut->residual[index_of(cut, ways, p, a)],
-                        *in = &cut->residual[sister(cut, ways, p, a, q)];
+                          *in = &cut->residual[sister(cut, ways, p, a, q)];
                 qs_number flow = clamp(share, *in, *out);
                 *out -= flow;
                 *in += flow;
@@ -307,7 +307,8 @@ QS_KERNEL void spread_node(qs_cut *cut, uint32_t ways, uint32_t p, bool forward)
 }
 
 /* Along a row: half of what each node has goes to the next one. */
-static void spread_along(qs_number *excess, qs_number *out, qs_number *in, uint32_t count, ptrdiff_t step)
+static void spread_along(qs_number *excess, qs_number *out, qs_number *in, uint32_t count,
+                         ptrdiff_t step)
 {
     qs_number flow = 0;
     for (uint32_t i = 1; i < count; i++, excess += step, out += step, in += step) {
@@ -321,8 +322,8 @@ static void spread_along(qs_number *excess, qs_number *out, qs_number *in, uint3
 }
 
 /* All that is left of a row goes to the next row, as far as the edges take it. */
-static void spread_across(qs_number *restrict excess, qs_number *restrict next, qs_number *restrict out,
-                          qs_number *restrict in, uint32_t count)
+static void spread_across(qs_number *restrict excess, qs_number *restrict next,
+                          qs_number *restrict out, qs_number *restrict in, uint32_t count)
 {
     for (uint32_t x = 0; x < count; x++) {
         qs_number flow = clamp(excess[x], in[x], out[x]);
@@ -337,8 +338,8 @@ static void spread_across(qs_number *restrict excess, qs_number *restrict next, 
 static void spread_rows(qs_cut *cut, size_t begin, size_t end)
 {
     size_t width = cut->width, nodes = cut->nodes;
-    qs_number *right = cut->residual, *left = right + nodes, *down = left + nodes, *up = down + nodes,
-            *excess = cut->excess;
+    qs_number *right = cut->residual, *left = right + nodes, *down = left + nodes,
+              *up = down + nodes, *excess = cut->excess;
     for (size_t row = begin; row < end; row += width) {
         spread_along(excess + row, right + row, left + row, cut->width, 1);
         if (row + width < end) {

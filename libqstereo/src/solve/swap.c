@@ -83,7 +83,7 @@ static qs_number load_swap_arc(const swapper *s, uint32_t p, uint32_t q, qs_numb
     if (there != s->a && there != s->b) {
         *residual = 0;
         return weight * (qs_number)(qs_model_pairwise(model, s->a, there) -
-                                  qs_model_pairwise(model, s->b, there));
+                                    qs_model_pairwise(model, s->b, there));
     }
     qs_number cost = weight * (qs_number)qs_model_pairwise(model, s->a, s->b);
     if (here == there) {
@@ -96,8 +96,7 @@ static qs_number load_swap_arc(const swapper *s, uint32_t p, uint32_t q, qs_numb
 }
 
 /* An edge of a grid. Of weight 0 there is none. */
-static qs_number load_grid_arc(const swapper *s, uint32_t p, uint32_t q, int32_t weight,
-                               size_t arc)
+static qs_number load_grid_arc(const swapper *s, uint32_t p, uint32_t q, int32_t weight, size_t arc)
 {
     qs_number *residual = s->m.cut.residual + arc * s->m.model->sites + p;
     return weight != 0 ? load_swap_arc(s, p, q, weight, residual) : 0;

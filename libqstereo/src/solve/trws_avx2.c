@@ -29,8 +29,9 @@ QS_WIDE int64_t site(const qs_trws_state *state, uint32_t at, uint32_t labels, b
     for (uint32_t run = 0; run < runs; run++) {
         qs_lanes row_back = qs_lanes_load(v.row_out, run, labels),
                  column_back = qs_lanes_load(v.column_out, run, labels);
-        qs_lanes total = qs_lanes_min(qs_lanes_load(state->model->unary + v.first, run, labels), most)
-                         << (int)state->scale.shift;
+        qs_lanes total =
+            qs_lanes_min(qs_lanes_load(state->model->unary + v.first, run, labels), most)
+            << (int)state->scale.shift;
         total = total + row_back + column_back + qs_lanes_load(v.column_in, run, labels) +
                 qs_lanes_load(v.row_in, run, labels);
         qs_lanes part = total >> (int)v.halves & share;

@@ -47,7 +47,8 @@ static void add_all(const qs_trws_state *state, uint32_t site, qs_number *total)
 }
 
 /* The i-th of n whole parts of each cost. The n parts add up to the cost, whatever its sign. */
-static void take_part(const qs_number *total, uint32_t labels, uint32_t i, uint32_t n, qs_number *part)
+static void take_part(const qs_number *total, uint32_t labels, uint32_t i, uint32_t n,
+                      qs_number *part)
 {
     qs_number parts = (qs_number)n, at = (qs_number)i;
     for (uint32_t d = 0; d < labels; d++) {
@@ -99,8 +100,8 @@ static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward,
         for (uint32_t d = 0; d < labels; d++) {
             part[d] -= message[d];
         }
-        bound += qs_message_send(model, link->edge, qs_scaled_weight(state->scale, link->weight), forward,
-                                 part, message, rest);
+        bound += qs_message_send(model, link->edge, qs_scaled_weight(state->scale, link->weight),
+                                 forward, part, message, rest);
     }
     for (; sent < chains; sent++) { /* the chains that end here */
         take_part(total, labels, sent, chains, part);
@@ -153,12 +154,12 @@ static void sweep_chain(const qs_trws_state *state, const pass_record *record,
     if (before) {
         const qs_number *came = message_of(state, before);
         qs_number *message = state->scratch, *rest = message + labels,
-                *replaced = record->replaced + (size_t)before->edge * labels;
+                  *replaced = record->replaced + (size_t)before->edge * labels;
         for (uint32_t d = 0; d < labels; d++) {
             part[d] -= came[d];
         }
-        (void)qs_message_send(model, before->edge, qs_scaled_weight(state->scale, before->weight), false,
-                              part, message, rest);
+        (void)qs_message_send(model, before->edge, qs_scaled_weight(state->scale, before->weight),
+                              false, part, message, rest);
         for (uint32_t d = 0; d < labels; d++) {
             replaced[d] = message[d] - replaced[d];
         }

@@ -56,7 +56,8 @@ static void forward(const sweep *s, int64_t *shares)
     const qs_trws_state *state = s->state;
     for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
         uint32_t p = qs_trws_site(state, at, true);
-        qs_number *row = s->row + (size_t)p * s->labels, *column = s->column + (size_t)p * s->labels;
+        qs_number *row = s->row + (size_t)p * s->labels,
+                  *column = s->column + (size_t)p * s->labels;
         qs_visit v = qs_visit_of(state, p, s->labels, true);
         qs_visit_charge(state, &v, s->labels, row, column);
         shares[p] = send(s, v.row_edge, v.row_weight, row, v.row_out);
@@ -84,8 +85,7 @@ static void sweep_chain(const sweep *s, qs_number *costs, qs_number *later, cons
     for (uint32_t d = 0; d < s->labels; d++) {
         costs[d] -= least;
     }
-    (void)qs_message_send(s->state->model, edge, weight, false, s->costs, later,
-                          s->state->scratch);
+    (void)qs_message_send(s->state->model, edge, weight, false, s->costs, later, s->state->scratch);
 }
 
 /* Where a chain ends no cost comes later: nothing was sent there, along an edge of weight 0. */

@@ -33,8 +33,9 @@ QS_KERNEL qs_visit qs_visit_of(const qs_trws_state *state, uint32_t site, uint32
     int32_t right = model->right[site], down = model->down[site];
     int32_t left = qs_weight_before(model->right, site, 1),
             up = qs_weight_before(model->down, site, width);
-    qs_number *own = state->messages + 2 * (size_t)labels * site, *before = own - 2 * (size_t)labels,
-            *above = own - 2 * (size_t)labels * width + labels;
+    qs_number *own = state->messages + 2 * (size_t)labels * site,
+              *before = own - 2 * (size_t)labels,
+              *above = own - 2 * (size_t)labels * width + labels;
     qs_visit v = {.first = (size_t)labels * site};
     v.row_in = forward ? before : own;
     v.row_out = forward ? own : before;

@@ -121,8 +121,8 @@ static void large_costs(void **unused)
         tiny_make(&t, &state, BITS, false);
         build();
         for (size_t i = 0; i < SOLVERS; i++) {
-            solved[i] = run(solvers[i].solve, solvers[i].workspace(&model), labelling, &small[i]) ==
-                        QS_OK;
+            solved[i] =
+                run(solvers[i].solve, solvers[i].workspace(&model), labelling, &small[i]) == QS_OK;
         }
         enlarge(tiny_random(&state, 3));
         build();
@@ -149,8 +149,7 @@ static void large_costs(void **unused)
 }
 
 typedef qs_status reducer(const qs_model *model, const qs_reduce_options *options, void *workspace,
-                          size_t size, uint8_t *kept, uint16_t *labelling,
-                          qs_reduction *reduction);
+                          size_t size, uint8_t *kept, uint16_t *labelling, qs_reduction *reduction);
 
 static uint8_t kept[TINY_SITES * TINY_LABELS];
 

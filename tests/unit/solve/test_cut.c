@@ -341,10 +341,9 @@ static void large_costs(void **unused)
         int32_t middle, high, weight;
         qs_status status;
     } cases[] = {
-        {0, 1 << 26, 7, QS_OK}, {0, INT32_MAX - 1, 7, QS_OK},
-        {1 << 26, 0, 7, QS_OK}, {INT32_MAX - 1, 0, 7, QS_OK},
-        {0, 5, 1 << 20, QS_OK}, {0, 5, 1 << 29, QS_OK},
-        {5, 0, 1 << 20, QS_OK}, {5, 0, 1 << 29, QS_OK},
+        {0, 1 << 26, 7, QS_OK},       {0, INT32_MAX - 1, 7, QS_OK}, {1 << 26, 0, 7, QS_OK},
+        {INT32_MAX - 1, 0, 7, QS_OK}, {0, 5, 1 << 20, QS_OK},       {0, 5, 1 << 29, QS_OK},
+        {5, 0, 1 << 20, QS_OK},       {5, 0, 1 << 29, QS_OK},
     };
     uint64_t state = 6;
     keep_all();
