@@ -197,7 +197,8 @@ static int fail_recode(const char *name, const char *mend, qs_status status)
     }
     if (status == QS_E_OVERFLOW) {
         return fail(BAD_INPUT, name,
-                    "the coefficients overflow (their sum is above 2^53): choose a smaller %s",
+                    "the coefficients overflow (their sum is above 2^53): choose a smaller %s; "
+                    "or fewer decimals, for each multiplies all of them by 10",
                     mend);
     }
     return fail_status(name, status);

@@ -142,7 +142,8 @@ static int fail_encode(const pair *asked, qs_status status)
     }
     if (status == QS_E_OVERFLOW) {
         return fail(BAD_INPUT, name,
-                    "the coefficients overflow (their sum is above 2^53): choose a smaller %s",
+                    "the coefficients overflow (their sum is above 2^53): choose a smaller %s; "
+                    "or fewer decimals, for each multiplies all of them by 10",
                     asked->weights);
     }
     return fail_status(name, status);

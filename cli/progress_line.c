@@ -116,6 +116,14 @@ bool progress_watch(void *context, const qs_progress *now)
     return has_time(watched, time);
 }
 
+uint32_t progress_spent(void *context)
+{
+    const progress *watched = context;
+    int64_t spent = microseconds() - watched->begin;
+    double part = (double)spent / (double)watched->limit;
+    return part < 1 ? (uint32_t)(part * QS_ALL_TIME) : QS_ALL_TIME;
+}
+
 bool progress_watch_reduction(void *context, const qs_reduction *now)
 {
     progress *watched = context;

@@ -21,6 +21,9 @@ progress progress_begin(const char *solver, uint32_t scale, int64_t limit);
 /* The qs_watch of a progress: writes the line, and stops the solver when its time is over. */
 bool progress_watch(void *context, const qs_progress *now);
 
+/* How much of the time is over, for qs_solve_options. There is a limit. */
+uint32_t progress_spent(void *context);
+
 /* The same for a reduction: its qs_reduce_watch. */
 bool progress_watch_reduction(void *context, const qs_reduction *now);
 

@@ -85,7 +85,7 @@ static int fail_model(const char *name, qs_status status)
     case QS_E_OVERFLOW:
         return fail(BAD_INPUT, name,
                     "has costs above 2^31 - 1 units, too large for these solvers: encode the pair "
-                    "with a smaller --lambda");
+                    "with a smaller --lambda, or with fewer decimals");
     default: return fail_status(name, status);
     }
 }
@@ -123,7 +123,9 @@ int lay_out_problem(const char *name, const qs_problem *problem, const char *men
     qs_status built = qs_model_of_problem(problem, workspace, size, &made->model, &made->labels);
     if (built == QS_E_OVERFLOW) {
         return fail(BAD_INPUT, name,
-                    "its costs overflow what the solvers can hold: choose a smaller %s", mend);
+                    "its costs overflow what the solvers can hold: choose a smaller %s; or fewer "
+                    "decimals, for each multiplies all costs by 10",
+                    mend);
     }
     made->name = name;
     made->scale = made->labels.scale;
@@ -193,22 +195,44 @@ static int check_found(const laid_out *problem, budget *work, solved *found)
                                  : check_labelling(problem, work, found);
 }
 
+/* A first cycle of moves takes long, and from the cheapest label of each site it begins far off. So
+ * where the time is limited, expansion starts from what messages find in a few iterations. */
+static bool starts_from_messages(const solver *by, const search *how)
+{
+    return by->run == qs_expansion && how->time_limit > 0;
+}
+
 /* Starts from the cheapest label of each site, if the solver starts from a labelling. `work` is for
  * the solver's workspace. */
 static int run_solver(const laid_out *problem, const solver *by, const search *how, budget *work,
                       solved *found)
 {
     const char *name = problem->name;
-    size_t size = by->workspace(&problem->model);
+    const qs_model *model = &problem->model;
+    bool messages = starts_from_messages(by, how);
+    size_t size = by->workspace(model), first = messages ? qs_trws_workspace(model) : 0;
+    size = first > size ? first : size;
     void *workspace = budget_take(work, name, size);
     if (workspace == NULL) {
         return NO_RESOURCE;
     }
-    qs_model_winner(&problem->model, found->labelling);
+    qs_model_winner(model, found->labelling);
     progress watched = progress_begin(by->name, problem->scale, how->time_limit);
-    const qs_solve_options options = {how->iterations, how->seed, progress_watch, &watched};
-    qs_status ran =
-        by->run(&problem->model, &options, workspace, size, found->labelling, &found->solution);
+    const qs_solve_options options = {.iterations = how->iterations,
+                                      .seed = how->seed,
+                                      .watch = progress_watch,
+                                      .context = &watched,
+                                      .spent = how->time_limit > 0 ? progress_spent : NULL};
+    if (messages) {
+        enum { FEW = 4 };
+        qs_solve_options few = options;
+        few.iterations = FEW;
+        qs_status sent = qs_trws(model, &few, workspace, size, found->labelling, &found->solution);
+        if (sent != QS_OK) {
+            return fail_status(name, sent);
+        }
+    }
+    qs_status ran = by->run(model, &options, workspace, size, found->labelling, &found->solution);
     found->microseconds = progress_end(&watched);
     found->out_of_time = watched.out_of_time;
     found->own_limit = how->iterations == 0;
@@ -240,7 +264,9 @@ int solved_check(const laid_out *problem, const solved *found)
             found->solver, name_of(&smoothness_names, (int)problem->model.pairwise.smoothness));
     }
     if (found->refusal == QS_E_OVERFLOW) {
-        return fail(BAD_INPUT, name, "its costs are too large for %s: use another solver",
+        return fail(BAD_INPUT, name,
+                    "its costs are too large for %s: use best, or fewer decimals in the costs, for "
+                    "each multiplies all of them by 10",
                     found->solver);
     }
     return DONE;

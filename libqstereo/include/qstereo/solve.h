@@ -25,14 +25,26 @@ typedef struct qs_progress {
  * possible. */
 typedef bool qs_watch(void *context, const qs_progress *progress);
 
+enum { QS_ALL_TIME = 1 << 16 };
+
 /* All zero = the defaults. */
 typedef struct qs_solve_options {
     uint64_t iterations; /* at most; 0 = the solver's own default, which its
                             comment states */
     uint64_t seed; /* of the solvers that draw random numbers */
-    qs_watch *watch; /* NULL = nobody. It is called at least once in each
-                        iteration. There may be none: in swap with one label */
-    void *context; /* of watch */
+    /* NULL = nobody. It is called after each iteration, and within one, too:
+     * after each move, and about every 2^20 numbers that are computed, which
+     * take about a millisecond; but while the labels left are looked at, and
+     * while one flow is prepared, it is not. So a solver that it stops ends
+     * soon. A call costs nothing that counts, unless it does much. */
+    qs_watch *watch;
+    void *context; /* of watch and spent */
+    /* The library has no clock. For anneal: how much of the time that it has is
+     * over, 0 to QS_ALL_TIME. NULL = it has all the time that its iterations
+     * take */
+    uint32_t (*spent)(void *context);
+    uint32_t gap; /* best stops when energy - bound is at most this many
+                     millionths of the energy; 0 = it stops at a proof */
 } qs_solve_options;
 
 typedef struct qs_solution {
@@ -84,8 +96,9 @@ size_t qs_icm_workspace(const qs_model *model);
 /* Simulated annealing on labels (Cerny 1985; Metropolis et al. 1953): each site
  * in turn is offered a label drawn from all. The temperature falls in equal
  * ratios from half the largest cost of an edge to an eighth of that; then icm.
- * The result is never above the start. An iteration is a sweep; default
- * 1000. */
+ * The result is never above the start. An iteration is a sweep; default 1000.
+ * Where options->spent is there, the temperature follows the time that is over,
+ * and there is no limit of iterations unless one is asked for. */
 QS_MUST_CHECK qs_status qs_anneal(const qs_model *model,
                                   const qs_solve_options *options,
                                   void *workspace, size_t workspace_size,

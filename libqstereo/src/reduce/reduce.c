@@ -82,7 +82,10 @@ static bool is_due(reducer *r, const qs_trws_state *state, const qs_solution *so
 static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
 {
     int64_t room, energy = so_far->energy;
+    qs_look *look = state->look;
+    state->look = NULL; /* half of the marginals would be of no use */
     qs_trws_marginals(state, r->marginals, r->shares);
+    state->look = look;
     int64_t gap = qs_eliminate_above(&r->sets, r->marginals, r->shares, state->scale.shift, &room);
     so_far->lower_bound = qs_max_i64(so_far->lower_bound, energy - gap);
     so_far->energy = qs_model_energy(&r->sets.model, r->sets.labelling);

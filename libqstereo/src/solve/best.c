@@ -29,6 +29,7 @@ typedef struct supervisor {
     uint64_t next_moves; /* the iteration that they are due at */
     bool metric; /* the pairwise cost is one */
     bool stopped; /* by the caller's watch */
+    qs_look look; /* of messages at that watch */
     qs_solution solution;
 } supervisor;
 
@@ -41,14 +42,18 @@ static void keep(supervisor *s, const uint16_t *labelling, int64_t energy)
     }
 }
 
-/* The watch of the moves: it only asks the caller's watch whether to stop, for moves take time,
- * too. */
-static bool watch_moves(void *context, const qs_progress *progress)
+/* Within moves and within iterations the caller's watch is only asked whether to stop. */
+static bool is_going(void *context)
 {
     supervisor *s = context;
-    (void)progress;
     s->stopped = s->stopped || !qs_report_progress(s->options, &s->solution);
     return !s->stopped;
+}
+
+static bool watch_moves(void *context, const qs_progress *progress)
+{
+    (void)progress;
+    return is_going(context);
 }
 
 /* Improves a labelling by expansion, or, where the pairwise cost is no metric, by fusion moves. A
@@ -75,29 +80,36 @@ static void start_moves(supervisor *s)
     }
 }
 
+/* Whether the best labelling is proven, or is so near to it that the caller has asked for no more. */
+static bool is_near(const supervisor *s)
+{
+    enum { MILLION = 1000000 };
+    int64_t energy = s->solution.energy, gap = energy - s->solution.lower_bound,
+            parts = s->options ? qs_min_i64(s->options->gap, MILLION) : 0;
+    energy = energy < 0 ? -energy : energy;
+    return gap <= energy / MILLION * parts + energy % MILLION * parts / MILLION;
+}
+
 static bool watch_messages(void *context, const qs_progress *progress)
 {
     supervisor *s = context;
     s->solution.lower_bound = qs_max_i64(s->solution.lower_bound, progress->lower_bound);
     s->solution.iterations = progress->iteration;
     keep(s, s->found, progress->energy);
-    bool proven = s->solution.energy == s->solution.lower_bound;
+    bool near = is_near(s);
     /* Less and less often: TRW-S gets on slowly, and moves cost as much as many of its
      * iterations. */
-    if (!proven && progress->iteration >= s->next_moves && progress->energy != s->moved_energy) {
+    if (!near && progress->iteration >= s->next_moves && progress->energy != s->moved_energy) {
         s->next_moves = 2 * progress->iteration;
         s->moved_energy = progress->energy;
         start_moves(s);
         improve(s, s->moved);
-        proven = s->solution.energy == s->solution.lower_bound;
+        near = is_near(s);
     }
     bool done = !s->stopped && s->guest &&
                 !s->guest->between(s->guest->context, &s->state, &s->solution, false);
-    s->stopped = s->stopped || !qs_report_progress(s->options, &s->solution);
-    if (s->stopped && s->guest) {
-        s->guest->between(s->guest->context, &s->state, &s->solution, true);
-    }
-    return !done && !proven && s->solution.energy > s->solution.lower_bound && !s->stopped;
+    (void)is_going(s);
+    return !done && !near && !is_near(s) && !s->stopped;
 }
 
 /* Hands out the workspace, or counts it. Returns its size. */
@@ -167,8 +179,13 @@ static qs_status solve(supervisor *s)
                             .watch = watch_messages,
                             .context = s};
     qs_solution ended;
-    return qs_trws_watched(s->model, &own, s->messages, s->messages_size, s->found, &ended,
-                           &s->state);
+    s->look = (qs_look){.going = is_going, .context = s};
+    qs_status status = qs_trws_watched(s->model, &own, &s->look, s->messages, s->messages_size,
+                                       s->found, &ended, &s->state);
+    if (status == QS_OK && s->stopped && s->guest) {
+        s->guest->between(s->guest->context, &s->state, &s->solution, true);
+    }
+    return status;
 }
 
 qs_status qs_best_with(const qs_model *model, const qs_solve_options *options,
@@ -190,12 +207,12 @@ qs_status qs_best_with(const qs_model *model, const qs_solve_options *options,
     }
     qs_model_winner(model, labelling);
     s.solution.energy = qs_model_energy(model, labelling);
-    s.solution.lower_bound = QS_NO_BOUND;
+    s.solution.lower_bound = model->constant; /* no cost is below 0 */
     s.moved_energy = s.solution.energy;
     qs_status status = solve(&s);
     if (status == QS_OK) {
         s.solution.energy -= qs_take_kept_everywhere(model, labelling);
-        s.solution.converged = s.solution.energy == s.solution.lower_bound;
+        s.solution.converged = is_near(&s);
         *solution = s.solution;
     }
     return status;

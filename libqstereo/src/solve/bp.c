@@ -71,15 +71,36 @@ static void make_labelling(const qs_bp_state *state, bool wide, uint16_t *labell
         qs_bp_graph_labels(state, labelling);
         return;
     }
-    qs_message_reader reader = {state->model,
-                                state->scale,
-                                wide,
-                                true,
-                                state->messages + QS_FROM_RIGHT * labels,
-                                state->messages + QS_FROM_BELOW * labels,
-                                QS_FROM_ALL * labels,
-                                state->scratch};
+    qs_message_reader reader = {.model = state->model,
+                                .scale = state->scale,
+                                .wide = wide,
+                                .forward = true,
+                                .row = state->messages + QS_FROM_RIGHT * labels,
+                                .column = state->messages + QS_FROM_BELOW * labels,
+                                .stride = QS_FROM_ALL * labels,
+                                .scratch = state->scratch,
+                                .look = state->look};
     qs_label_grid(&reader, labelling);
+}
+
+/* One iteration, and its labelling if that is the best so far. Returns false if the watch has
+ * stopped it. */
+static bool iterate(const qs_bp_state *state, bool wide, uint16_t *trial, uint16_t *labelling,
+                    qs_solution *s)
+{
+    sweep(state, wide);
+    if (!state->look->stopped) {
+        make_labelling(state, wide, trial);
+    }
+    if (state->look->stopped) {
+        return false;
+    }
+    int64_t energy = qs_model_energy(state->model, trial);
+    if (s->iterations == 0 || energy < s->energy) {
+        s->energy = energy;
+        memcpy(labelling, trial, sizeof *labelling * state->model->sites);
+    }
+    return true;
 }
 
 qs_status qs_bp(const qs_model *model, const qs_solve_options *options, void *workspace,
@@ -98,18 +119,14 @@ qs_status qs_bp(const qs_model *model, const qs_solve_options *options, void *wo
     if (workspace_size < size || size == SIZE_MAX) {
         return QS_E_WORKSPACE;
     }
-    memset(workspace, 0, size);
-    qs_solution s = {.lower_bound = QS_NO_BOUND};
+    qs_model_winner(model, labelling);
+    qs_solution s = {.energy = qs_model_energy(model, labelling), .lower_bound = QS_NO_BOUND};
+    qs_reporter reporter = {options, &s};
+    qs_look look = {.going = qs_report_now, .context = &reporter};
+    state.look = &look;
     bool wide = qs_lanes_avx2();
-    bool go = true;
-    while (go) {
-        sweep(&state, wide);
-        make_labelling(&state, wide, trial);
-        int64_t energy = qs_model_energy(model, trial);
-        if (s.iterations == 0 || energy < s.energy) {
-            s.energy = energy;
-            memcpy(labelling, trial, sizeof *labelling * model->sites);
-        }
+    bool go = qs_clear(&look, workspace, size);
+    while (go && iterate(&state, wide, trial, labelling, &s)) {
         s.iterations++;
         go = qs_report_progress(options, &s) && !qs_limit_reached(options, &s, DEFAULT_ITERATIONS);
     }

@@ -50,10 +50,10 @@ static void send(const qs_bp_state *state, uint32_t site, bool upward)
 
 void qs_bp_graph_sweep(const qs_bp_state *state)
 {
-    for (uint32_t p = 0; p < state->model->sites; p++) {
+    for (uint32_t p = 0; p < state->model->sites && qs_bp_going(state, p); p++) {
         send(state, p, true);
     }
-    for (uint32_t p = state->model->sites; p-- > 0;) {
+    for (uint32_t p = state->model->sites; p-- > 0 && qs_bp_going(state, p);) {
         send(state, p, false);
     }
 }
@@ -64,7 +64,7 @@ void qs_bp_graph_labels(const qs_bp_state *state, uint16_t *labelling)
 {
     const qs_model *model = state->model;
     qs_number *costs = state->scratch;
-    for (uint32_t p = 0; p < model->sites; p++) {
+    for (uint32_t p = 0; p < model->sites && qs_bp_going(state, p); p++) {
         believe(state, p, costs);
         for (uint32_t n = model->link_start[p];
              n < model->link_start[p + 1] && model->links[n].site < p; n++) {

@@ -17,20 +17,20 @@ static void send(const qs_bp_state *state, uint32_t site, int from)
 void qs_bp_grid_sweep(const qs_bp_state *state)
 {
     uint32_t width = state->model->width, sites = state->model->sites;
-    for (uint32_t p = 0; p < sites; p++) {
+    for (uint32_t p = 0; p < sites && qs_bp_going(state, p); p++) {
         if ((p + 1) % width != 0) {
             send(state, p, QS_FROM_LEFT);
         }
     }
-    for (uint32_t p = sites; p-- > 0;) {
+    for (uint32_t p = sites; p-- > 0 && qs_bp_going(state, p);) {
         if (p % width != 0) {
             send(state, p, QS_FROM_RIGHT);
         }
     }
-    for (uint32_t p = 0; p + width < sites; p++) {
+    for (uint32_t p = 0; p + width < sites && qs_bp_going(state, p); p++) {
         send(state, p, QS_FROM_ABOVE);
     }
-    for (uint32_t p = sites; p-- > width;) {
+    for (uint32_t p = sites; p-- > width && qs_bp_going(state, p);) {
         send(state, p, QS_FROM_BELOW);
     }
 }

@@ -425,6 +425,9 @@ static void take_decoded(levels *l, const qs_trws_state *state, uint16_t *labell
 {
     uint16_t *trial = (uint16_t *)l->cut.queue; /* not in use yet, and twice as long or more */
     qs_trws_grid_labels(state, false, trial);
+    if (state->look->stopped) {
+        return;
+    }
     int64_t energy = qs_model_energy(l->model, trial);
     energy -= qs_take_kept_everywhere(l->model, trial);
     if (energy < l->solution->energy) {
@@ -440,14 +443,16 @@ static bool send_messages(levels *l, uint16_t *labelling)
     const qs_model *model = l->model;
     size_t padding = (size_t)qs_trws_padding(model), labels = model->labels;
     qs_trws_state state = {.model = model, .scale = l->scale, .scratch = l->scratch};
+    qs_look look = {.going = watch_cut, .context = l};
+    state.look = &look;
     state.messages = l->messages + padding;
     memset(l->messages, 0, sizeof *l->messages * (padding + (size_t)qs_trws_messages(model)));
     for (int i = 1; i <= PASSES; i++) {
         qs_trws_iterate(&state, 1);
-        if (i % DECODE_EVERY == 0) {
+        if (i % DECODE_EVERY == 0 && !look.stopped) {
             take_decoded(l, &state, labelling);
         }
-        if (!watch_cut(l)) {
+        if (look.stopped || !watch_cut(l)) {
             return false;
         }
     }

@@ -48,6 +48,7 @@ typedef struct expansion {
     uint16_t label;
     qs_number *label_height, *label_dual; /* the label's rows of height and dual */
     qs_number *row; /* V(label, .) */
+    qs_look look; /* at the watch, within a move */
     uint32_t *loaded, loaded_count; /* the chunks that have been loaded */
 } expansion;
 
@@ -138,17 +139,20 @@ static void start_graph_edges(expansion *e)
     }
 }
 
-/* Sets all duals anew, from the present labelling. Every chunk counts as changed. */
-static void start_duals(expansion *e)
+/* Sets all duals anew, from the present labelling. Every chunk counts as changed. Returns false if
+ * the watch has stopped it. */
+static bool start_duals(expansion *e)
 {
     const qs_model *model = e->m.model;
     size_t sites = model->sites, labels = model->labels, edges = (size_t)edge_count(model);
-    for (size_t p = 0; p < sites; p++) {
+    for (uint32_t p = 0; p < model->sites && qs_look_at(&e->look, p, labels); p++) {
         for (size_t a = 0; a < labels; a++) {
             e->height[a * sites + p] = model->unary[p * labels + a];
         }
     }
-    memset(e->dual, 0, sizeof *e->dual * edges * labels);
+    if (!qs_clear(&e->look, e->dual, sizeof *e->dual * edges * labels)) {
+        return false;
+    }
     memset(e->first, 0, sizeof *e->first * edges);
     memset(e->second, 0, sizeof *e->second * edges);
     if (qs_is_grid(model)) {
@@ -162,6 +166,7 @@ static void start_duals(expansion *e)
     for (uint32_t c = 0; c < e->chunks; c++) {
         e->changed[c] = e->m.now;
     }
+    return true;
 }
 
 /* Edges of a grid whose first sites are neighbours: what the three passes over a chunk need of
@@ -327,6 +332,12 @@ static void load(void *context, uint32_t node)
     load_chunk(context, node / CHUNK);
 }
 
+static bool watch_cut(void *context)
+{
+    expansion *e = context;
+    return qs_look_up(&e->look, QS_CUT_WORK);
+}
+
 /* What the flow made of the duals and heights of the label. */
 static void store_chunk(expansion *e, uint32_t chunk)
 {
@@ -414,7 +425,7 @@ static void find_sources(expansion *e)
     }
 }
 
-/* Makes the best move to the label. Returns true if it lowered the energy. */
+/* Makes the best move to the label. Returns true if it lowered the energy; not if it was stopped. */
 static bool expand(expansion *e, uint16_t label)
 {
     const qs_model *model = e->m.model;
@@ -428,7 +439,9 @@ static bool expand(expansion *e, uint16_t label)
     }
     qs_cut_begin(&e->m.cut);
     find_sources(e);
-    qs_cut_run(&e->m.cut);
+    if (!qs_cut_run(&e->m.cut)) {
+        return false;
+    }
     for (uint32_t i = 0; i < e->loaded_count; i++) {
         store_chunk(e, e->loaded[i]);
     }
@@ -456,16 +469,19 @@ static void expand_all(expansion *e, const qs_solve_options *options, int64_t ti
         for (uint32_t a = 0; going && a < labels && failed < labels; a++) {
             /* A move adds at most the pairwise costs once more to a dual. */
             if (++reached > times) {
-                start_duals(e);
+                going = start_duals(e);
                 reached = 2;
             }
-            failed = expand(e, (uint16_t)a) ? 0 : failed + 1;
-            e->m.now++;
-            solution->energy = e->m.energy;
-            going = qs_report_progress(options, solution);
+            if (going) {
+                failed = expand(e, (uint16_t)a) ? 0 : failed + 1;
+                e->m.now++;
+                solution->energy = e->m.energy;
+                going = !e->look.stopped && qs_report_progress(options, solution);
+                e->look.done = 0;
+            }
         }
     }
-    solution->converged = failed >= labels;
+    solution->converged = failed >= labels && !e->look.stopped;
     solution->energy = e->m.energy;
 }
 
@@ -491,10 +507,14 @@ qs_status qs_expansion(const qs_model *model, const qs_solve_options *options, v
     }
     qs_mover_start(&e.m);
     e.m.cut.load = load;
+    e.m.cut.going = watch_cut;
     e.m.cut.context = &e;
-    start_duals(&e);
-    *solution = (qs_solution){.lower_bound = QS_NO_BOUND};
-    expand_all(&e, options, times, solution);
+    *solution = (qs_solution){.energy = e.m.energy, .lower_bound = QS_NO_BOUND};
+    qs_reporter reporter = {options, solution};
+    e.look = (qs_look){.going = qs_report_now, .context = &reporter};
+    if (start_duals(&e)) {
+        expand_all(&e, options, times, solution);
+    }
     solution->energy -= qs_take_kept_everywhere(model, labelling);
     return QS_OK;
 }

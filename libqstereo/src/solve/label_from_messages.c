@@ -81,7 +81,7 @@ static void label_potts(const qs_message_reader *reader, uint16_t *labelling)
 {
     const qs_model *model = reader->model;
     uint32_t width = model->width;
-    for (uint32_t at = 0; at < model->sites; at++) {
+    for (uint32_t at = 0; at < model->sites && qs_look_at(reader->look, at, model->labels); at++) {
         uint32_t p = reader->forward ? at : model->sites - 1 - at;
         if (at % width == 0) {
             label_alone(reader, p / width * width, width, labelling);
@@ -99,7 +99,7 @@ static void label_others(const qs_message_reader *reader, uint16_t *labelling)
 {
     const qs_model *model = reader->model;
     qs_number *costs = reader->scratch;
-    for (uint32_t at = 0; at < model->sites; at++) {
+    for (uint32_t at = 0; at < model->sites && qs_look_at(reader->look, at, model->labels); at++) {
         uint32_t p = reader->forward ? at : model->sites - 1 - at;
         earlier e = earlier_of(reader, p, labelling);
         for (uint32_t d = 0; d < model->labels; d++) {

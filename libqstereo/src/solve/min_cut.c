@@ -7,8 +7,6 @@
  * graph), is a constant wherever they are called. */
 enum { GRAPH = 0, FLAT = 4, LAYERED = 6 };
 
-enum { BETWEEN_CHECKS = 1 << 14 }; /* nodes taken from the queue between two calls of `going` */
-
 /* Where the residual of arc `a` of node `p` is. */
 QS_KERNEL size_t index_of(const qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a)
 {
@@ -262,7 +260,7 @@ QS_KERNEL void grow(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a)
 QS_KERNEL bool run(qs_cut *cut, uint32_t ways)
 {
     for (uint32_t taken = 1; cut->queue_count > 0; taken++) {
-        if (taken % BETWEEN_CHECKS == 0 && cut->going && !cut->going(cut->context)) {
+        if (taken % QS_CUT_BETWEEN == 0 && cut->going && !cut->going(cut->context)) {
             return false;
         }
         uint32_t p = next_active(cut);

@@ -59,6 +59,10 @@ typedef struct qs_cut {
     void *context; /* of both */
 } qs_cut;
 
+/* Nodes taken from the queue between two calls of `going`, and what that work counts as beside
+ * numbers that are computed (qs_look_up). */
+enum { QS_CUT_BETWEEN = 1 << 14, QS_CUT_WORK = 16 * QS_CUT_BETWEEN };
+
 /* Makes ready for the next cut. The caller fills in nodes (free, and the rest of them 0), excess
  * and residuals. */
 void qs_cut_begin(qs_cut *cut);

@@ -22,6 +22,7 @@ typedef struct swapper {
     /* Of the present move: */
     uint16_t a, b;
     uint32_t *members, member_count; /* the sites that have a or b, in order */
+    qs_look look; /* at the watch, within a move */
 } swapper;
 
 /* Hands out the workspace, or counts it. Returns its size. */
@@ -184,7 +185,13 @@ static void take_sides(swapper *s)
     s->changed[s->b] = s->m.now;
 }
 
-/* Makes the best move of the pair. Returns true if it lowered the energy. */
+static bool watch_cut(void *context)
+{
+    swapper *s = context;
+    return qs_look_up(&s->look, QS_CUT_WORK);
+}
+
+/* Makes the best move of the pair. Returns true if it lowered the energy; not if it was stopped. */
 static bool swap(swapper *s, uint16_t a, uint16_t b)
 {
     s->a = a;
@@ -203,7 +210,9 @@ static bool swap(swapper *s, uint16_t a, uint16_t b)
                 qs_cut_source(&s->m.cut, s->members[i]);
             }
         }
-        qs_cut_run(&s->m.cut);
+        if (!qs_cut_run(&s->m.cut)) {
+            return false;
+        }
         lower = cost - (before - total_excess(s));
     }
     if (lower > 0) {
@@ -232,11 +241,12 @@ static void swap_all(swapper *s, const qs_solve_options *options, qs_solution *s
                 failed = again && swap(s, (uint16_t)a, (uint16_t)b) ? 0 : failed + 1;
                 s->m.now++;
                 solution->energy = s->m.energy;
-                going = qs_report_progress(options, solution);
+                going = !s->look.stopped && qs_report_progress(options, solution);
+                s->look.done = 0;
             }
         }
     }
-    solution->converged = failed >= pairs;
+    solution->converged = failed >= pairs && !s->look.stopped;
     solution->energy = s->m.energy;
 }
 
@@ -263,7 +273,11 @@ qs_status qs_swap(const qs_model *model, const qs_solve_options *options, void *
     for (uint32_t a = 0; a < model->labels; a++) {
         s.changed[a] = s.m.now;
     }
-    *solution = (qs_solution){.lower_bound = QS_NO_BOUND};
+    s.m.cut.going = watch_cut;
+    s.m.cut.context = &s;
+    *solution = (qs_solution){.energy = s.m.energy, .lower_bound = QS_NO_BOUND};
+    qs_reporter reporter = {options, solution};
+    s.look = (qs_look){.going = qs_report_now, .context = &reporter};
     swap_all(&s, options, solution);
     solution->energy -= qs_take_kept_everywhere(model, labelling);
     return QS_OK;

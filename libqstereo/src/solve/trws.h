@@ -6,12 +6,17 @@
 
 /* qs_trws with a state that the caller sees. When the watch is called it is the state between two
  * iterations. The watch may then change the costs and the constant of the model, and which sites
- * are visited. */
-qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options, void *workspace,
-                          size_t workspace_size, uint16_t *labelling, qs_solution *solution,
-                          qs_trws_state *state);
+ * are visited.
+ *
+ * look      asks within an iteration whether to go on; it may not change anything
+ * solution  out: always what has been found so far
+ *
+ * Returns QS_OK, QS_E_ARGUMENT, QS_E_WORKSPACE, or QS_E_OVERFLOW: the messages do not fit. */
+qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options, qs_look *look,
+                          void *workspace, size_t workspace_size, uint16_t *labelling,
+                          qs_solution *solution, qs_trws_state *state);
 
-/* Iterations: each a forward and a backward pass. */
+/* Iterations: each a forward and a backward pass. The state's look may stop them. */
 void qs_trws_iterate(const qs_trws_state *state, uint64_t times);
 
 /* From now on the passes visit these sites alone, which are in order. Messages on edges whose

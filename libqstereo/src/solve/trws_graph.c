@@ -113,7 +113,7 @@ static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward,
 int64_t qs_trws_graph_pass(const qs_trws_state *state, bool forward)
 {
     int64_t bound = 0;
-    for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
+    for (uint32_t at = 0; at < qs_trws_visits(state) && qs_trws_going(state, at); at++) {
         bound += visit(state, qs_trws_site(state, at, forward), forward, NULL);
     }
     return bound;
@@ -200,11 +200,11 @@ void qs_trws_graph_marginals(const qs_trws_state *state, qs_natural *marginals, 
     pass_record record = {(qs_number *)marginals,
                           (qs_number *)marginals + (size_t)model->sites * model->labels};
     qs_number *work = record.replaced + (size_t)model->edges * model->labels;
-    for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
+    for (uint32_t at = 0; at < qs_trws_visits(state) && qs_trws_going(state, at); at++) {
         uint32_t p = qs_trws_site(state, at, true);
         shares[p] = visit(state, p, true, &record);
     }
-    for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
+    for (uint32_t at = 0; at < qs_trws_visits(state) && qs_trws_going(state, at); at++) {
         sweep_site(state, qs_trws_site(state, at, false), &record, work);
     }
 }
@@ -234,7 +234,7 @@ void qs_trws_graph_labels(const qs_trws_state *state, bool forward, uint16_t *la
 {
     const qs_model *model = state->model;
     qs_number *costs = state->scratch;
-    for (uint32_t at = 0; at < model->sites; at++) {
+    for (uint32_t at = 0; at < model->sites && qs_trws_going(state, at); at++) {
         uint32_t p = forward ? at : model->sites - 1 - at;
         add_around(state, p, forward, labelling, costs);
         labelling[p] = (uint16_t)qs_least_at(costs, model->labels);

@@ -33,7 +33,7 @@ QS_KERNEL int64_t potts_pass(const qs_trws_state *state, bool forward)
     uint32_t labels = model->labels;
     qs_number *row = state->scratch, *column = row + labels;
     int64_t bound = 0;
-    for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
+    for (uint32_t at = 0; at < qs_trws_visits(state) && qs_trws_going(state, at); at++) {
         qs_visit v = qs_visit_of(state, qs_trws_site(state, at, forward), labels, forward);
         qs_visit_charge(state, &v, labels, row, column);
         bound += send_potts(row, v.row_out, labels, v.row_weight);
@@ -48,7 +48,7 @@ static int64_t other_pass(const qs_trws_state *state, bool forward)
     uint32_t labels = model->labels;
     qs_number *row = state->scratch, *column = row + labels, *rest = column + labels;
     int64_t bound = 0;
-    for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
+    for (uint32_t at = 0; at < qs_trws_visits(state) && qs_trws_going(state, at); at++) {
         qs_visit v = qs_visit_of(state, qs_trws_site(state, at, forward), labels, forward);
         qs_visit_charge(state, &v, labels, row, column);
         bound += qs_message_send(model, v.row_edge, v.row_weight, forward, row, v.row_out, rest);
@@ -84,7 +84,8 @@ void qs_trws_grid_labels(const qs_trws_state *state, bool forward, uint16_t *lab
     const qs_number *row = forward ? state->messages : state->messages - site;
     const qs_number *column =
         (forward ? state->messages : state->messages - site * state->model->width) + labels;
-    qs_message_reader reader = {state->model, state->scale, state->wide, forward,
-                                row,          column,       site,        state->scratch};
+    qs_message_reader reader = {state->model,   state->scale, state->wide,
+                                forward,        row,          column,
+                                site,           state->scratch, state->look};
     qs_label_grid(&reader, labelling);
 }

@@ -54,7 +54,7 @@ static qs_number send(const sweep *s, uint32_t edge, qs_number weight, const qs_
 static void forward(const sweep *s, int64_t *shares)
 {
     const qs_trws_state *state = s->state;
-    for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
+    for (uint32_t at = 0; at < qs_trws_visits(state) && qs_trws_going(state, at); at++) {
         uint32_t p = qs_trws_site(state, at, true);
         qs_number *row = s->row + (size_t)p * s->labels,
                   *column = s->column + (size_t)p * s->labels;
@@ -94,7 +94,7 @@ static void back(const sweep *s)
     const qs_model *model = s->state->model;
     uint32_t labels = s->labels;
     memset(s->row_later, 0, sizeof *s->row_later * labels * (model->width + (size_t)1));
-    for (uint32_t at = 0; at < qs_trws_visits(s->state); at++) {
+    for (uint32_t at = 0; at < qs_trws_visits(s->state) && qs_trws_going(s->state, at); at++) {
         uint32_t p = qs_trws_site(s->state, at, false);
         qs_visit v = qs_visit_of(s->state, p, labels, false); /* its `out` = to the sites before */
         qs_number *row = s->row + (size_t)p * labels, *column = s->column + (size_t)p * labels;

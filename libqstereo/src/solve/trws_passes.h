@@ -32,6 +32,7 @@
 #define QS_TRWS_PASSES_H
 
 #include "messages.h"
+#include "progress.h"
 
 /* The state between passes. */
 typedef struct qs_trws_state {
@@ -46,6 +47,9 @@ typedef struct qs_trws_state {
      * that costs 0: they add nothing to the bound. */
     const uint32_t *visits;
     uint32_t visit_count;
+    /* NULL = nothing stops a pass. A pass that is stopped leaves messages that are as good as any,
+     * but no bound; labels and marginals are then not to be used. */
+    qs_look *look;
 } qs_trws_state;
 
 /* How many sites a pass visits. */
@@ -59,6 +63,19 @@ static inline uint32_t qs_trws_site(const qs_trws_state *state, uint32_t at, boo
 {
     at = forward ? at : qs_trws_visits(state) - 1 - at;
     return state->visits ? state->visits[at] : at;
+}
+
+/* Numbers that are computed for each site of a pass. */
+static inline uint64_t qs_trws_work(const qs_model *model)
+{
+    bool table = model->pairwise.smoothness >= QS_TABLE;
+    return (uint64_t)model->labels * (table ? model->labels : 1);
+}
+
+/* In a loop over the sites: false if the pass is to stop. */
+static inline bool qs_trws_going(const qs_trws_state *state, uint32_t at)
+{
+    return qs_look_at(state->look, at, qs_trws_work(state->model));
 }
 
 /* Memory, in numbers of 4 bytes: of messages, of the padding before them, and of scratch. */
