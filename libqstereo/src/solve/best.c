@@ -184,6 +184,9 @@ static qs_status solve(supervisor *s)
                                        s->found, &ended, &s->state);
     if (status == QS_OK && s->stopped && s->guest) {
         s->guest->between(s->guest->context, &s->state, &s->solution, true);
+    } else if (status == QS_OK && !s->guest) { /* stopped within an iteration */
+        s->solution.lower_bound = qs_max_i64(s->solution.lower_bound, ended.lower_bound);
+        keep(s, s->found, ended.energy);
     }
     return status;
 }
