@@ -54,8 +54,9 @@ QS_KERNEL qs_visit qs_visit_of(const qs_trws_state *state, uint32_t site, uint32
 QS_KERNEL void qs_visit_charge(const qs_trws_state *state, const qs_visit *v, uint32_t labels,
                                qs_number *row, qs_number *column)
 {
+    qs_scale scale = state->scale; /* what is written below may not change it */
     for (uint32_t d = 0; d < labels; d++) {
-        qs_number cost = qs_scaled_cost(state->model, state->scale, v->first + d);
+        qs_number cost = qs_scaled_cost(state->model, scale, v->first + d);
         qs_number total = cost + v->row_in[d] + v->column_in[d] + v->row_out[d] + v->column_out[d];
         qs_number part = (total >> v->halves) & v->row_share;
         row[d] = part - v->row_out[d];
