@@ -179,8 +179,7 @@ static void take_back(reducer *r, qs_trws_state *state)
 /* Whether the bound has hardly risen for a while, so that it is time to begin anew. */
 static bool has_stalled(const reducer *r, const qs_solution *so_far)
 {
-    int64_t rise = so_far->lower_bound - r->again.bound,
-            gap = so_far->energy - so_far->lower_bound;
+    int64_t rise = so_far->lower_bound - r->again.bound, gap = so_far->energy - so_far->lower_bound;
     return so_far->iterations - r->again.since >= STALL && rise < gap / STALL_PART + 1;
 }
 

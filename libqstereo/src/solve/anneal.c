@@ -126,10 +126,10 @@ static uint64_t done_of(const qs_solve_options *options, uint64_t sweep_number, 
 static bool cool(const qs_model *model, const qs_solve_options *options, uint16_t *labelling,
                  qs_solution *s)
 {
-    uint64_t random = options ? options->seed : 0,
-             sweeps = options && options->iterations > 0 ? options->iterations
-                      : options && options->spent        ? 0
-                                                         : SWEEPS;
+    uint64_t random = options ? options->seed : 0, sweeps = options && options->iterations > 0
+                                                                ? options->iterations
+                                                            : options && options->spent ? 0
+                                                                                        : SWEEPS;
     uint32_t hottest = log2_of(largest_edge(model) * FINE / 2);
     qs_reporter reporter = {options, s};
     qs_look look = {.going = qs_report_now, .context = &reporter};

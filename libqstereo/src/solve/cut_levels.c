@@ -12,7 +12,7 @@
 #define RANGE                                                                                      \
     ((int64_t)(QS_NUMBER_MAX / 2 + 1)) /* of an excess, whatever flows, and of capacities */
 
-enum { FINEST = 12, PASSES = 20, DECODE_EVERY = 5 };
+enum { FINEST = 12, PASSES = 20, LABEL_EVERY = 5 };
 
 /* Levels i of an edge's first site and j of its second that gain by being 1 together. */
 typedef struct product {
@@ -46,7 +46,7 @@ static int64_t gain_of(const qs_model *model, uint32_t i, uint32_t j)
            qs_model_pairwise(model, i, j) - qs_model_pairwise(model, i + 1, j + 1);
 }
 
-/* The next product from levels i, j on; of linear costs no more than the diagonal is looked at. */
+/* The next product from levels i, j on. Linear costs have products on the diagonal only. */
 static bool next_product(const qs_model *model, product *next)
 {
     bool diagonal = model->pairwise.smoothness == QS_TRUNCATED_LINEAR;
@@ -199,7 +199,8 @@ static bool in_range(const qs_model *model, qs_scale scale, int64_t largest)
     return true;
 }
 
-/* The finest scale at which messages, if any are sent, and flow fit; false where none does.
+/* Chooses the finest scale at which messages, if any are sent, and flow fit. Returns false if there
+ * is none.
  *
  * sends  out: whether messages are sent */
 static bool choose_scale(const qs_model *model, qs_scale *scale, bool *sends)
@@ -371,9 +372,8 @@ static void load(levels *l)
 
 /* ---- The flow. ---- */
 
-/* Sends what flow there can be between the levels of each site, each excess to the nearest levels
- * that want it: first all down, as far as there is a want; then what is left back to where it came
- * from. */
+/* Sends flow between the levels of each site, from each excess to the nearest levels that have a
+ * want. First all of it goes down, as far as there are wants. Then what is left goes back. */
 static void settle_sites(levels *l)
 {
     uint32_t sites = l->model->sites;
@@ -400,10 +400,10 @@ static bool watch_cut(void *context)
     return qs_report_progress(l->options, l->solution);
 }
 
-/* What a message of an edge from q back to p, p < q, says as a flow. It charges p with m(a) more
- * and q with m(a) less. Of level i of p that is m(i) - m(i + 1) more of excess: as much flows there
- * from level i of q. A message of linear costs differs by no more from label to label than the arc
- * holds. */
+/* Turns a message m of an edge from q back to p, p < q, into a flow. The message adds m(a) to the
+ * cost of p and takes it from that of q. For level i of p this means an excess that is larger by
+ * m(i) - m(i + 1): so much flows there from level i of q. With linear costs the arc always holds
+ * that much. */
 static void take_message(levels *l, const qs_number *message, uint32_t p, uint32_t way)
 {
     size_t nodes = l->cut.nodes;
@@ -421,7 +421,7 @@ static void take_message(levels *l, const qs_number *message, uint32_t p, uint32
 }
 
 /* What the messages say of the labels, where that is better: a stopped solver has it. */
-static void take_decoded(levels *l, const qs_trws_state *state, uint16_t *labelling)
+static void take_messages_labelling(levels *l, const qs_trws_state *state, uint16_t *labelling)
 {
     uint16_t *trial = (uint16_t *)l->cut.queue; /* not in use yet, and twice as long or more */
     qs_trws_grid_labels(state, false, trial);
@@ -449,8 +449,8 @@ static bool send_messages(levels *l, uint16_t *labelling)
     memset(l->messages, 0, sizeof *l->messages * (padding + (size_t)qs_trws_messages(model)));
     for (int i = 1; i <= PASSES; i++) {
         qs_trws_iterate(&state, 1);
-        if (i % DECODE_EVERY == 0 && !look.stopped) {
-            take_decoded(l, &state, labelling);
+        if (i % LABEL_EVERY == 0 && !look.stopped) {
+            take_messages_labelling(l, &state, labelling);
         }
         if (look.stopped || !watch_cut(l)) {
             return false;

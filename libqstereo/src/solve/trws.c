@@ -249,8 +249,8 @@ qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options
     }
     qs_model_winner(model, labelling);
     /* No cost is below 0. */
-    *solution = (qs_solution){.energy = qs_model_energy(model, labelling),
-                              .lower_bound = model->constant};
+    *solution =
+        (qs_solution){.energy = qs_model_energy(model, labelling), .lower_bound = model->constant};
     if (qs_clear(look, workspace, size)) {
         solve(state, options, trial, labelling, solution);
     }

@@ -84,8 +84,7 @@ void qs_trws_grid_labels(const qs_trws_state *state, bool forward, uint16_t *lab
     const qs_number *row = forward ? state->messages : state->messages - site;
     const qs_number *column =
         (forward ? state->messages : state->messages - site * state->model->width) + labels;
-    qs_message_reader reader = {state->model,   state->scale, state->wide,
-                                forward,        row,          column,
-                                site,           state->scratch, state->look};
+    qs_message_reader reader = {state->model, state->scale, state->wide,    forward,    row,
+                                column,       site,         state->scratch, state->look};
     qs_label_grid(&reader, labelling);
 }
