@@ -94,8 +94,7 @@ static bool add_edge(qs_elimination *e, const qs_edge_seen *edge, uint32_t label
     return true;
 }
 
-/* The set of a site has changed: its costs, its label and its neighbours follow. */
-static void follow_set(qs_elimination *e, uint32_t site)
+void qs_eliminate_follow_set(qs_elimination *e, uint32_t site)
 {
     settle(e, site);
     qs_take_kept_label(&e->model, e->labelling, site);
@@ -180,7 +179,7 @@ static bool apply_everywhere(qs_elimination *e)
         if (e->due[p] != 0) {
             e->due[p] = 0;
             if (apply_criterion(e, p)) {
-                follow_set(e, p);
+                qs_eliminate_follow_set(e, p);
                 changed = true;
             }
         }
@@ -278,7 +277,7 @@ void qs_eliminate_begin(qs_elimination *e, const qs_model *model, bool walls, ui
     copy_sets(e, model);
     qs_model_winner(model, labelling);
     for (uint32_t p = 0; p < model->sites; p++) {
-        follow_set(e, p);
+        qs_eliminate_follow_set(e, p);
     }
     goldstein(e);
     list_left(e);
@@ -325,12 +324,11 @@ static int64_t cost_at(const qs_elimination *e, uint32_t site)
     return cost;
 }
 
-/* Finds the room of each part. Returns the gap: the sum of the rooms, in units, each rounded down.
- *
- * room  out: the sum, not rounded */
-static int64_t find_room(qs_elimination *e, const int64_t *shares, unsigned shift, int64_t *room)
+int64_t qs_eliminate_find_rooms(qs_elimination *e, const int64_t *shares, unsigned shift,
+                                int64_t *room)
 {
     int64_t gap = 0;
+    find_parts(e);
     *room = 0;
     for (uint32_t i = 0; i < e->left_count; i++) {
         e->room[e->left[i]] = 0;
@@ -347,27 +345,8 @@ static int64_t find_room(qs_elimination *e, const int64_t *shares, unsigned shif
     return gap;
 }
 
-int64_t qs_eliminate_above(qs_elimination *e, const uint32_t *marginals, const int64_t *shares,
-                           unsigned shift, int64_t *room)
+void qs_eliminate_follow(qs_elimination *e)
 {
-    uint32_t labels = e->model.labels;
-    find_parts(e);
-    int64_t gap = find_room(e, shares, shift, room);
-    for (uint32_t i = 0; i < e->left_count; i++) {
-        uint32_t p = e->left[i];
-        int64_t most = e->room[e->part[p]];
-        const uint32_t *more = marginals + (size_t)p * labels;
-        uint8_t *kept = e->kept + (size_t)p * labels, changed = 0;
-        for (uint32_t d = 0; d < labels; d++) {
-            uint8_t leaves = kept[d] & (more[d] > most);
-            kept[d] ^= leaves;
-            changed |= leaves;
-        }
-        if (changed) {
-            follow_set(e, p);
-        }
-    }
     goldstein(e);
     list_left(e);
-    return gap;
 }
