@@ -1,5 +1,5 @@
-/* Pairwise Markov networks in the UAI format (the file formats of the UAI 2008 competition; "MARKOV"
- * networks), as labelling problems: the cost of a factor's entry is -log of it. */
+/* Pairwise Markov networks in the UAI format (the file formats of the UAI 2008 competition;
+ * "MARKOV" networks), as labelling problems: the cost of a factor's entry is -log of it. */
 #ifndef UAI_H
 #define UAI_H
 

@@ -99,9 +99,9 @@ static uint64_t largest_edge(const qs_model *model)
     return qs_min_u64(cost, INT32_MAX);
 }
 
-/* The logarithm of FINE times the temperature when `done` of ONE is done. From half the largest cost
- * of an edge, where labels of a Potts model begin to hold together, down to a COOLEST-th of that,
- * where nothing moves any more. */
+/* The logarithm of FINE times the temperature when `done` of ONE is done. From half the largest
+ * cost of an edge, where labels of a Potts model begin to hold together, down to a COOLEST-th of
+ * that, where nothing moves any more. */
 static uint32_t cooled(uint32_t hottest, uint64_t done)
 {
     return hottest - (uint32_t)(log2_of(COOLEST) * done / ONE);

@@ -84,7 +84,7 @@ static void start_moves(supervisor *s)
     }
 }
 
-/* Whether the best labelling is proven, or is so near to it that the caller has asked for no more. */
+/* Whether the best labelling is proven, or so near to it that the caller asks for no more. */
 static bool is_near(const supervisor *s)
 {
     enum { MILLION = 1000000 };

@@ -425,7 +425,8 @@ static void find_sources(expansion *e)
     }
 }
 
-/* Makes the best move to the label. Returns true if it lowered the energy; not if it was stopped. */
+/* Makes the best move to the label. Returns true if it lowered the energy, false if not or if it
+ * was stopped. */
 static bool expand(expansion *e, uint16_t label)
 {
     const qs_model *model = e->m.model;

@@ -50,8 +50,8 @@ static weights weigh(const qs_model *model)
 
 #if QS_BITS == 64
 
-/* The scaled costs of all sites and edges come to no more than 2^QS_MODEL_BITS. What a site has, its
- * messages, and three messages more, are five times that at most. */
+/* The scaled costs of all sites and edges come to no more than 2^QS_MODEL_BITS. What a site has,
+ * its messages, and three messages more, are five times that at most. */
 bool qs_scale_choose(const qs_model *model, unsigned shift, qs_scale *scale)
 {
     weights w = weigh(model);

@@ -1,7 +1,7 @@
 /* The numbers that messages, flows and heights are computed in.
  *
- * They have 32 bits, which is fast and enough for most costs. Where costs are too large for that, the
- * same code computes in 64 bits, which is enough for all that a model may have: a file x.c that
+ * They have 32 bits, which is fast and enough for most costs. Where costs are too large for that,
+ * the same code computes in 64 bits, which is enough for all that a model may have: a file x.c that
  * works on qs_number is compiled once more by x_64.c, with other names (in_64_bits.h). */
 #ifndef QS_NUMBER_H
 #define QS_NUMBER_H

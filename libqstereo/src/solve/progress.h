@@ -24,7 +24,8 @@ typedef struct qs_look {
 
 enum { QS_BETWEEN_LOOKS = 1 << 20 }; /* numbers computed: about a millisecond's work */
 
-/* Counts work, and looks if it is time. Returns false if the solver is to stop, from then on always.
+/* Counts work, and looks if it is time. Returns false if the solver is to stop; from then on it
+ * always does.
  *
  * look  NULL = nobody looks
  * work  numbers computed since the last call */

@@ -35,8 +35,8 @@ void qs_trws_visit_only(qs_trws_state *state, const uint32_t *sites, uint32_t co
  * sweep back over the same costs adds what comes later: these are the min-marginals of the chain.
  * Less the chain's least, and summed over the chains through the site, they are the marginals.
  *
- * marginals  out: sites x labels, of sites visited, at most QS_NATURAL_MAX; and memory behind them. In
- *            all qs_trws_marginal_numbers
+ * marginals  out: sites x labels, of sites visited, at most QS_NATURAL_MAX; and memory behind
+ *            them. In all qs_trws_marginal_numbers
  * shares     out: the share of each site visited in the bound */
 void qs_trws_marginals(const qs_trws_state *state, qs_natural *marginals, int64_t *shares);
 uint64_t qs_trws_marginal_numbers(const qs_model *model);

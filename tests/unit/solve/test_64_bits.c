@@ -1,5 +1,5 @@
-/* Solvers in numbers of 64 bits: the same answers as in 32, and right ones where costs are too large
- * for these. */
+/* Solvers in numbers of 64 bits: the same answers as in 32, and right ones where costs are too
+ * large for these. */
 #include "tiny.h"
 
 #include <string.h>
