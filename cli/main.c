@@ -10,8 +10,8 @@
 #include "text/names.h"
 
 static const command *const commands[] = {
-    &cmd_encode, &cmd_reduce, &cmd_info,  &cmd_solve,   &cmd_validate,
-    &cmd_decode, &cmd_score,  &cmd_match, &cmd_compare,
+    &cmd_encode, &cmd_reduce, &cmd_info,  &cmd_solve, &cmd_validate,
+    &cmd_verify, &cmd_decode, &cmd_score, &cmd_match, &cmd_compare,
 };
 enum { COMMANDS = sizeof commands / sizeof commands[0] };
 

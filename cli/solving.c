@@ -206,7 +206,8 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
     }
     qs_model_winner(&problem->model, found->labelling);
     progress watched = progress_begin(by->name, problem->scale, how->time_limit);
-    const qs_solve_options options = {how->iterations, how->seed, progress_watch, &watched};
+    const qs_solve_options options = {how->iterations, how->seed, progress_watch, &watched,
+                                      how->witness};
     qs_status ran =
         by->run(&problem->model, &options, workspace, size, found->labelling, &found->solution);
     found->microseconds = progress_end(&watched);

@@ -20,6 +20,7 @@ typedef struct search {
     int64_t time_limit; /* microseconds; 0 = none */
     uint64_t iterations; /* 0 = the solver's own limit */
     uint64_t seed;
+    const qs_witness *witness; /* of the proof; NULL = none */
 } search;
 
 /* Reads the arguments of the rows. Returns DONE or BAD_USAGE. */

@@ -22,6 +22,7 @@
  *   model     a problem as the solvers want it
  *   solve     classical solvers, with lower bounds
  *   reduce    labels that are proven to be in no optimum leave
+ *   certificate  proofs of bounds that others can check, written and checked
  *   recode    a model, or what is left of it, in any encoding
  *
  * What a QUBO is and what the words mean, docs/GLOSSARY.md says.
@@ -34,6 +35,7 @@
 #ifndef QSTEREO_H
 #define QSTEREO_H
 
+#include "qstereo/certificate.h"
 #include "qstereo/coding.h"
 #include "qstereo/digest.h"
 #include "qstereo/encode.h"

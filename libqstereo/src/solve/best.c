@@ -9,6 +9,7 @@
 #include "cut.h"
 #include "fusion.h"
 #include "progress.h"
+#include "trws_split.h"
 
 enum { ITERATIONS = 2000, FIRST_MOVES = 8 };
 
@@ -165,6 +166,9 @@ static qs_status solve(supervisor *s)
     qs_solution ended;
     qs_status status =
         qs_trws_watched(s->model, &own, s->messages, s->messages_size, s->found, &ended, &s->state);
+    if (status == QS_OK) {
+        qs_witness_split(&s->state, options, s->best);
+    }
     if (status == QS_E_OVERFLOW) {
         memcpy(s->moved, s->best, sizeof *s->best * s->model->sites);
         status = improve(s, s->moved);

@@ -6,6 +6,7 @@
 #include "../base/simd.h"
 #include "../model/neighbours.h"
 #include "progress.h"
+#include "trws_split.h"
 
 enum { DEFAULT_ITERATIONS = 500, FINEST = 14, LABELS_EVERY = 8 };
 
@@ -207,6 +208,7 @@ qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options
     qs_solution s = {.energy = INT64_MAX, .lower_bound = QS_NO_BOUND};
     solve(state, options, trial, labelling, &s);
     s.energy -= qs_take_kept_everywhere(model, labelling);
+    qs_witness_split(state, options, labelling);
     *solution = s;
     return QS_OK;
 }

@@ -1,0 +1,18 @@
+/* Goldstein's criterion (1994), for any pairwise costs: with e the cheapest label of a site, label
+ * d is in no optimum if it costs more by more than the edges can make up for, whatever labels of
+ * their sets the neighbours have:
+ *
+ *     cost(d) - cost(e) > sum over edges of max_b [cost of (e, b) - cost of (d, b)] */
+#ifndef QS_GOLDSTEIN_H
+#define QS_GOLDSTEIN_H
+
+#include "stated_problem.h"
+
+/* Takes out of the sets all labels that the criterion rules out, until there is none.
+ *
+ * sets  of each label, as stated->kept, which it replaces here
+ * due   memory for a byte for each site
+ * work  memory for two numbers of each of the most labels */
+void qs_apply_goldstein(const qs_stated *stated, uint8_t *sets, uint8_t *due, int64_t *work);
+
+#endif
