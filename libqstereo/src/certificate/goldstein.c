@@ -81,7 +81,8 @@ static bool apply_at(const qs_stated *stated, uint8_t *sets, uint32_t site, int6
         return false;
     }
     find_costs(stated, sets, site, costs);
-    uint32_t best = cheapest(costs, set, count);
+    /* It may have left by now: labellings with it are labellings all the same. */
+    uint32_t best = cheapest(costs, stated->kept + stated->start[site], count);
     memset(gains, 0, sizeof *gains * count);
     for (uint32_t n = stated->near_start[site]; n < stated->near_start[site + 1]; n++) {
         const qs_stated_edge *edge = &stated->edges[stated->near[n]];

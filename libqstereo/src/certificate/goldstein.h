@@ -1,5 +1,5 @@
-/* Goldstein's criterion (1994), for any pairwise costs: with e the cheapest label of a site, label
- * d is in no optimum if it costs more by more than the edges can make up for, whatever labels of
+/* Goldstein's criterion (1994), for any pairwise costs: with e the cheapest of the labels that
+ * a site had in the beginning, label d is in no optimum if it costs more by more than the edges can make up for, whatever labels of
  * their sets the neighbours have:
  *
  *     cost(d) - cost(e) > sum over edges of max_b [cost of (e, b) - cost of (d, b)] */
