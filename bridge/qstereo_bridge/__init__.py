@@ -7,7 +7,7 @@
 The core needs numpy and dimod: `container` (header, chunks, CRC), `blocks` and `qcf` (the problem),
 `qsf` (the samples), `models` (terms, energies, dimod's models), `problem` (the face for Python),
 `failure` (all errors). On it stand `solvers`, `ilp` and `samplers` (what runs here), `registry`
-(their names), `runner` (one run of the command), `output` (whole files or none), `export`,
+(their names), `qpf` and `verify` (certificates, read and checked), `runner` (one run of the command), `output` (whole files or none), `export`,
 `inspection`, `cli` (the command) and `__main__` (its start, and its end by a signal).
 
 For D-Wave's services: `services` (account and messages), `hybrid`, `qpu` and `embedding` (what each
@@ -26,11 +26,13 @@ if TYPE_CHECKING:
     from .failure import Error, FileError, InputError, SolverError
     from .problem import Problem, load, load_samples
     from .qsf import Samples
+    from .verify import Verdict, verify
 
 _PLACES = {**dict.fromkeys(("Problem", "load", "load_samples"), "problem"), "Samples": "qsf",
            **dict.fromkeys(("Error", "FileError", "InputError", "SolverError"), "failure"),
            **dict.fromkeys(("Corrupt", "FormatError", "NotOurFormat", "OverLimit", "Truncated",
-                            "Unsupported"), "container")}
+                            "Unsupported"), "container"),
+           **dict.fromkeys(("Verdict", "verify"), "verify")}
 __all__ = ["__version__", *_PLACES]
 
 

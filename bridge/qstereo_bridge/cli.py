@@ -291,6 +291,19 @@ def inspect(**options):
 
 
 @bridge.command()
+@click.argument("problem", metavar="P.qcf")
+@click.argument("other", metavar="S.qsf")
+@click.argument("certificate", metavar="C.qpf")
+@_takes(*COMMON)
+def verify(**options):
+    """Check a certificate of `qstereo solve` or `reduce`, without their library: the proof of a
+    lower bound of P.qcf. The best sample in S.qsf must be as good as it states. In the place of
+    S.qsf may stand the .qcf that reduce has written. Exits with 1 if it is not valid."""
+    return _run("verify", "command", SimpleNamespace(command="verify", **options),
+                options["certificate"])
+
+
+@bridge.command()
 @click.option("--json", is_flag=True, help="print the list as one JSON object")
 def solvers(**options):
     """List the solvers that your D-Wave account reaches: name, kind, limits, load."""
