@@ -253,7 +253,7 @@ static bool read_sets(checker *c)
 static bool take_sets(checker *c)
 {
     const qs_stated *s = &c->stated;
-    qs_apply_goldstein(s, c->sets, c->due, c->split.work);
+    qs_apply_goldstein(s, c->sets, c->claimed, c->due, c->split.work);
     for (size_t at = 0; at < s->start[s->sites]; at++) {
         if (c->sets[at] && !c->claimed[at]) {
             return refute(c, "a label leaves that its stage does not rule out");

@@ -71,18 +71,12 @@ static void add_gains(const qs_stated *stated, const uint8_t *sets, const qs_sta
     }
 }
 
-/* Returns true if a label leaves the site. */
-static bool apply_at(const qs_stated *stated, uint8_t *sets, uint32_t site, int64_t *work)
+/* Takes out the labels that `best` rules out. Returns true if there is one. */
+static bool compare_with(const qs_stated *stated, uint8_t *sets, uint32_t site, uint32_t best,
+                         const int64_t *costs, int64_t *gains)
 {
-    uint32_t count = stated->count[site], only;
+    uint32_t count = stated->count[site];
     uint8_t *set = sets + stated->start[site];
-    int64_t *costs = work, *gains = work + stated->most_labels;
-    if (count_set(set, count, &only) == 1) {
-        return false;
-    }
-    find_costs(stated, sets, site, costs);
-    /* It may have left by now: labellings with it are labellings all the same. */
-    uint32_t best = cheapest(costs, stated->kept + stated->start[site], count);
     memset(gains, 0, sizeof *gains * count);
     for (uint32_t n = stated->near_start[site]; n < stated->near_start[site + 1]; n++) {
         const qs_stated_edge *edge = &stated->edges[stated->near[n]];
@@ -99,21 +93,80 @@ static bool apply_at(const qs_stated *stated, uint8_t *sets, uint32_t site, int6
     return changed;
 }
 
-void qs_apply_goldstein(const qs_stated *stated, uint8_t *sets, uint8_t *due, int64_t *work)
+/* Applies the criterion at a site. Returns true if a label leaves.
+ *
+ * all  compare with every label, not only with the cheapest */
+static bool apply_at(const qs_stated *stated, uint8_t *sets, uint32_t site, bool all, int64_t *work)
+{
+    uint32_t count = stated->count[site], only;
+    /* A label may have left by now: labellings with it are labellings all the same. */
+    const uint8_t *first = stated->kept + stated->start[site];
+    int64_t *costs = work, *gains = work + stated->most_labels;
+    if (count_set(sets + stated->start[site], count, &only) == 1) {
+        return false;
+    }
+    find_costs(stated, sets, site, costs);
+    if (!all) {
+        return compare_with(stated, sets, site, cheapest(costs, first, count), costs, gains);
+    }
+    bool changed = false;
+    for (uint32_t best = 0; best < count; best++) {
+        changed = (first[best] && compare_with(stated, sets, site, best, costs, gains)) || changed;
+    }
+    return changed;
+}
+
+/* The sites around one, and itself, are due. */
+static void call_again(const qs_stated *stated, uint32_t site, uint8_t *due)
+{
+    due[site] = 1;
+    for (uint32_t n = stated->near_start[site]; n < stated->near_start[site + 1]; n++) {
+        const qs_stated_edge *edge = &stated->edges[stated->near[n]];
+        due[edge->first == site ? edge->second : edge->first] = 1;
+    }
+}
+
+/* At the sites that are due, until none is. */
+static void apply_to_due(const qs_stated *stated, uint8_t *sets, uint8_t *due, int64_t *work)
+{
+    bool again = true;
+    while (again) {
+        again = false;
+        for (uint32_t p = 0; p < stated->sites; p++) {
+            if (due[p]) {
+                due[p] = 0;
+                if (apply_at(stated, sets, p, false, work)) {
+                    call_again(stated, p, due);
+                    again = true;
+                }
+            }
+        }
+    }
+}
+
+static bool has_more(const qs_stated *stated, const uint8_t *sets, const uint8_t *claimed,
+                     uint32_t site)
+{
+    bool more = false;
+    for (size_t at = stated->start[site]; at < stated->start[site + 1]; at++) {
+        more = more || (sets[at] && !claimed[at]);
+    }
+    return more;
+}
+
+void qs_apply_goldstein(const qs_stated *stated, uint8_t *sets, const uint8_t *claimed,
+                        uint8_t *due, int64_t *work)
 {
     bool again = true;
     memset(due, 1, stated->sites);
     while (again) {
         again = false;
+        apply_to_due(stated, sets, due, work);
         for (uint32_t p = 0; p < stated->sites; p++) {
-            bool changed = due[p] && apply_at(stated, sets, p, work);
-            due[p] = changed;
-            for (uint32_t n = stated->near_start[p]; changed && n < stated->near_start[p + 1];
-                 n++) {
-                const qs_stated_edge *edge = &stated->edges[stated->near[n]];
-                due[edge->first == p ? edge->second : edge->first] = 1;
+            if (has_more(stated, sets, claimed, p) && apply_at(stated, sets, p, true, work)) {
+                call_again(stated, p, due);
+                again = true;
             }
-            again = again || changed;
         }
     }
 }

@@ -1,6 +1,6 @@
-/* Goldstein's criterion (1994), for any pairwise costs: with e the cheapest of the labels that
- * a site had in the beginning, label d is in no optimum if it costs more by more than the edges can make up for, whatever labels of
- * their sets the neighbours have:
+/* Goldstein's criterion (1994), for any pairwise costs. Let e be one of the labels that a site had in
+ * the beginning. Label d is in no optimum if it costs more than e by more than the edges can make
+ * up for, whatever labels of their sets the neighbours have:
  *
  *     cost(d) - cost(e) > sum over edges of max_b [cost of (e, b) - cost of (d, b)] */
 #ifndef QS_GOLDSTEIN_H
@@ -8,11 +8,14 @@
 
 #include "stated_problem.h"
 
-/* Takes out of the sets all labels that the criterion rules out, until there is none.
+/* Takes out of the sets what the criterion rules out, until there is no more. It compares with the
+ * cheapest label of a site. Only where that leaves a label which should leave, it compares with all.
  *
- * sets  of each label, as stated->kept, which it replaces here
- * due   memory for a byte for each site
- * work  memory for two numbers of each of the most labels */
-void qs_apply_goldstein(const qs_stated *stated, uint8_t *sets, uint8_t *due, int64_t *work);
+ * sets     of each label, as stated->kept, which it replaces here
+ * claimed  the sets that should be left
+ * due      memory for a byte for each site
+ * work     memory for two numbers of each of the most labels */
+void qs_apply_goldstein(const qs_stated *stated, uint8_t *sets, const uint8_t *claimed,
+                        uint8_t *due, int64_t *work);
 
 #endif
