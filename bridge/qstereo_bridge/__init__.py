@@ -26,13 +26,11 @@ if TYPE_CHECKING:
     from .failure import Error, FileError, InputError, SolverError
     from .problem import Problem, load, load_samples
     from .qsf import Samples
-    from .verify import Verdict, verify
 
 _PLACES = {**dict.fromkeys(("Problem", "load", "load_samples"), "problem"), "Samples": "qsf",
            **dict.fromkeys(("Error", "FileError", "InputError", "SolverError"), "failure"),
            **dict.fromkeys(("Corrupt", "FormatError", "NotOurFormat", "OverLimit", "Truncated",
-                            "Unsupported"), "container"),
-           **dict.fromkeys(("Verdict", "verify"), "verify")}
+                            "Unsupported"), "container")}
 __all__ = ["__version__", *_PLACES]
 
 

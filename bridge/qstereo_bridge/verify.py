@@ -202,36 +202,44 @@ class _Split:
         return sets
 
 
-def _goldstein(p, sets):
-    """Takes out of `sets` what Goldstein's criterion rules out, until there is nothing."""
-    live = np.flatnonzero(p.alive)
-    ends = [(p.first[live], p.second[live], 0), (p.second[live], p.first[live], 1)]
+def _goldstein(p, sets, claimed):
+    """Takes out of `sets` what Goldstein's criterion rules out, until there is nothing: compared
+    with the cheapest label of a site, and with all where a label is left that is not `claimed`."""
     due = ~p.fixed
     while due.any():
-        single, label, base = sets.sum(1) == 1, sets.argmax(1), p.unary.copy()
-        for own, other, turned in ends:
-            at = np.flatnonzero(due[own] & single[other])
-            table = p.tables.swapaxes(1, 2) if not turned else p.tables
-            np.add.at(base, own[at], p.weight[live[at], None]
-                      * table[p.block[live[at]], label[other[at]]])
-        best = np.where(p.kept, base, OUT).argmin(1)
-        gain = np.zeros_like(base)
-        for own, other, turned in ends:
-            at = np.flatnonzero(due[own] & ~single[own] & ~single[other])
-            for piece in np.array_split(at, -(-at.size * p.most**2 // CHUNK) or 1):
-                if piece.size:
-                    cost = np.broadcast_to(p.costs(live[piece]), (piece.size, p.most, p.most))
-                    cost = cost.swapaxes(1, 2) if turned else cost
-                    less = cost[np.arange(piece.size), best[own[piece]]][:, None] - cost
-                    less = np.where(sets[other[piece]][:, None], less, -OUT)
-                    np.add.at(gain, own[piece], less.max(2))
-        cheapest = base[np.arange(best.size), best][:, None]
-        leaves = sets & (base - cheapest > gain) & due[:, None] & ~single[:, None]
-        sets &= ~leaves
-        changed = leaves.any(1)
-        due = changed.copy()
-        for own, other, _ in ends:
-            due[other[changed[own]]] = True
+        due = _goldstein_once(p, sets, due, None)
+        more = (sets & ~claimed).any(1)
+        for label in range(p.most if more.any() and not due.any() else 0):
+            due |= _goldstein_once(p, sets, more & p.kept[:, label], label)
+
+
+def _goldstein_once(p, sets, due, best):
+    """Applies the criterion at sites that are due. Returns where it is due again."""
+    live = np.flatnonzero(p.alive)
+    ends = [(p.first[live], p.second[live], 0), (p.second[live], p.first[live], 1)]
+    single, label, base, gain = sets.sum(1) == 1, sets.argmax(1), p.unary.copy(), 0 * p.unary
+    for own, other, turned in ends:
+        at = np.flatnonzero(due[own] & single[other])
+        table = p.tables if turned else p.tables.swapaxes(1, 2)
+        np.add.at(base, own[at], p.weight[live[at], None] * table[p.block[live[at]],
+                                                                  label[other[at]]])
+    cheapest = np.where(p.kept, base, OUT).argmin(1) if best is None else np.full(due.size, best)
+    for own, other, turned in ends:
+        at = np.flatnonzero(due[own] & ~single[own] & ~single[other])
+        for piece in np.array_split(at, -(-at.size * p.most**2 // CHUNK) or 1):
+            if piece.size:
+                cost = np.broadcast_to(p.costs(live[piece]), (piece.size, p.most, p.most))
+                cost = cost.swapaxes(1, 2) if turned else cost
+                less = cost[np.arange(piece.size), cheapest[own[piece]]][:, None] - cost
+                less = np.where(sets[other[piece]][:, None], less, -OUT)
+                np.add.at(gain, own[piece], less.max(2))
+    over = base - base[np.arange(due.size), cheapest][:, None] > gain
+    leaves = sets & over & (due & ~single)[:, None]
+    sets &= ~leaves
+    again = leaves.any(1)
+    for own, other, _ in ends:
+        again[other[leaves.any(1)[own]]] = True
+    return again
 
 
 def _stage(p, stages):
@@ -240,34 +248,36 @@ def _stage(p, stages):
     stages.need(1 <= has <= 3, "the head of a stage")
     split = _Split(p, stages, scale, slot_width, share_width) if has & 1 else None
     stages.need(split or not (scale or slot_width or share_width), "the head of a stage")
-    bound, live = split.bound() if split else None, np.flatnonzero(~p.fixed)
+    bound, live, sets = split.bound() if split else None, np.flatnonzero(~p.fixed), p.kept.copy()
     if has & 2:
-        sets = p.kept.copy()
         if split:
             labelling = np.zeros(p.fixed.size, int)
             labelling[live] = stages.array(stages.label, live.size)
             stages.need((labelling < p.most).all() and p.kept[live, labelling[live]].all(),
                         "a label of a stage that is not left")
             sets = split.take_out(labelling)
-        _goldstein(p, sets)
-        _take_sets(p, stages, live, sets)
+        claimed = _read_sets(p, stages, live)
+        _goldstein(p, sets, claimed)
+        if (sets & ~claimed).any():
+            raise Invalid("a label leaves that its stage does not rule out")
+        p.kept[:] = claimed
+        p.fold()
     return bound
 
 
-def _take_sets(p, stages, live, sets):
+def _read_sets(p, stages, live):
+    """The labels that a stage leaves, as p.kept."""
     width = -(-p.count[live] // 8)
     rows = np.repeat(np.arange(live.size), width)
     data = np.zeros((live.size, -(-p.most // 8)), np.uint8)
     data[rows, np.arange(rows.size) - np.repeat(width.cumsum() - width, width)] = stages.array(
         "u1", rows.size)
-    left = np.unpackbits(data, axis=1, bitorder="little").astype(bool)
+    left, claimed = np.unpackbits(data, axis=1, bitorder="little").astype(bool), p.kept.copy()
     stages.need(not left[:, p.most:].any(), "the label set of a site")
     left = left[:, :p.most]
     stages.need(left.any(1).all() and not (left & ~p.kept[live]).any(), "the label set of a site")
-    if (sets[live] & ~left).any():
-        raise Invalid("a label leaves that its stage does not rule out")
-    p.kept[live] = left
-    p.fold()
+    claimed[live] = left
+    return claimed
 
 
 def _prove(p, certificate):
