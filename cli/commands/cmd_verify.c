@@ -162,10 +162,8 @@ const command cmd_verify = {
                 "0 if the certificate is valid, with 1 if it is not, with 3 if a file is "
                 "damaged.\n",
             OPTIONS(options),
-            .examples = "  qstereo solve p.qcf -o s.qsf --certificate c.qpf\n"
-                        "  qstereo verify p.qcf s.qsf c.qpf\n"
-                        "  qstereo reduce p.qcf -o small.qcf --certificate r.qpf\n"
-                        "  qstereo verify p.qcf small.qcf r.qpf --json\n",
+            .examples = "  qstereo verify p.qcf s.qsf c.qpf\n"
+                        "  qstereo verify p.qcf small.qcf reduced.qpf --json\n",
         },
     .summary = "check the proof of a lower bound that solve or reduce has written",
     .run = run_verify,
