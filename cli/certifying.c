@@ -71,8 +71,7 @@ static int find_bound(const certifying *made, const file_bytes *file, budget *wo
     }
     qs_status status = qs_certificate_open(file->bytes, file->size, &view, NULL);
     if (status == QS_OK) {
-        status =
-            qs_certificate_check(index, &view, workspace, size, &verdict, NULL, &fault);
+        status = qs_certificate_check(index, &view, workspace, size, &verdict, NULL, &fault);
     }
     if (status == QS_E_OVERFLOW) {
         return fail_record(made, "", status);

@@ -7,8 +7,10 @@
 
 /* A row for a table of options. */
 #define CERTIFICATE_OPTION                                                                         \
-    {"certificate", 0,   false, "C.qpf",                                                           \
-     NULL,          "write the proof of the lower bound to a file that qstereo verify checks"}
+    {                                                                                              \
+        "certificate", 0,                                                                          \
+        false,         "C.qpf",                                                                    \
+        NULL,          "write the proof of the lower bound to a file that qstereo verify checks"}
 
 typedef struct certifying {
     const laid_out *problem;

@@ -45,12 +45,11 @@ static int run_reduction(const laid_out *problem, const reducing *asked, budget 
         return NO_RESOURCE;
     }
     progress watched = progress_begin("reduce", problem->scale, asked->time_limit);
-    const qs_reduce_options options = {asked->iterations, asked->target,
-                                       asked->into == QS_DOMAIN_WALL, progress_watch_reduction,
-                                       &watched, asked->witness};
-    qs_status ran =
-        qs_reduce(&problem->model, &options, workspace, size, made->kept, made->labelling,
-                  &made->found);
+    const qs_reduce_options options = {
+        asked->iterations,        asked->target, asked->into == QS_DOMAIN_WALL,
+        progress_watch_reduction, &watched,      asked->witness};
+    qs_status ran = qs_reduce(&problem->model, &options, workspace, size, made->kept,
+                              made->labelling, &made->found);
     qs_model_sites(&problem->model, made->labelling, made->labelling);
     made->microseconds = progress_end(&watched);
     made->out_of_time = watched.out_of_time;

@@ -80,8 +80,9 @@ class _Problem:
         self.degree = np.bincount(np.concatenate([self.first, self.second]), minlength=len(sizes))
         self.alive, self.fixed = np.ones(self.first.size, bool), np.zeros(len(sizes), bool)
         self.constant = problem.offset
-        self.magnitude = abs(problem.offset) + int(np.abs(self.unary).max(1, initial=0).sum()) + int(
-            (np.abs(self.weight) * np.abs(self.tables).max((1, 2), initial=0)[self.block]).sum())
+        largest = np.abs(self.tables).max((1, 2), initial=0)[self.block]
+        self.magnitude = (abs(problem.offset) + int(np.abs(self.unary).max(1, initial=0).sum())
+                          + int((np.abs(self.weight) * largest).sum()))
 
     def energy(self, labelling):
         sites = np.arange(len(labelling))

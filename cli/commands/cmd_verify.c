@@ -41,8 +41,8 @@ static int check_certificate(job *at, file_bytes file, verified *v)
     TRY(certificate_check(path, file, &v->certificate));
     v->name = input_name(path);
     size_t size = qs_certificate_workspace(&problem->index);
-    v->left = budget_take(&at->limit, v->name,
-                          (size_t)problem->qubo.variables + problem->qubo.groups);
+    v->left =
+        budget_take(&at->limit, v->name, (size_t)problem->qubo.variables + problem->qubo.groups);
     void *workspace = v->left != NULL ? budget_take(&at->limit, v->name, size) : NULL;
     if (workspace == NULL) {
         return NO_RESOURCE;
@@ -109,8 +109,7 @@ static void print_json(const verified *v, uint32_t scale)
     }
     json_units("energy", v->energy, scale);
     json_units_or_null("lower_bound", has_bound(v), v->certificate.lower_bound, scale);
-    json_truth("proven_optimal",
-               valid && has_bound(v) && v->energy == v->certificate.lower_bound);
+    json_truth("proven_optimal", valid && has_bound(v) && v->energy == v->certificate.lower_bound);
     json_count("stages", v->certificate.stages);
     json_end();
 }

@@ -182,8 +182,8 @@ def test_both_builds_are_the_same_command(opencv, pnm_only):
         ),
         (
             ["fly"],
-            "unknown command fly: the commands are: encode reduce info solve validate verify decode "
-            "score match",
+            "unknown command fly: the commands are: encode reduce info solve validate verify "
+            "decode score match",
         ),
         (["--verbose"], "unknown option --verbose"),
         (["help", "fly"], "unknown command fly"),

@@ -86,12 +86,9 @@ size_t qs_certificate_workspace(const qs_index *index);
  *   QS_E_ENCODING     the .qcf is not one-hot, one-hot-sparse or domain-wall
  *   QS_E_CORRUPT      a stage is malformed
  *   QS_E_OVERFLOW     its numbers are too large for 64 bits */
-QS_MUST_CHECK qs_status qs_certificate_check(const qs_index *index,
-                                             const qs_certificate *certificate,
-                                             void *workspace,
-                                             size_t workspace_size,
-                                             qs_verdict *verdict, uint8_t *left,
-                                             qs_fault *fault);
+QS_MUST_CHECK qs_status qs_certificate_check(
+    const qs_index *index, const qs_certificate *certificate, void *workspace,
+    size_t workspace_size, qs_verdict *verdict, uint8_t *left, qs_fault *fault);
 
 /* Returns true if a reduced problem has all labels that a certificate leaves:
  * no label has left it that is not proven to be in no optimum. What its labels
@@ -133,12 +130,9 @@ size_t qs_recorder_workspace(const qs_index *index, const qs_model *model);
  *   QS_E_WORKSPACE
  *   QS_E_ENCODING   two couplings join the same two groups: their chains would
  *                   not be told apart */
-QS_MUST_CHECK qs_status qs_recorder_begin(qs_recorder *recorder,
-                                          const qs_index *index,
-                                          const qs_model *model,
-                                          void *workspace,
-                                          size_t workspace_size,
-                                          const qs_sink *stages);
+QS_MUST_CHECK qs_status qs_recorder_begin(
+    qs_recorder *recorder, const qs_index *index, const qs_model *model,
+    void *workspace, size_t workspace_size, const qs_sink *stages);
 
 /* The witness that records. It borrows the recorder. */
 qs_witness qs_recorder_witness(qs_recorder *recorder);
@@ -149,7 +143,8 @@ qs_witness qs_recorder_witness(qs_recorder *recorder);
  *   QS_OK
  *   QS_E_IO         the sink refused bytes
  *   QS_E_OVERFLOW   a share does not fit in 32 bits
- *   QS_E_ENCODING   the solver has recorded nothing: it cannot be a witness's */
+ *   QS_E_ENCODING   the solver has told nothing: it is none that calls a
+ *                   witness */
 QS_MUST_CHECK qs_status qs_recorder_end(qs_recorder *recorder);
 
 /* Writes a .qpf.

@@ -25,9 +25,9 @@ typedef struct qs_progress {
  * possible. */
 typedef bool qs_watch(void *context, const qs_progress *progress);
 
-/* Takes down what proves a bound: certificate.h has one that writes a file. trws
- * and best call it at their end, reduce whenever labels may leave. Other
- * solvers do not. `context` is its own. */
+/* Takes down what proves a bound: certificate.h has one that writes a file.
+ * trws calls it at its end, best too where it passes messages, reduce whenever
+ * labels may leave. Other solvers do not. `context` is its own. */
 typedef struct qs_witness {
     /* A split of the costs among chains begins.
      *

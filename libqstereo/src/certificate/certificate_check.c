@@ -197,8 +197,8 @@ static void find_room(checker *c)
         const qs_stated_edge *edge = &s->edges[e];
         if (edge->alive) {
             c->room[c->split.part[edge->first]] +=
-                c->split.scale * qs_stated_cost(s, edge, c->labelling[edge->first],
-                                                c->labelling[edge->second]);
+                c->split.scale *
+                qs_stated_cost(s, edge, c->labelling[edge->first], c->labelling[edge->second]);
         }
     }
 }
@@ -275,8 +275,7 @@ static bool check_stage(checker *c)
         if (!read_split(c, &head)) {
             return false;
         }
-        c->verdict.lower_bound =
-            qs_max_i64(c->verdict.lower_bound, qs_split_bound(&c->split));
+        c->verdict.lower_bound = qs_max_i64(c->verdict.lower_bound, qs_split_bound(&c->split));
     }
     if (!leaves) {
         return true;

@@ -21,8 +21,7 @@ static bool has_all(const qs_site *whole, const uint8_t **left, const qs_site *s
 
 bool qs_certificate_covers(const qs_qubo *qubo, const uint8_t *left, const qs_qubo *smaller)
 {
-    if (!qubo->has_labels || !smaller->has_labels ||
-        qubo->labels.sites != smaller->labels.sites ||
+    if (!qubo->has_labels || !smaller->has_labels || qubo->labels.sites != smaller->labels.sites ||
         qubo->labels.labels != smaller->labels.labels) {
         return false;
     }

@@ -308,8 +308,8 @@ static bool move_costs(const qs_record_book *b, const qs_model *model, const qs_
     for (uint32_t a = 0; a < s->count[site]; a++) {
         uint32_t x = edge->first == site ? a : 0, y = edge->first == site ? 0 : a;
         int64_t weight = weight_of(model, b->cell[edge->first], b->cell[edge->second]);
-        int64_t more = qs_stated_cost(s, edge, x, y) -
-                       weight * qs_model_pairwise(model, first[x], second[y]);
+        int64_t more =
+            qs_stated_cost(s, edge, x, y) - weight * qs_model_pairwise(model, first[x], second[y]);
         int64_t moved = share[a] - more * ((int64_t)1 << b->shift);
         if (moved < INT32_MIN || moved > INT32_MAX) {
             return false;
@@ -339,8 +339,8 @@ static void take_share(void *context, const qs_model *model, uint32_t cell, uint
     }
     for (uint32_t n = s->near_start[site]; n < s->near_start[site + 1]; n++) {
         const qs_stated_edge *edge = &s->edges[s->near[n]];
-        uint32_t there = edge->first == site ? b->first_slot[s->near[n]]
-                                             : b->second_slot[s->near[n]];
+        uint32_t there =
+            edge->first == site ? b->first_slot[s->near[n]] : b->second_slot[s->near[n]];
         if (edge->alive && there == slot && !move_costs(b, model, edge, site, own)) {
             r->status = QS_E_OVERFLOW;
         }

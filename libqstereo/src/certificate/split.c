@@ -139,8 +139,8 @@ uint64_t qs_split_count_shares(qs_split *split)
     for (uint32_t p = 0; p < stated->sites; p++) {
         split->share_at[p] = (size_t)count;
         if (!is_fixed(split, p)) {
-            count += (uint64_t)(split->slot_start[p + 1] - split->slot_start[p] - 1) *
-                     stated->left[p];
+            count +=
+                (uint64_t)(split->slot_start[p + 1] - split->slot_start[p] - 1) * stated->left[p];
         }
     }
     return count;

@@ -25,7 +25,8 @@ typedef struct qs_split {
     size_t *share_at; /* of each site: how many numbers are before its own */
     uint32_t *part; /* of each site: the first site of its part, which is all that edges join */
     int64_t *least; /* of each part: the least costs of its chains together */
-    int64_t *along; /* of each edge, for each label: what a chain costs up to the edge, or from it */
+    int64_t
+        *along; /* of each edge, for each label: what a chain costs up to the edge, or from it */
     int64_t *excess; /* of each label */
     int64_t *work; /* three numbers for each of the most labels */
 } qs_split;

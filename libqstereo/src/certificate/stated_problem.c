@@ -154,8 +154,7 @@ static void read_sites(qs_stated *stated, uint32_t *count, size_t *start)
         for (uint32_t a = 0; a < count[p]; a++, next++) {
             int64_t at_one = walls ? a : 1;
             if (!walls || a > 0) {
-                int64_t linear = qs_qubo_linear(index->qubo,
-                                                index->start[p] + a - (uint32_t)walls);
+                int64_t linear = qs_qubo_linear(index->qubo, index->start[p] + a - (uint32_t)walls);
                 sum = walls ? sum + linear : linear;
             }
             stated->unary[next] = sum + none * (1 - at_one) + pair * (at_one * (at_one - 1) / 2);

@@ -123,8 +123,8 @@ static qs_status by_reduce(const qs_witness *witness, uint64_t iterations)
 {
     qs_reduction reduction;
     qs_reduce_options options = {.iterations = iterations, .witness = witness};
-    qs_status status = qs_reduce(&model, &options, workspace, sizeof workspace, c.kept,
-                                 c.labelling, &reduction);
+    qs_status status =
+        qs_reduce(&model, &options, workspace, sizeof workspace, c.kept, c.labelling, &reduction);
     c.energy = reduction.upper_bound;
     c.bound = reduction.lower_bound;
     return status;
@@ -138,8 +138,7 @@ static bool certify(made_by *make, uint64_t iterations)
     qs_sink sink = qs_buffer_sink(&stages);
     size_t size = qs_recorder_workspace(&written.index, &model);
     void *memory = malloc(size);
-    qs_status status =
-        qs_recorder_begin(&recorder, &written.index, &model, memory, size, &sink);
+    qs_status status = qs_recorder_begin(&recorder, &written.index, &model, memory, size, &sink);
     if (status == QS_OK) {
         qs_witness witness = qs_recorder_witness(&recorder);
         status = make(&witness, iterations);
@@ -308,8 +307,9 @@ static void stays_true(uint64_t *state)
         memcpy(c.file, whole, c.size);
         for (uint32_t n = 1 + tiny_random(state, 3); n > 0; n--) {
             size_t at = begin + tiny_random(state, (uint32_t)(c.size - begin));
-            c.file[at] = (uint8_t)(tiny_random(state, 2) ? tiny_random(state, 256)
-                                                         : c.file[at] ^ 1u << tiny_random(state, 8));
+            c.file[at] =
+                (uint8_t)(tiny_random(state, 2) ? tiny_random(state, 256)
+                                                : c.file[at] ^ 1u << tiny_random(state, 8));
         }
         /* Chunks keep their frames. */
         memcpy(c.file + begin, whole + begin, 20);
@@ -370,12 +370,11 @@ static void arguments(void **unused)
     assert_int_equal(qs_certificate_open(c.file, c.size, NULL, NULL), QS_E_ARGUMENT);
     assert_int_equal(qs_certificate_open(written.file, written.size, &view, NULL), QS_E_FORMAT);
     assert_int_equal(qs_certificate_open(c.file, c.size, &view, NULL), QS_OK);
-    assert_int_equal(qs_certificate_check(&written.index, &view, memory, sizeof memory, &c.verdict,
-                                          NULL, NULL),
-                     QS_E_WORKSPACE);
     assert_int_equal(
-        qs_certificate_check(&written.index, &view, NULL, 0, &c.verdict, NULL, NULL),
-        QS_E_ARGUMENT);
+        qs_certificate_check(&written.index, &view, memory, sizeof memory, &c.verdict, NULL, NULL),
+        QS_E_WORKSPACE);
+    assert_int_equal(qs_certificate_check(&written.index, &view, NULL, 0, &c.verdict, NULL, NULL),
+                     QS_E_ARGUMENT);
     written.file[written.size - 1] ^= 1; /* another problem */
     assert_int_equal(check(), QS_OK);
     assert_false(c.verdict.valid);
