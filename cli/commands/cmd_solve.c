@@ -8,14 +8,24 @@
 #include "text/fail.h"
 #include "text/json.h"
 #include "text/numbers.h"
+#include "text/plain.h"
 
-enum { OUTPUT, CERTIFICATE, SOLVER, SEARCH, JSON = SEARCH + SEARCH_OPTIONS, MEMORY_LIMIT };
+enum {
+    OUTPUT,
+    CERTIFICATE,
+    SOLVER,
+    SEARCH,
+    STOPPING = SEARCH + SEARCH_OPTIONS,
+    JSON = STOPPING + STOPPING_OPTIONS,
+    MEMORY_LIMIT
+};
 
 static const option options[] = {
     [OUTPUT] = {"output", 'o', true, "S.qsf", NULL, "samples file to write, - is standard output"},
     [CERTIFICATE] = CERTIFICATE_OPTION,
     [SOLVER] = SOLVER_OPTION,
     [SEARCH] = SEARCH_OPTION_ROWS,
+    [STOPPING] = STOPPING_OPTION_ROWS,
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -71,7 +81,7 @@ static int write_samples(const request *asked, const problem_file *problem, cons
     const qs_sink sink = {output_sink, out};
     qs_digest(problem->file.bytes, problem->file.size, samples.problem);
     qs_status written = qs_samples_write(&samples, &sink, NULL);
-    /* The end of the command reports refused bytes. */
+    /* job_commit reports refused bytes. */
     return written == QS_OK || written == QS_E_IO ? DONE : fail_status(out->name, written);
 }
 
@@ -84,7 +94,7 @@ static void print_result(const job *at, const solved *found)
         solved_json(found, scale);
         json_end();
     } else if (!output_is_standard(path)) {
-        printf("%s: ", path);
+        printf("%s: ", plain(path));
         solved_print(found, scale);
     }
 }
@@ -120,13 +130,16 @@ static int run_solve(job *at)
     solved found;
     TRY(solver_read(at->values[SOLVER], &asked.by));
     TRY(search_read(&at->values[SEARCH], &asked.how));
+    TRY(stopping_read(&at->values[STOPPING], &asked.how));
     TRY(job_open_problem(at));
     TRY(lay_out(&at->both.problem, &at->limit, &laid));
+    TRY(budget_need(&at->limit, laid.name, solve_bytes(&laid, asked.by)));
     TRY(job_open_output(at, at->values[OUTPUT], &out));
     bool certified = at->values[CERTIFICATE] != NULL;
     TRY(certified ? solve_certified(at, &asked, &laid, &found)
                   : solve_plainly(at, &asked, &laid, &found));
     TRY(write_samples(&asked, &at->both.problem, &found, out));
+    TRY(job_commit(at));
     print_result(at, &found);
     return DONE;
 }
@@ -148,7 +161,9 @@ const command cmd_solve = {
                 "answer is proven optimal.\n\n"
                 "--certificate writes what proves the bound of trws, or of best where that passes "
                 "messages; qstereo verify checks it.\n\n"
-                "Ctrl-C ends the command without a file.\n",
+                "--time-limit counts from the start of the command. Ctrl-C ends the command "
+                "without a file; with --keep-on-interrupt the first one stops the solver, and "
+                "its best so far is written.\n",
             OPTIONS(options),
             .examples =
                 "  qstereo solve p.qcf -o s.qsf\n"

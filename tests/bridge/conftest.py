@@ -9,7 +9,7 @@ from qstereo_bridge import cli, qcf
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from bridge_tools import COMMAND  # noqa: E402
+from bridge_tools import COMMAND, forked  # noqa: E402
 from problems import grid  # noqa: E402
 from service import TOKEN, Service  # noqa: E402, F401
 
@@ -38,18 +38,6 @@ def processes():
                                     "dwave.cloud.api.resources", "dwave.optimization",
                                     "dwave.samplers", "dimod"])
     return context
-
-
-def forked(arguments, environment, folder, streams):
-    """The command as a process has it; `streams` are the files for stdin, stdout and stderr."""
-    for number, path in enumerate(streams):
-        os.dup2(os.open(path, os.O_RDWR), number)
-    os.environ.clear()
-    os.environ.update(environment)
-    os.chdir(folder)
-    sys.argv = ["qstereo-bridge", *arguments]
-    from qstereo_bridge.__main__ import run
-    run()
 
 
 @pytest.fixture

@@ -80,7 +80,8 @@ def test_changed_certificates(tmp_path, smoothness, encoding, command):
     more = [] if smoothness == "potts" else ["--truncation", "2"]
     problem, other, proof = (tmp_path / name for name in ("p.qcf", "other", "c.qpf"))
     done = run("encode", tmp_path / "left.pgm", tmp_path / "right.pgm", "-o", problem,
-               "--disparity", "0:3", "--lambda", "30", "--smoothness", smoothness, *more, "--encoding", encoding)
+               "--disparity", "0:3", "--lambda", "30", "--smoothness", smoothness, *more,
+               "--encoding", encoding)
     assert done.returncode == 0, done.stderr
     done = run(command, problem, "-o", other, "--iterations", "3", "--certificate", proof,
                *(["--solver", "trws"] if command == "solve" else []))

@@ -1,6 +1,6 @@
 /* Goldstein's criterion (1994), for any pairwise costs. Let e be one of the labels that a site had
- * in the beginning. Label d is in no optimum if it costs more than e by more than the edges can make
- * up for, whatever labels of their sets the neighbours have:
+ * in the beginning. Label d is in no optimum if it costs more than e by more than the edges can
+ * make up for, whatever labels of their sets the neighbours have:
  *
  *     cost(d) - cost(e) > sum over edges of max_b [cost of (e, b) - cost of (d, b)] */
 #ifndef QS_GOLDSTEIN_H
