@@ -16,7 +16,6 @@ static int fail_record(const certifying *made, const char *by, qs_status status)
     case QS_E_OVERFLOW:
         return fail(BAD_INPUT, name,
                     "its costs are too large for a certificate: leave --certificate out");
-    case QS_E_IO: return budget_fail(made->limit, made->out->name);
     default: return fail_status(name, status);
     }
 }
@@ -100,7 +99,7 @@ int certifying_end(certifying *made, const char *by, const uint16_t *labelling, 
                    int64_t *lower_bound)
 {
     qs_status status = qs_recorder_end(&made->recorder);
-    if (status != QS_OK) {
+    if (status != QS_OK && status != QS_E_IO) { /* growing_end says what was refused */
         certifying_abandon(made);
         return fail_record(made, by, status);
     }

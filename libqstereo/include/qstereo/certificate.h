@@ -142,7 +142,8 @@ qs_witness qs_recorder_witness(qs_recorder *recorder);
  * Returns
  *   QS_OK
  *   QS_E_IO         the sink refused bytes
- *   QS_E_OVERFLOW   a share does not fit in 32 bits
+ *   QS_E_OVERFLOW   a share does not fit in 32 bits, a cost was too large to
+ *                   fold, or there are more than 4096 stages
  *   QS_E_ENCODING   the solver has told nothing: it is none that calls a
  *                   witness */
 QS_MUST_CHECK qs_status qs_recorder_end(qs_recorder *recorder);

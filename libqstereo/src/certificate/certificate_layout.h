@@ -10,7 +10,8 @@ enum {
     QS_QPF_FIELDS = 24, /* bytes of the header's own fields that are in use */
     QS_BEST_HEAD = 4,
     QS_STAGE_HEAD = 16,
-    QS_SCALE_MOST = 1 << 30
+    QS_SCALE_MOST = 1 << 30,
+    QS_STAGES_MOST = 4096 /* so that no small file asks for long work */
 };
 
 /* What a stage has. */

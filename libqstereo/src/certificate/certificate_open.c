@@ -11,6 +11,9 @@ static bool read_fields(qs_reader *reader, qs_certificate *view)
     view->stages = qs_load_u32(fields + 4);
     view->lower_bound = qs_load_i64(fields + 8);
     view->energy = qs_load_i64(fields + 16);
+    if (view->stages > QS_STAGES_MOST) {
+        return qs_reject(reader, QS_E_CORRUPT, QS_HEADER_FIELDS + 4, "number of stages");
+    }
     for (int i = QS_QPF_FIELDS; i < QS_HEADER_OWN; i++) {
         if (fields[i] != 0) {
             return qs_reject(reader, QS_E_CORRUPT, QS_HEADER_FIELDS + (uint64_t)i,

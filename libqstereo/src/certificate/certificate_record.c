@@ -453,6 +453,10 @@ static void put_sets(stage_writer *w, const qs_record_book *b)
 static void write_stage(qs_recorder *r, bool leaves)
 {
     qs_record_book *b = r->book;
+    if (r->stages == QS_STAGES_MOST) {
+        r->status = QS_E_OVERFLOW;
+        return;
+    }
     stage_writer w = {.sink = r->sink};
     unsigned slot = b->pending ? slot_bytes(b) : 0, share = b->pending ? share_bytes(b) : 0;
     put(&w, (b->pending ? QS_STAGE_SPLITS : 0u) | (leaves ? QS_STAGE_LEAVES : 0u), 4);

@@ -375,6 +375,11 @@ static void arguments(void **unused)
         QS_E_WORKSPACE);
     assert_int_equal(qs_certificate_check(&written.index, &view, NULL, 0, &c.verdict, NULL, NULL),
                      QS_E_ARGUMENT);
+    qs_store_u32(c.file + 28, 4097);
+    mend();
+    assert_int_equal(check(), QS_E_CORRUPT); /* more stages than there may be */
+    qs_store_u32(c.file + 28, view.stages);
+    mend();
     written.file[written.size - 1] ^= 1; /* another problem */
     assert_int_equal(check(), QS_OK);
     assert_false(c.verdict.valid);
