@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .container import (DEFAULT_LIMIT, HEADER, Corrupt, check_size, read_chunks, read_header,
-                        read_stream)
+from .container import DEFAULT_LIMIT, Corrupt, read_chunks, read_header, read_stream
 
 MAGIC = b"\x89QPF\r\n\x1a\n"
 FIELDS = struct.Struct("<IIqq12s")
@@ -55,8 +54,7 @@ class Stages:
 
 def parse_qpf(data):
     """The Certificate in `data`, the bytes of a whole .qpf. Raises FormatError."""
-    header = read_header(data[:HEADER.size], MAGIC, ".qpf")
-    check_size(len(data), header.size)
+    header = read_header(data, MAGIC, ".qpf", len(data))
     sites, stages, bound, energy, zero = FIELDS.unpack(header.fields)
     if zero != bytes(12):
         raise Corrupt("byte 48: a reserved field is in use")

@@ -25,8 +25,11 @@ class Solver:
 
 
 _SERVICE = {"solver_name": None, "label": None, "max_charge": None}
-
-SOLVERS = {
+_HYBRID = {"time_limit": None, **_SERVICE}
+# D-Wave's own name of the nonlinear solver.
+ALIASES = {"stride": "hybrid-nl"}
+ANY = "MODULE:CLASS"
+EVERY = {
     "anneal": Solver("solvers", "simulated annealing, finished by steepest descent (the default)",
                      {"num_reads": 20, "num_sweeps": 1000, "seed": None, "time_limit": None}),
     "tabu": Solver("solvers", "tabu search; --time-limit is for all reads together",
@@ -40,19 +43,14 @@ SOLVERS = {
                    "fast_anneal": None, "reverse_from": None, "embedding": None, "copies": 1,
                    "seed": None, "param": None, **_SERVICE}, "Qpu"),
     "hybrid-nl": Solver("hybrid", "D-Wave's nonlinear hybrid solver (Stride), one integer a site: "
-                        "for pictures of more than a few thousand pixels",
-                        {"time_limit": None, **_SERVICE}, "Nl"),
-    "hybrid-bqm": Solver("hybrid", "D-Wave's hybrid solver, penalties in the model",
-                         {"time_limit": None, **_SERVICE}, "Bqm"),
+                        "for pictures of more than a few thousand pixels", _HYBRID, "Nl"),
+    "hybrid-bqm": Solver("hybrid", "D-Wave's hybrid solver, penalties in the model", _HYBRID,
+                         "Bqm"),
     "hybrid-cqm": Solver("hybrid", "D-Wave's hybrid solver, one-hot groups as constraints, no "
-                         "penalties", {"time_limit": None, **_SERVICE}, "Cqm"),
-}
-# Other names of the same: what D-Wave calls it today.
-ALIASES = {"stride": "hybrid-nl"}
-ANY = "MODULE:CLASS"
-EVERY = {**SOLVERS, ANY: Solver(
-    "samplers", "any dimod sampler, with --param for all that it takes",
-    {"num_reads": None, "seed": None, "param": None, "spin_reversals": None})}
+                         "penalties", _HYBRID, "Cqm"),
+    ANY: Solver("samplers", "any dimod sampler, with --param for all that it takes",
+                {"num_reads": None, "seed": None, "param": None, "spin_reversals": None})}
+SOLVERS = {name: solver for name, solver in EVERY.items() if name != ANY}
 
 
 def find(name):
@@ -63,5 +61,7 @@ def find(name):
 def name_label(options):
     """A service gets to know the problem by its file's name, unless by another."""
     if "label" in find(options.solver).options and options.label is None and options.problem != "-":
-        name = os.path.splitext(os.path.basename(options.problem))[0]
-        options.label = name.encode("utf-8", "replace").decode()
+        options.label = os.path.splitext(os.path.basename(options.problem))[0]
+    if options.label is not None:
+        # Bytes that are no UTF-8: neither service nor .qsf could hold them.
+        options.label = options.label.encode("utf-8", "replace").decode()

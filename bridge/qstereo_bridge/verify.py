@@ -52,7 +52,7 @@ class _Problem:
             raise InputError("there are certificates of one-hot, one-hot-sparse and domain-wall "
                              "alone")
         self.wall = wall = problem.encoding == WALL
-        sizes = problem.sizes() + wall
+        sizes = problem.sizes + wall
         self.count, self.most = sizes, int(sizes.max(initial=1))
         most = self.most
         self.kept = np.arange(most) < sizes[:, None]
@@ -62,10 +62,10 @@ class _Problem:
         self.trimmed = np.zeros_like(self.unary)
         self.trimmed[self.kept] = _trimmed(problem, int(sizes.sum()))
         self.unary += self.trimmed
-        a, b = problem.penalty_pairs()
+        a, b = problem.a, problem.b
         ones = np.arange(most) if wall else 1
         self.unary += a[:, None] * (1 - ones) + b[:, None] * (ones * (ones - 1) // 2)
-        g, h, block, weight = problem.coupled_pairs()
+        g, h, block, weight = problem.couplings
         self.tables = np.zeros((len(problem.blocks), most, most), np.int64)
         for table, dense in zip(self.tables, problem.blocks):
             table[wall:dense.shape[0] + wall, wall:dense.shape[1] + wall] = dense.dense()
@@ -307,7 +307,7 @@ def _best_energy(p, problem, samples):
     """The energy of the best sample that is a labelling. Raises Invalid, InputError."""
     if samples.digest != problem.digest:
         raise InputError("the samples are of another problem: the SHA-256 of its file differs")
-    starts, energies = problem.coefficients.starts(), []
+    starts, energies = problem.coefficients.starts, []
     for bits, record in zip(samples.bits, samples.records):
         labelling = _labelling_of(p, bits, starts)
         if labelling is not None:
@@ -327,7 +327,7 @@ def _label_sets(problem):
     kept = sides.get("kept")
     sites, width = np.frombuffer(kept[:8], "<u4").tolist() if kept else (0, 0)
     if not width:
-        return np.ones((problem.coefficients.groups, labels), bool)
+        return np.ones((problem.coefficients.sizes.size, labels), bool)
     fixed = np.frombuffer(kept, f"<u{width}", sites, 8).astype(int)
     undecided = fixed == 256**width - 1
     sets = np.arange(labels) == fixed[:, None]

@@ -11,9 +11,9 @@ import pytest
 from job_tools import (  # noqa: F401
     LEAST, SERVICES, WHILE, begin, best, collect, few_retries, hurry, names, sent,
     service, solve, until)
-from problems import grid
+from problems import grid, pack_qcf
 from service import Service
-from qstereo_bridge import jobs, qcf, qsf, runner, services, text
+from qstereo_bridge import jobs, qsf, runner, services, text
 from qstereo_bridge.output import Output
 
 
@@ -383,7 +383,7 @@ def test_nothing_is_sent_twice_unasked(solve, service, tmp_path):
 
 def test_job_of_another_problem_is_not_forgotten(solve, service, problem_file):
     solve("hybrid-nl", "--no-wait")
-    problem_file.write_bytes(qcf.pack_qcf(grid(2, 2, 3, seed=1)))
+    problem_file.write_bytes(pack_qcf(grid(2, 2, 3, seed=1)))
     status, _, err = solve()
     assert status == 1 and "another problem" in err and len(service.problems) == 1
 
@@ -391,7 +391,7 @@ def test_job_of_another_problem_is_not_forgotten(solve, service, problem_file):
 def test_collect_wants_the_problem_that_was_sent(solve, collect, service, problem_file, tmp_path):
     solve("hybrid-nl", "--no-wait")
     good = problem_file.read_bytes()
-    problem_file.write_bytes(qcf.pack_qcf(grid(2, 2, 3, seed=1)))
+    problem_file.write_bytes(pack_qcf(grid(2, 2, 3, seed=1)))
     status, _, err = collect()
     assert status == 3 and "not the problem that was sent" in err
     problem_file.unlink()

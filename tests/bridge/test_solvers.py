@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from problems import all_states, domain_walls, grid, make, random_problem
+from problems import Table, all_states, domain_walls, grid, make, random_problem
 from qstereo_bridge import models, qcf, qsf, solvers
 from qstereo_bridge.container import OverLimit
 
@@ -81,9 +81,9 @@ def test_anneal_is_repeatable_and_ends_in_local_minima():
 
 
 def test_anneal_heats_by_the_couplings_not_the_penalties():
-    weight = int(abs(SMALL.coupling_runs["weight"][0]))
+    weight = int(abs(SMALL.couplings[3, 0]))
     assert solve("anneal", SMALL).info["parameters"]["beta_range"] == [1 / weight, 20 / weight]
-    table = make([2, 2, 2], [qcf.Table(np.array([[0, -7], [2, 0]], "<i4"))], [{"weight": 3, "g": 0, "h": 1},
+    table = make([2, 2, 2], [Table(np.array([[0, -7], [2, 0]], "<i4"))], [{"weight": 3, "g": 0, "h": 1},
                  {"form": 1, "width": 1, "count": 1, "pairs": [(1, 2)], "weights": [0]}], [0] * 6, [(100, 1000)] * 3)
     assert solve("anneal", table).info["parameters"]["beta_range"] == [1 / 21, 20 / 21]
     # Without couplings the sampler's own range serves.

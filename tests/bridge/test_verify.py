@@ -8,8 +8,8 @@ from hashlib import sha256
 
 import numpy as np
 import pytest
-from problems import grid
-from qstereo_bridge import container, qcf, qpf, qsf
+from problems import altered, grid, pack_qcf
+from qstereo_bridge import container, qpf, qsf
 from qstereo_bridge.verify import verify
 
 SCALE = 4
@@ -17,16 +17,15 @@ SCALE = 4
 
 def problem_of(rng, width, height, labels):
     """A .qcf of a grid of random costs, Potts with weight 3, and its bytes."""
-    made = grid(width, height, labels, weight=3)
-    made.linear = rng.integers(0, 9, made.linear.size)
-    made.sides = [("labl", struct.pack("<16I", 2, 0, 0, labels, 1, 0, 1, 3, width, height, width,
-                                       height, 0, 0, 0, 0))]
-    return made, qcf.pack_qcf(made)
+    labl = struct.pack("<16I", 2, 0, 0, labels, 1, 0, 1, 3, width, height, width, height, 0, 0, 0, 0)
+    found = altered(grid(width, height, labels, weight=3), sides=[("labl", labl)],
+                    linear=rng.integers(0, 9, width * height * labels))
+    return found, pack_qcf(found)
 
 
 def costs_of(made, labels):
     """(sites, labels) of unary costs; (pairs, weight, block) of edges, from the file's numbers."""
-    g, h, block, weight = made.coupled_pairs()
+    g, h, block, weight = made.couplings.tolist()
     return made.linear.reshape(-1, labels), list(zip(g, h, weight)), made.blocks[0].dense()
 
 
