@@ -53,6 +53,7 @@ extern const command cmd_reduce;
 extern const command cmd_info;
 extern const command cmd_solve;
 extern const command cmd_validate;
+extern const command cmd_verify;
 extern const command cmd_decode;
 extern const command cmd_score;
 extern const command cmd_match;

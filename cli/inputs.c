@@ -70,6 +70,21 @@ int samples_check(const char *path, file_bytes file, samples_file *opened)
     return DONE;
 }
 
+int certificate_fail(const char *path, qs_status status, const qs_fault *fault)
+{
+    return fail_fault(input_name(path), status, fault, ".qpf", NULL);
+}
+
+int certificate_check(const char *path, file_bytes file, qs_certificate *opened)
+{
+    qs_fault fault = {0, NULL};
+    qs_status status = qs_certificate_open(file.bytes, file.size, opened, &fault);
+    const char *other = samples_are(&file) ? "a .qsf: samples of a problem" : NULL;
+    return status == QS_OK ? DONE
+                           : fail_fault(input_name(path), status, &fault, ".qpf",
+                                        problem_is(&file) ? "a .qcf: a problem" : other);
+}
+
 /* The digest says which problem the samples are of. */
 static int check_match(const answer *both)
 {
@@ -126,10 +141,15 @@ uint64_t labels_left(const qs_labels *labels)
     return left;
 }
 
+int answer_take_samples(answer *both, const char *samples_path, file_bytes file)
+{
+    TRY(samples_check(samples_path, file, &both->samples));
+    return check_match(both);
+}
+
 int answer_open_samples(answer *both, const char *samples_path, budget *limit)
 {
     file_bytes file;
     TRY(file_read(samples_path, limit, &file));
-    TRY(samples_check(samples_path, file, &both->samples));
-    return check_match(both);
+    return answer_take_samples(both, samples_path, file);
 }

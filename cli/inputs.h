@@ -35,9 +35,19 @@ int problem_index(problem_file *problem, budget *limit);
  * BAD_INPUT or NO_RESOURCE. */
 int answer_open_samples(answer *both, const char *samples_path, budget *limit);
 
+/* The same for the bytes of a samples file that was read. */
+int answer_take_samples(answer *both, const char *samples_path, file_bytes file);
+
 /* The same for the bytes of a file that was read, which stay the caller's. */
 int problem_check(const char *path, file_bytes file, const budget *limit, problem_file *opened);
 int samples_check(const char *path, file_bytes file, samples_file *opened);
+
+/* The same for a certificate. Its view borrows the bytes. */
+int certificate_check(const char *path, file_bytes file, qs_certificate *opened);
+
+/* Prints what is wrong with a certificate that does not fit its problem. Returns BAD_INPUT or
+ * NO_RESOURCE. */
+int certificate_fail(const char *path, qs_status status, const qs_fault *fault);
 
 /* Return true if the bytes begin as those of a .qcf, or a .qsf. */
 bool problem_is(const file_bytes *file);

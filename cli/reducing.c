@@ -41,17 +41,20 @@ static int run_reduction(const laid_out *problem, const reducing *asked, budget 
 {
     const char *name = problem->name;
     size_t size = qs_reduce_workspace(&problem->model);
-    uint16_t *labelling = budget_take(work, name, sizeof *labelling * problem->model.sites);
-    void *workspace = labelling != NULL ? budget_take(work, name, size) : NULL;
+    void *workspace = budget_take(work, name, size);
     if (workspace == NULL) {
         return NO_RESOURCE;
     }
     progress watched = progress_begin("reduce", problem->scale, asked->time_limit, true);
-    const qs_reduce_options options = {asked->iterations, asked->target,
+    const qs_reduce_options options = {asked->iterations,
+                                       asked->target,
                                        qs_encoding_facts_of(asked->into)->code == QS_CODE_WALL,
-                                       progress_watch_reduction, &watched};
-    qs_status ran =
-        qs_reduce(&problem->model, &options, workspace, size, made->kept, labelling, &made->found);
+                                       progress_watch_reduction,
+                                       &watched,
+                                       asked->witness};
+    qs_status ran = qs_reduce(&problem->model, &options, workspace, size, made->kept,
+                              made->labelling, &made->found);
+    qs_model_sites(&problem->model, made->labelling, made->labelling);
     made->microseconds = progress_end(&watched);
     made->out_of_time = watched.out_of_time;
     made->target = asked->target;
@@ -71,6 +74,10 @@ int reduce_problem(const laid_out *problem, const reducing *asked, budget *limit
     memset(made, 0, sizeof *made);
     made->kept = budget_take(limit, problem->name, (size_t)model->sites * model->labels);
     if (made->kept == NULL) {
+        return NO_RESOURCE;
+    }
+    made->labelling = budget_take(limit, problem->name, sizeof *made->labelling * model->sites);
+    if (made->labelling == NULL) {
         return NO_RESOURCE;
     }
     budget work = budget_inside(limit);

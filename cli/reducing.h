@@ -19,6 +19,7 @@ typedef struct reducing {
     int64_t time_limit; /* microseconds; 0 = none */
     uint64_t iterations; /* 0 = the library's own limit */
     qs_encoding into; /* the encoding that the problem will be written in */
+    const qs_witness *witness; /* of the proof; NULL = none */
 } reducing;
 
 /* Reads the arguments of the rows for a problem that will be written in the encoding `into`.
@@ -31,6 +32,7 @@ typedef struct reduced {
     bool out_of_time; /* the time limit stopped it */
     int64_t microseconds;
     uint8_t *kept; /* as of qs_reduce; the budget owns it */
+    uint16_t *labelling; /* of the problem's sites; the budget owns it */
 } reduced;
 
 /* Reduces the problem. `kept` stays in memory of the budget, the work does not. Returns DONE or

@@ -253,12 +253,14 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
                                       .seed = how->seed,
                                       .watch = progress_watch,
                                       .context = &watched,
-                                      .spent = how->time_limit > 0 ? progress_spent : NULL};
+                                      .spent = how->time_limit > 0 ? progress_spent : NULL,
+                                      .witness = how->witness};
     qs_status ran = QS_OK;
     if (messages) {
         enum { FEW = 4 };
         qs_solve_options few = options;
         few.iterations = FEW;
+        few.witness = NULL; /* the proof would be none of expansion */
         ran = qs_trws(model, &few, workspace, size, found->labelling, &found->solution);
     }
     if (ran == QS_OK) {

@@ -23,6 +23,7 @@ typedef struct search {
     bool whole_command; /* the time is that of the whole command, else of the solver */
     double gap; /* percent of the energy; negative = none */
     bool keep_on_interrupt;
+    const qs_witness *witness; /* of the proof; NULL = none */
 } search;
 
 /* More such options, of commands that run one solver. */

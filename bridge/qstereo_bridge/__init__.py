@@ -8,7 +8,8 @@ The core needs numpy and dimod: `container` (header, chunks, CRC), `qcf` (the pr
 samples), `models` (terms, energies, dimod's models), `problem` (the face for Python), `failure`
 (all errors). On it stand `solvers`, `ilp` and `samplers` (what runs here), `registry` (their
 names), `runner` (one run of the command), `output` (whole files or none), `export`, `inspection`,
-`cli` (the command) and `__main__` (its start, and its end by a signal).
+`cli` (the command) and `__main__` (its start, and its end by a signal). `qpf`
+and `verify` read and check certificates.
 
 For D-Wave's services: `services` (account and messages), `hybrid`, `qpu` and `embedding` (what each
 solver takes, and its answers), `tiles` and `picture` (chips: grids laid out in them, and drawn),

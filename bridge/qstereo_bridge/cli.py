@@ -361,6 +361,16 @@ def inspect(options):
     """Show samples of a QPU in D-Wave's inspector. The inspector has to be installed."""
 
 
+@_command("verify", "certificate", click.argument("problem", metavar="P.qcf"),
+          click.argument("other", metavar="S.qsf"), click.argument("certificate", metavar="C.qpf"),
+          *COMMON)
+def verify(options):
+    """Check a certificate of `qstereo solve` or `reduce`, without their library: the proof of a
+    lower bound of P.qcf. The best sample in S.qsf must be as good as it states. In the place of
+    S.qsf may stand the .qcf that reduce has written. Exits with 1 if it is not valid."""
+    return "command"
+
+
 @_command("remote", None, COMMON[0])
 def solvers(options):
     """List the solvers of your D-Wave account with limits and load."""

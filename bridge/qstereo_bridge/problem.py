@@ -25,7 +25,7 @@ File = str | os.PathLike | BinaryIO
 
 
 @contextlib.contextmanager
-def _opened(file):
+def opened(file):
     """A binary stream for a path or a stream; errors of the system and the format name the path."""
     if hasattr(file, "read"):
         yield file
@@ -43,14 +43,14 @@ def load(file: File, memory_limit: int = DEFAULT_LIMIT) -> Problem:
     memory_limit    bytes that the problem and its models may take
     Raises FormatError (no sound .qcf), OverLimit, FileError.
     """
-    with _opened(file) as stream:
+    with opened(file) as stream:
         coefficients, data = read_qcf(stream, memory_limit)
     return Problem(coefficients, hashlib.sha256(data).digest(), memory_limit)
 
 
 def load_samples(file: File, memory_limit: int = DEFAULT_LIMIT) -> Samples:
     """The Samples in a .qsf: a path or a binary stream. Raises as load()."""
-    with _opened(file) as stream:
+    with opened(file) as stream:
         return read_qsf(stream, memory_limit)
 
 

@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "certifying.h"
 #include "command.h"
 #include "encoding_choice.h"
 #include "reducing.h"
@@ -13,6 +14,7 @@
 
 enum {
     OUTPUT,
+    CERTIFICATE,
     REDUCING,
     ITERATIONS = REDUCING + REDUCING_OPTIONS,
     ENCODING,
@@ -24,6 +26,7 @@ enum {
 static const option options[] = {
     [OUTPUT] = {"output", 'o', true, "SMALLER.qcf", NULL,
                 "QUBO file to write, - is standard output"},
+    [CERTIFICATE] = CERTIFICATE_OPTION,
     [REDUCING] = REDUCING_OPTION_ROWS,
     [ITERATIONS] = {"iterations", 0, false, "N", NULL,
                     "stop after N iterations of trws (default 2000)"},
@@ -64,6 +67,23 @@ static void print_result(const job *at, const reduced *smaller, const laid_out *
     }
 }
 
+/* Reduces with a certificate. The lower bound is then the one that the certificate proves. */
+static int reduce_certified(job *at, reducing *how, const laid_out *laid, reduced *smaller)
+{
+    output *out;
+    certifying proof;
+    TRY(job_open_output(at, at->values[CERTIFICATE], &out));
+    TRY(certifying_begin(laid, &at->limit, out, &proof));
+    how->witness = &proof.witness;
+    int status = reduce_problem(laid, how, &at->limit, smaller);
+    if (status != DONE) {
+        certifying_abandon(&proof);
+        return status;
+    }
+    return certifying_end(&proof, "reduce", smaller->labelling, smaller->found.upper_bound,
+                          &smaller->found.lower_bound);
+}
+
 static int run_reduce(job *at)
 {
     uint64_t iterations;
@@ -79,7 +99,9 @@ static int run_reduce(job *at)
     TRY(read_for(at, &how, &coding));
     how.iterations = iterations;
     TRY(job_open_output(at, at->values[OUTPUT], &out));
-    TRY(reduce_problem(&laid, &how, &at->limit, &smaller));
+    bool certified = at->values[CERTIFICATE] != NULL;
+    TRY(certified ? reduce_certified(at, &how, &laid, &smaller)
+                  : reduce_problem(&laid, &how, &at->limit, &smaller));
     coding.kept = smaller.kept;
     TRY(recode_problem(&laid, &coding, "--penalty or --gap", &at->limit, &made));
     output_write_file(out, &made.file);
@@ -100,6 +122,9 @@ const command cmd_reduce = {
                 "When the lower bound meets the energy, only labels that may tie are left. With "
                 "--target the reduction stops earlier, at a hard problem of that size for an "
                 "annealer.\n\n"
+                "--certificate writes what proves that the labels are in no optimum; qstereo "
+                "verify "
+                "checks it.\n\n"
                 "Reads one-hot, one-hot-sparse and domain-wall. The solver ilp of qstereo-bridge "
                 "needs one-hot-sparse: --encoding one-hot-sparse writes a problem that was "
                 "reduced as domain-wall once more for it.\n",

@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "certifying.h"
 #include "command.h"
 #include "solving.h"
 #include "text/fail.h"
@@ -11,6 +12,7 @@
 
 enum {
     OUTPUT,
+    CERTIFICATE,
     SOLVER,
     SEARCH,
     STOPPING = SEARCH + SEARCH_OPTIONS,
@@ -20,6 +22,7 @@ enum {
 
 static const option options[] = {
     [OUTPUT] = {"output", 'o', true, "S.qsf", NULL, "samples file to write, - is standard output"},
+    [CERTIFICATE] = CERTIFICATE_OPTION,
     [SOLVER] = SOLVER_OPTION,
     [SEARCH] = SEARCH_OPTION_ROWS,
     [STOPPING] = STOPPING_OPTION_ROWS,
@@ -96,6 +99,29 @@ static void print_result(const job *at, const solved *found)
     }
 }
 
+static int solve_plainly(job *at, const request *asked, const laid_out *laid, solved *found)
+{
+    TRY(solve_problem(laid, asked->by, &asked->how, &at->limit, found));
+    return solved_check(laid, found);
+}
+
+/* Solves with a certificate. The lower bound is then the one that the certificate proves. */
+static int solve_certified(job *at, request *asked, const laid_out *laid, solved *found)
+{
+    output *out;
+    certifying proof;
+    TRY(job_open_output(at, at->values[CERTIFICATE], &out));
+    TRY(certifying_begin(laid, &at->limit, out, &proof));
+    asked->how.witness = &proof.witness;
+    int status = solve_plainly(at, asked, laid, found);
+    if (status != DONE) {
+        certifying_abandon(&proof);
+        return status;
+    }
+    return certifying_end(&proof, asked->by->name, found->labelling, found->solution.energy,
+                          &found->solution.lower_bound);
+}
+
 static int run_solve(job *at)
 {
     request asked;
@@ -109,8 +135,9 @@ static int run_solve(job *at)
     TRY(lay_out(&at->both.problem, &at->limit, &laid));
     TRY(budget_need(&at->limit, laid.name, solve_bytes(&laid, asked.by)));
     TRY(job_open_output(at, at->values[OUTPUT], &out));
-    TRY(solve_problem(&laid, asked.by, &asked.how, &at->limit, &found));
-    TRY(solved_check(&laid, &found));
+    bool certified = at->values[CERTIFICATE] != NULL;
+    TRY(certified ? solve_certified(at, &asked, &laid, &found)
+                  : solve_plainly(at, &asked, &laid, &found));
     TRY(write_samples(&asked, &at->both.problem, &found, out));
     TRY(job_commit(at));
     print_result(at, &found);
@@ -132,6 +159,8 @@ const command cmd_solve = {
                 "give an exact lower bound: no "
                 "labelling has a lower energy. If the energy of the answer is equal to it, the "
                 "answer is proven optimal.\n\n"
+                "--certificate writes what proves the bound of trws, or of best where that passes "
+                "messages; qstereo verify checks it.\n\n"
                 "--time-limit counts from the start of the command. Ctrl-C ends the command "
                 "without a file; with --keep-on-interrupt the first one stops the solver, and "
                 "its best so far is written.\n",
@@ -139,6 +168,7 @@ const command cmd_solve = {
             .examples =
                 "  qstereo solve p.qcf -o s.qsf\n"
                 "  qstereo solve p.qcf -o s.qsf --solver trws --time-limit 2.5 --json\n"
+                "  qstereo solve p.qcf -o s.qsf --certificate c.qpf\n"
                 "  qstereo solve p.qcf -o s.qsf --solver anneal --iterations 2000 --seed 1\n",
         },
     .summary = "solve a .qcf on this machine, with a lower bound of every energy",

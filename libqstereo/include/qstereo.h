@@ -27,6 +27,8 @@
  *   model     a problem as the solvers want it
  *   solve     classical solvers, with lower bounds
  *   reduce    labels that are proven to be in no optimum leave
+ *   certificate  proofs of bounds and of labels that have left, written, and
+ *             checked from a .qcf alone
  *   recode    a model, or what is left of it, in any encoding
  *
  * What a QUBO is and what the words mean, docs/GLOSSARY.md says.
@@ -39,6 +41,7 @@
 #ifndef QSTEREO_H
 #define QSTEREO_H
 
+#include "qstereo/certificate.h"
 #include "qstereo/coding.h"
 #include "qstereo/digest.h"
 #include "qstereo/displace.h"

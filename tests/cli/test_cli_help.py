@@ -7,8 +7,8 @@ import subprocess
 import pytest
 from cli_tools import LONG, QSTEREO, ROOT, has_opencv, run, succeed
 
-COMMANDS = ["encode", "reduce", "info", "solve", "validate", "decode", "score", "match", "compare",
-            "restore", "label", "segment", "flow", "register", "detect"]
+COMMANDS = ["encode", "reduce", "info", "solve", "validate", "verify", "decode", "score", "match",
+            "compare", "restore", "label", "segment", "flow", "register", "detect"]
 MAN = (ROOT / "docs" / "qstereo.1").read_text()
 
 
@@ -25,7 +25,7 @@ def options_in_help(command):
     for row in re.split(r"\n(?=  (?:-\w, |    )--)", section)[1:]:
         row = " ".join(row.split())
         name, argument = re.match(
-            r"(?:-\w, )?--([\w.-]+)(?: ([A-Z]\S*|\S+\.qcf|\S+\.qsf))? ", row
+            r"(?:-\w, )?--([\w.-]+)(?: ([A-Z]\S*|\S+\.q[cps]f))? ", row
         ).groups()
         found[name] = (argument or "", (re.findall(r"\(default (.*?)\)$", row) or [""])[0])
     return found
@@ -168,12 +168,12 @@ def test_both_builds_are_the_same_command(opencv, pnm_only):
         (
             ["encod"],
             "unknown command encod: did you mean encode? The commands are: encode reduce "
-            "info solve validate decode score match",
+            "info solve validate verify decode score match",
         ),
         (
             ["fly"],
-            "unknown command fly: the commands are: encode reduce info solve validate decode "
-            "score match",
+            "unknown command fly: the commands are: encode reduce info solve validate verify "
+            "decode score match",
         ),
         (["--verbose"], "unknown option --verbose"),
         (["help", "fly"], "unknown command fly"),

@@ -67,6 +67,9 @@ def commands():
                     for solver in SOLVERS
                 ),
                 f"validate {name}.qcf {name}-best.qsf --json",
+                f"solve {name}.qcf -o {name}-c.qsf --solver trws --iterations 20 "
+                f"--certificate {name}.qpf",
+                f"verify {name}.qcf {name}-c.qsf {name}.qpf --json",
                 f"info {name}-bp.qsf",
                 f"decode {name}.qcf {name}-trws.qsf -o {name}.pfm --repair --color",
                 f"reduce {name}.qcf -o {name}-small.qcf --target 40 --truncate --json",

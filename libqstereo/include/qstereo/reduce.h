@@ -33,6 +33,7 @@ typedef struct qs_reduce_options {
                    else n. A site of one label has none */
     qs_reduce_watch *watch; /* NULL = nobody */
     void *context; /* of watch */
+    const qs_witness *witness; /* NULL = nobody */
 } qs_reduce_options;
 
 /* Bytes of workspace for qs_reduce. */

@@ -27,6 +27,36 @@ typedef bool qs_watch(void *context, const qs_progress *progress);
 
 enum { QS_ALL_TIME = 1 << 16 };
 
+/* Takes down what proves a bound: certificate.h has one that writes a file.
+ * trws calls it at its end, best too where it passes messages, reduce whenever
+ * labels may leave. Other solvers do not. `context` is its own. */
+typedef struct qs_witness {
+    /* A split of the costs among chains begins.
+     *
+     * model      the problem as the solver has it at this moment: labels may
+     *            have left, and edges of sites with one label may have become
+     *            costs of their neighbours
+     * shift      costs are multiplied by 2^shift
+     * labelling  the best one known, of labels left */
+    void (*split)(void *context, const qs_model *model, unsigned shift,
+                  const uint16_t *labelling);
+    /* The share of a chain in the costs of a site. Chain 0 of a grid is the
+     * site's row, chain 1 its column. Chain i of a graph has the site's i-th
+     * edge to an earlier site, and its i-th to a later one, of weight above 0.
+     * Sites without such edges are left out.
+     *
+     * share  of each label */
+    void (*share)(void *context, const qs_model *model, uint32_t site,
+                  uint32_t chain, const int32_t *share);
+    /* The split is complete, or there was none.
+     *
+     * kept  sites x labels: those that are left now; NULL = all. What has left
+     *       is ruled out by the split's marginals, or by Goldstein's
+     *       criterion */
+    void (*end)(void *context, const uint8_t *kept);
+    void *context;
+} qs_witness;
+
 /* All zero = the defaults. */
 typedef struct qs_solve_options {
     uint64_t iterations; /* at most; 0 = the solver's own default, which its
@@ -45,6 +75,9 @@ typedef struct qs_solve_options {
     uint32_t (*spent)(void *context);
     uint32_t gap; /* best stops when energy - bound is at most this many
                      millionths of the energy; 0 = it stops at a proof */
+    const qs_witness *witness; /* NULL = nobody. With one, the watch is called
+                                  between iterations of messages alone. It is
+                                  told nothing where costs need 64 bits */
 } qs_solve_options;
 
 typedef struct qs_solution {

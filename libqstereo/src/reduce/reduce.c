@@ -5,6 +5,7 @@
 #include "../base/arena.h"
 #include "../base/minmax.h"
 #include "../solve/best.h"
+#include "../solve/trws_split.h"
 #include "label_sets.h"
 #include "hand_over.h"
 
@@ -96,6 +97,27 @@ static bool is_due(reducer *r, const qs_trws_state *state, const qs_solution *so
     return true;
 }
 
+/* Tells the witness, if there is one, of the split that the marginals will be of. The messages stay
+ * as they are: they wait in the memory of the marginals. */
+static void tell_split(reducer *r, const qs_trws_state *state)
+{
+    const qs_witness *witness = r->options ? r->options->witness : NULL;
+    if (witness) {
+        size_t size = sizeof *state->messages * (size_t)qs_trws_messages(state->model);
+        memcpy(r->marginals, state->messages, size);
+        qs_trws_split(state, r->sets.labelling, witness);
+        memcpy(state->messages, r->marginals, size);
+    }
+}
+
+static void tell_end(reducer *r)
+{
+    const qs_witness *witness = r->options ? r->options->witness : NULL;
+    if (witness) {
+        witness->end(witness->context, r->sets.kept);
+    }
+}
+
 /* Finds the marginals and takes out the labels that they rule out. Returns how far the scaled bound
  * was below the best energy. */
 static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
@@ -103,10 +125,12 @@ static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
     int64_t room, energy = so_far->energy;
     qs_look *look = state->look;
     state->look = NULL; /* half of the marginals would be of no use */
+    tell_split(r, state);
     qs_trws_marginals(state, r->marginals, r->shares);
     state->look = look;
     int64_t gap = qs_eliminate_above(&r->sets, r->marginals, r->shares, state->scale.shift, &room);
     so_far->lower_bound = qs_max_i64(so_far->lower_bound, energy - gap);
+    tell_end(r);
     so_far->energy = qs_model_energy(&r->sets.model, r->sets.labelling);
     r->looked = so_far->energy - so_far->lower_bound;
     r->looked_at = so_far->iterations;
@@ -270,6 +294,7 @@ qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, voi
     r.iterations = options && options->iterations > 0 ? options->iterations : ITERATIONS;
     r.target = options ? options->target : 0;
     qs_eliminate_begin(&r.sets, model, options && options->walls, kept, labelling);
+    tell_end(&r);
     count(&r);
     qs_solve_options watched = {.iterations = r.iterations, .watch = tell, .context = &r};
     qs_guest guest = {between, &r};

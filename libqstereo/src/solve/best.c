@@ -11,6 +11,7 @@
 #include "pack.h"
 #include "progress.h"
 #include "solve_64.h"
+#include "trws_split.h"
 
 enum { ITERATIONS = 2000, FIRST_MOVES = 8 };
 
@@ -234,8 +235,13 @@ static qs_status solve(supervisor *s)
                             .context = s};
     qs_solution ended;
     s->look = (qs_look){.going = is_going, .context = s};
-    qs_status status = qs_trws_watched(s->model, &own, &s->look, s->messages, s->messages_size,
+    /* A witness needs the messages of whole iterations. */
+    qs_look *look = options && options->witness ? NULL : &s->look;
+    qs_status status = qs_trws_watched(s->model, &own, look, s->messages, s->messages_size,
                                        s->found, &ended, &s->state);
+    if (status == QS_OK) {
+        qs_witness_split(&s->state, options, s->best);
+    }
     if (status == QS_OK && s->stopped && s->guest) {
         s->guest->between(s->guest->context, &s->state, &s->solution, true);
     } else if (status == QS_OK && !s->guest) { /* stopped within an iteration */

@@ -7,6 +7,7 @@
 #include "../model/neighbours.h"
 #include "progress.h"
 #include "solve_64.h"
+#include "trws_split.h"
 
 enum { DEFAULT_ITERATIONS = 500, FINEST = 14, LABELS_EVERY = 8 };
 
@@ -223,8 +224,10 @@ qs_status qs_trws(const qs_model *model, const qs_solve_options *options, void *
     qs_solution so_far;
     qs_reporter reporter = {options, &so_far};
     qs_look look = {.going = qs_report_now, .context = &reporter};
-    qs_status status = qs_trws_watched(model, options, &look, workspace, workspace_size, labelling,
-                                       &so_far, &state);
+    /* A witness needs the messages of whole iterations. */
+    bool looks = !options || !options->witness;
+    qs_status status = qs_trws_watched(model, options, looks ? &look : NULL, workspace,
+                                       workspace_size, labelling, &so_far, &state);
     if (status == QS_OK) {
         *solution = so_far;
     }
@@ -255,5 +258,6 @@ qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options
         solve(state, options, trial, labelling, solution);
     }
     solution->energy -= qs_take_kept_everywhere(model, labelling);
+    qs_witness_split(state, options, labelling);
     return QS_OK;
 }

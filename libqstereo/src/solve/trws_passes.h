@@ -93,6 +93,9 @@ int64_t qs_trws_graph_pass(const qs_trws_state *state, bool forward);
 void qs_trws_grid_marginals(const qs_trws_state *state, qs_natural *marginals, int64_t *shares);
 void qs_trws_graph_marginals(const qs_trws_state *state, qs_natural *marginals, int64_t *shares);
 
+/* A forward pass on a graph that tells a witness of the share of each chain: see qs_trws_split. */
+void qs_trws_graph_split(const qs_trws_state *state, const qs_witness *witness);
+
 /* A labelling from the messages, as label_from_messages.h says: in reverse order after a forward
  * pass, in order after a backward pass.
  *

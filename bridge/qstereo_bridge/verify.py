@@ -1,0 +1,408 @@
+"""Checks certificates (.qpf) by numpy alone. It shares no code with the C library: only the readers
+of files are those of this package. docs/MATHS.md, section 18, has the mathematics.
+
+The labelling problem is what the states of the .qcf say: sites are its groups, the labels of a site
+are its variables (in a domain wall the number of its variables that are 1), and their costs are the
+linear terms and the blocks. Costs of labels that have left are `OUT`."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from . import qcf, runner
+from .container import DEFAULT_LIMIT, Corrupt
+from .failure import NO, OK, InputError
+from .problem import File, load, load_samples, opened
+from .qpf import Stages, read_qpf
+
+OUT = 2**61
+WALL, ENCODINGS = 3, (1, 2, 3)
+CHUNK = 1 << 22  # numbers that are in memory at a time
+MOST_STAGES = 4096
+
+
+@dataclass
+class Verdict:
+    """Whether a certificate is valid, and if not, why. Energies are in integer units.
+
+    energy          of the best sample, or of the certificate's labelling
+    lower_bound     that the certificate states; None = none
+    """
+
+    valid: bool
+    why: str | None
+    energy: int
+    lower_bound: int | None
+    stages: int
+
+
+class Invalid(Exception):
+    """A certificate states what is not so."""
+
+
+class _Problem:
+    """Costs as arrays. `unary`, `kept`: (sites, most labels); `tables`: (blocks, most labels, most
+    labels), padded; `first`, `second`, `block`, `weight`, `alive`: of each edge."""
+
+    def __init__(self, problem):
+        if problem.encoding not in ENCODINGS:
+            raise InputError("there are certificates of one-hot, one-hot-sparse and domain-wall "
+                             "alone")
+        self.wall = wall = problem.encoding == WALL
+        sizes = problem.sizes + wall
+        self.count, self.most = sizes, int(sizes.max(initial=1))
+        most = self.most
+        self.kept = np.arange(most) < sizes[:, None]
+        linear = np.zeros(self.kept.shape, np.int64)
+        linear[:, wall:][self.kept[:, wall:]] = problem.linear
+        self.unary = linear.cumsum(1) if wall else linear
+        self.trimmed = np.zeros_like(self.unary)
+        self.trimmed[self.kept] = _trimmed(problem, int(sizes.sum()))
+        self.unary += self.trimmed
+        a, b = problem.a, problem.b
+        ones = np.arange(most) if wall else 1
+        self.unary += a[:, None] * (1 - ones) + b[:, None] * (ones * (ones - 1) // 2)
+        g, h, block, weight = problem.couplings
+        self.tables = np.zeros((len(problem.blocks), most, most), np.int64)
+        for table, dense in zip(self.tables, problem.blocks):
+            table[wall:dense.shape[0] + wall, wall:dense.shape[1] + wall] = dense.dense()
+        own = (g == h) & (weight != 0)
+        chains = np.diagonal(np.triu(self.tables[block[own]], 1).cumsum(1).cumsum(2), 0, 1, 2)
+        np.add.at(self.unary, g[own], weight[own, None] * chains)
+        if wall:
+            self.tables = self.tables.cumsum(1).cumsum(2)
+        edges = (g != h) & (weight != 0)
+        self.first, self.second = g[edges], h[edges]
+        self.block, self.weight = block[edges], weight[edges]
+        self.degree = np.bincount(np.concatenate([self.first, self.second]), minlength=len(sizes))
+        self.alive, self.fixed = np.ones(self.first.size, bool), np.zeros(len(sizes), bool)
+        self.constant = problem.offset
+        largest = np.abs(self.tables).max((1, 2), initial=0)[self.block]
+        self.magnitude = (abs(problem.offset) + int(np.abs(self.unary).max(1, initial=0).sum())
+                          + int((np.abs(self.weight) * largest).sum()))
+
+    def energy(self, labelling):
+        sites = np.arange(len(labelling))
+        return int(self.constant + self.unary[sites, labelling].sum() + self.edge_costs(
+            np.arange(self.first.size), labelling).sum())
+
+    def edge_costs(self, edges, labelling):
+        a, b = labelling[self.first[edges]], labelling[self.second[edges]]
+        return self.weight[edges] * self.tables[self.block[edges], a, b]
+
+    def costs(self, edges):
+        """(edges or 1, labels, labels): what the labels cost on edges."""
+        block, weight = self.block[edges], self.weight[edges]
+        if (block == block[0]).all() and (weight == weight[0]).all():
+            return (self.tables[block[0]] * weight[0])[None]
+        return self.tables[block] * weight[:, None, None]
+
+    def fold(self):
+        """Sites with one label left become constants, their edges costs of the neighbours."""
+        new = ~self.fixed & (self.kept.sum(1) == 1)
+        self.fixed |= new
+        label = self.kept.argmax(1)
+        for p, q, turned in ((self.first, self.second, 0), (self.second, self.first, 1)):
+            edges = np.flatnonzero(self.alive & new[p])
+            tables = self.tables.swapaxes(1, 2) if turned else self.tables
+            np.add.at(self.unary, q[edges], self.weight[edges, None]
+                      * tables[self.block[edges], label[p[edges]]])
+            self.alive[edges] = False
+        self.constant += int(self.unary[new, label[new]].sum())
+
+
+def _trimmed(problem, count):
+    side = next((side for name, side in problem.sides if name == "trnc"), None)
+    if side is None:
+        return np.zeros(count, np.int64)
+    width = int.from_bytes(side[:4], "little")
+    if width not in (1, 2, 4) or len(side) != 8 + count * width:
+        raise Corrupt("chunk trnc: its length is not what it must be")
+    return np.frombuffer(side, f"<u{width}", offset=8).astype(np.int64)
+
+
+def _parts(first, second, sites):
+    """Of each site the lowest site that edges join it to."""
+    part = np.arange(sites)
+    while (part[first] != part[second]).any():
+        low = np.minimum(part[first], part[second])
+        np.minimum.at(part, part[first], low)
+        np.minimum.at(part, part[second], low)
+        while (part != part[part]).any():
+            part = part[part]
+    return part
+
+
+class _Split:
+    """The split of a stage: a row for each slot of each site that is not fixed."""
+
+    def __init__(self, p, stages, scale, slot_width, share_width):
+        stages.need(1 <= scale <= 2**30 and slot_width in (1, 2) and share_width in (1, 2, 4)
+                    and scale * p.magnitude <= 2**59, "the head of a stage")
+        self.p, self.scale, self.edges = p, scale, np.flatnonzero(p.alive)
+        self.first, self.second = p.first[self.edges], p.second[self.edges]
+        slots = stages.array(f"<u{slot_width}", 2 * self.edges.size).reshape(-1, 2).astype(int)
+        ends = np.stack([self.first, self.second], 1)
+        count = np.where(p.fixed, 0, 1)
+        np.maximum.at(count, ends, slots + 1)
+        start = np.concatenate([[0], count.cumsum()])
+        self.site = np.repeat(np.arange(count.size), count)
+        self.start, rows = start[:-1][~p.fixed], int(start[-1])
+        self.row, self.to = start[self.first] + slots[:, 0], start[self.second] + slots[:, 1]
+        self.next, self.before = np.full(rows, -1), np.full(rows, -1)
+        self.next[self.row] = self.before[self.to] = np.arange(self.edges.size)
+        stages.need((slots < p.degree[ends]).all() and rows <= 2**27 and
+                    np.unique(self.row).size == np.unique(self.to).size == self.edges.size,
+                    "slots that make no chains")
+        last = np.zeros(rows, bool)
+        last[self.start + count[~p.fixed] - 1] = True
+        given = p.kept[self.site] & ~last[:, None]
+        share = np.zeros(given.shape, np.int64)
+        share[given] = stages.array(f"<i{share_width}", int(given.sum()))
+        sums = np.add.reduceat(share, self.start, 0) if rows else share
+        share[last] = scale * p.unary[~p.fixed] - sums
+        self.share = np.where(p.kept[self.site], share, OUT)
+        self.part = _parts(self.first, self.second, count.size)
+
+    def bound(self):
+        """The dynamic program of all chains, an edge of each at a time."""
+        self.come, self.steps = np.zeros_like(self.share), []
+        step = np.flatnonzero(self.before[self.row] < 0)
+        while step.size:
+            self.steps.append(step)
+            costs = np.minimum(self.share[self.row[step]] + self.come[self.row[step]], OUT)
+            cost = self.scale * self.p.costs(self.edges[step])
+            self.come[self.to[step]] = (costs[:, :, None] + cost).min(1)
+            step = self.next[self.to[step]]
+            step = step[step >= 0]
+        ends = self.next < 0
+        self.least = np.zeros(self.part.size, np.int64)
+        np.add.at(self.least, self.part[self.site[ends]],
+                  (self.share + self.come)[ends].min(1, initial=OUT))
+        return self.p.constant + int(-(-self.least // self.scale).sum())
+
+    def take_out(self, labelling):
+        """The labels with which every labelling costs more than this one does, part by part."""
+        p, later = self.p, np.zeros_like(self.share)
+        for step in reversed(self.steps):
+            costs = np.minimum(self.share[self.to[step]] + later[self.to[step]], OUT)
+            cost = self.scale * p.costs(self.edges[step])
+            later[self.row[step]] = (costs[:, None] + cost).min(2)
+        room, live = -self.least, np.flatnonzero(~p.fixed)
+        np.add.at(room, self.part[live], self.scale * p.unary[live, labelling[live]])
+        np.add.at(room, self.part[self.first],
+                  self.scale * p.edge_costs(self.edges, labelling))
+        more = np.where(p.kept[self.site], self.share + self.come + later, OUT)
+        more -= more.min(1, initial=OUT)[:, None]
+        excess = np.add.reduceat(more, self.start, 0) if live.size else more
+        sets = p.kept.copy()
+        sets[live] &= excess <= room[self.part[live]][:, None]
+        return sets
+
+
+def _goldstein(p, sets, claimed):
+    """Takes out of `sets` what Goldstein's criterion rules out, until there is nothing: compared
+    with the cheapest label of a site, and with all where a label is left that is not `claimed`."""
+    due = ~p.fixed
+    while due.any():
+        due = _goldstein_once(p, sets, due, None)
+        more = (sets & ~claimed).any(1)
+        for label in range(p.most if more.any() and not due.any() else 0):
+            due |= _goldstein_once(p, sets, more & p.kept[:, label], label)
+
+
+def _goldstein_once(p, sets, due, best):
+    """Applies the criterion at sites that are due. Returns where it is due again."""
+    live = np.flatnonzero(p.alive)
+    ends = [(p.first[live], p.second[live], 0), (p.second[live], p.first[live], 1)]
+    single, label, base, gain = sets.sum(1) == 1, sets.argmax(1), p.unary.copy(), 0 * p.unary
+    for own, other, turned in ends:
+        at = np.flatnonzero(due[own] & single[other])
+        table = p.tables if turned else p.tables.swapaxes(1, 2)
+        np.add.at(base, own[at], p.weight[live[at], None] * table[p.block[live[at]],
+                                                                  label[other[at]]])
+    cheapest = np.where(p.kept, base, OUT).argmin(1) if best is None else np.full(due.size, best)
+    for own, other, turned in ends:
+        at = np.flatnonzero(due[own] & ~single[own] & ~single[other])
+        for piece in np.array_split(at, -(-at.size * p.most**2 // CHUNK) or 1):
+            if piece.size:
+                cost = np.broadcast_to(p.costs(live[piece]), (piece.size, p.most, p.most))
+                cost = cost.swapaxes(1, 2) if turned else cost
+                less = cost[np.arange(piece.size), cheapest[own[piece]]][:, None] - cost
+                less = np.where(sets[other[piece]][:, None], less, -OUT)
+                np.add.at(gain, own[piece], less.max(2))
+    over = base - base[np.arange(due.size), cheapest][:, None] > gain
+    leaves = sets & over & (due & ~single)[:, None]
+    sets &= ~leaves
+    again = leaves.any(1)
+    for own, other, _ in ends:
+        again[other[leaves.any(1)[own]]] = True
+    return again
+
+
+def _stage(p, stages):
+    """Checks a stage. Returns the bound that it proves, or None."""
+    has, scale, slot_width, share_width = stages.array("<u4", 4).tolist()
+    stages.need(1 <= has <= 3, "the head of a stage")
+    split = _Split(p, stages, scale, slot_width, share_width) if has & 1 else None
+    stages.need(split or not (scale or slot_width or share_width), "the head of a stage")
+    bound, live, sets = split.bound() if split else None, np.flatnonzero(~p.fixed), p.kept.copy()
+    if has & 2:
+        if split:
+            labelling = np.zeros(p.fixed.size, int)
+            labelling[live] = stages.array(stages.label, live.size)
+            stages.need((labelling < p.most).all() and p.kept[live, labelling[live]].all(),
+                        "a label of a stage that is not left")
+            sets = split.take_out(labelling)
+        claimed = _read_sets(p, stages, live)
+        _goldstein(p, sets, claimed)
+        if (sets & ~claimed).any():
+            raise Invalid("a label leaves that its stage does not rule out")
+        p.kept[:] = claimed
+        p.fold()
+    return bound
+
+
+def _read_sets(p, stages, live):
+    """The labels that a stage leaves, as p.kept."""
+    width = -(-p.count[live] // 8)
+    rows = np.repeat(np.arange(live.size), width)
+    data = np.zeros((live.size, -(-p.most // 8)), np.uint8)
+    data[rows, np.arange(rows.size) - np.repeat(width.cumsum() - width, width)] = stages.array(
+        "u1", rows.size)
+    left, claimed = np.unpackbits(data, axis=1, bitorder="little").astype(bool), p.kept.copy()
+    stages.need(not left[:, p.most:].any(), "the label set of a site")
+    left = left[:, :p.most]
+    stages.need(left.any(1).all() and not (left & ~p.kept[live]).any(), "the label set of a site")
+    claimed[live] = left
+    return claimed
+
+
+def _prove(p, certificate):
+    """The highest bound that the stages prove, None without one."""
+    stages, bounds = Stages(certificate), []
+    stages.need(certificate.stages <= MOST_STAGES, f"more than {MOST_STAGES} stages")
+    p.fold()
+    for _ in range(certificate.stages):
+        bounds.append(_stage(p, stages))
+    stages.need(stages.at == len(stages.view), "bytes after the last stage")
+    bounds.append(p.constant if p.fixed.all() else None)
+    return max((bound for bound in bounds if bound is not None), default=None)
+
+
+def _labelling_of(p, bits, starts):
+    """The labelling of a sample, None where it is none."""
+    rows = np.zeros((len(starts) - 1, p.most), np.int64)
+    rows[:, p.wall:][p.kept[:, p.wall:]] = bits
+    if p.wall:
+        rows[:, 0] = 1
+        return None if (np.diff(rows, axis=1) > 0).any() else rows.sum(1) - 1
+    return None if (rows.sum(1) != 1).any() else rows.argmax(1)
+
+
+def _best_energy(p, problem, samples):
+    """The energy of the best sample that is a labelling. Raises Invalid, InputError."""
+    if samples.digest != problem.digest:
+        raise InputError("the samples are of another problem: the SHA-256 of its file differs")
+    starts, energies = problem.coefficients.starts, []
+    for bits, record in zip(samples.bits, samples.records):
+        labelling = _labelling_of(p, bits, starts)
+        if labelling is not None:
+            energies.append(p.energy(labelling))
+            trimmed = int(p.trimmed[np.arange(len(labelling)), labelling].sum())
+            if energies[-1] - trimmed != record["energy"]:
+                raise InputError("a sample has another energy than the samples file states")
+    if not energies:
+        raise Invalid("no sample is a labelling")
+    return min(energies)
+
+
+def _label_sets(problem):
+    """(sites, labels) bool: the labels that the chunk kept leaves; without one, all."""
+    sides = dict(problem.coefficients.sides)
+    labels = int.from_bytes(sides["labl"][12:16], "little")
+    kept = sides.get("kept")
+    sites, width = np.frombuffer(kept[:8], "<u4").tolist() if kept else (0, 0)
+    if not width:
+        return np.ones((problem.coefficients.sizes.size, labels), bool)
+    fixed = np.frombuffer(kept, f"<u{width}", sites, 8).astype(int)
+    undecided = fixed == 256**width - 1
+    sets = np.arange(labels) == fixed[:, None]
+    packed = np.frombuffer(kept, np.uint8, offset=8 + sites * width).reshape(-1, -(-labels // 8))
+    sets[undecided] = np.unpackbits(packed, 1, labels, "little")
+    return sets
+
+
+def _check_reduced(p, problem, smaller):
+    """Every label that the certificate leaves must be in the reduced problem."""
+    sets, others = _label_sets(problem), _label_sets(smaller)
+    undecided = sets.sum(1) > 1 if "kept" in dict(problem.coefficients.sides) else slice(None)
+    inside = sets[undecided]
+    inside[inside] = p.left
+    sets[undecided] = inside
+    if sets.shape != others.shape or (sets & ~others).any():
+        raise Invalid("a label has left the reduced problem that the certificate does not rule out")
+
+
+def verify(problem: File, other: File, certificate: File,
+           memory_limit: int = DEFAULT_LIMIT) -> Verdict:
+    """Check a certificate of a problem (.qcf): paths or binary streams.
+
+    other           samples (.qsf), of which the best must be as good as the certificate states; or
+                    the .qcf that `qstereo reduce` has written: each label that has left it must be
+                    in no optimum
+    Raises FormatError (a damaged file), InputError, FileError.
+    """
+    whole = load(problem, memory_limit)
+    with opened(certificate) as stream:
+        proof = read_qpf(stream, memory_limit)
+    p, why, energy = _Problem(whole.coefficients), None, proof.energy
+    try:
+        if proof.digest != whole.digest:
+            raise Invalid("it is of another problem: the digests differ")
+        if proof.labelling.size != p.fixed.size or (proof.labelling >= p.count).any():
+            raise Corrupt("chunk BEST: another number of sites, or a label that there is not")
+        if p.energy(proof.labelling.astype(int)) != proof.energy:
+            raise Invalid("its labelling has another energy than it states")
+        reduced = _is_problem(other)
+        if not reduced:
+            energy = _best_energy(p, whole, load_samples(other, memory_limit))
+        bound, p.left = _prove(p, proof), p.kept[np.arange(p.most) < p.count[:, None]]
+        if proof.lower_bound is not None and (bound is None or bound < proof.lower_bound):
+            raise Invalid("it states a higher bound than it proves")
+        if reduced:
+            _check_reduced(p, whole, load(other, memory_limit))
+        if energy > proof.energy:
+            raise Invalid("the best sample costs more than the certificate states")
+    except Invalid as reason:
+        why = str(reason)
+    return Verdict(why is None, why, energy, proof.lower_bound, proof.stages)
+
+
+def _is_problem(file):
+    with opened(file) as stream:
+        head = stream.read(len(qcf.MAGIC))
+        if stream is file:
+            stream.seek(-len(head), 1)
+    return head == qcf.MAGIC
+
+
+def command(options):
+    """The command `verify`."""
+    found = verify(options.problem, options.other, options.certificate, options.memory_limit)
+    scale = load(options.problem, options.memory_limit).scale
+    facts = {"schema": 1, **asdict(found), "proven_optimal": found.valid
+             and found.energy == found.lower_bound}
+    for key in ("energy", "lower_bound"):
+        facts[key] = facts[key] if scale == 1 or facts[key] is None else facts[key] / scale
+    if options.json:
+        runner.show(options, json.dumps(facts))
+    elif found.valid:
+        runner.show(options, f"valid: energy {facts['energy']}, lower bound "
+                    f"{facts['lower_bound']}, {found.stages} stages")
+    else:
+        runner.show(options, f"not valid: {found.why}")
+    return OK if found.valid else NO

@@ -1,0 +1,368 @@
+#include "../../include/qstereo/certificate.h"
+
+#include <string.h>
+
+#include "../../include/qstereo/limits.h"
+#include "../base/arena.h"
+#include "../base/bits.h"
+#include "../base/bytes.h"
+#include "../base/minmax.h"
+#include "certificate_layout.h"
+#include "goldstein.h"
+#include "split.h"
+
+/* So that no sum of costs and shares leaves 2^60: of costs times the scale, and of slots, each of
+ * which has a share below 2^31. */
+#define MOST_COSTS ((uint64_t)1 << 59)
+#define MOST_SLOTS ((uint64_t)1 << 27)
+
+typedef struct checker {
+    const qs_certificate *file;
+    qs_stated stated;
+    qs_split split;
+    uint16_t *labelling;
+    uint8_t *sets; /* of each label: what a stage is known to leave */
+    uint8_t *claimed; /* what it says that it leaves */
+    uint8_t *due;
+    int64_t *room; /* of each part */
+    uint64_t at; /* in the stages */
+    qs_status status;
+    qs_fault fault;
+    qs_verdict verdict;
+} checker;
+
+static size_t take_parts(checker *c, const qs_index *index, void *workspace)
+{
+    qs_arena arena = {.base = workspace};
+    uint64_t sites = index->qubo->groups, labels = index->qubo->variables + sites;
+    qs_stated_take(&c->stated, index, &arena);
+    qs_split_take(&c->split, &c->stated, &arena);
+    c->labelling = qs_arena_take(&arena, sites, sizeof *c->labelling);
+    c->sets = qs_arena_take(&arena, labels, 1);
+    c->claimed = qs_arena_take(&arena, labels, 1);
+    c->due = qs_arena_take(&arena, sites, 1);
+    c->room = qs_arena_take(&arena, sites, sizeof *c->room);
+    return qs_arena_size(&arena);
+}
+
+size_t qs_certificate_workspace(const qs_index *index)
+{
+    checker c = {0};
+    return take_parts(&c, index, NULL);
+}
+
+/* The file is malformed. Always false. */
+static bool reject(checker *c, qs_status status, const char *what)
+{
+    c->status = status;
+    c->fault = (qs_fault){c->file->stage_offset + c->at, what};
+    return false;
+}
+
+/* The file says what is not so. Always false. */
+static bool refute(checker *c, const char *why)
+{
+    c->verdict.why = why;
+    return false;
+}
+
+/* The next bytes of the stages; NULL if there are fewer. */
+static const uint8_t *next_bytes(checker *c, uint64_t size)
+{
+    const uint8_t *bytes = c->file->stage_bytes + c->at;
+    if (size > c->file->stage_size - c->at) {
+        reject(c, QS_E_CORRUPT, "the stages end too early");
+        return NULL;
+    }
+    c->at += size;
+    return bytes;
+}
+
+static bool is_fixed(const checker *c, uint32_t site)
+{
+    return c->stated.left[site] == 1;
+}
+
+static uint64_t count_undecided(const checker *c)
+{
+    uint64_t undecided = 0;
+    for (uint32_t p = 0; p < c->stated.sites; p++) {
+        undecided += !is_fixed(c, p);
+    }
+    return undecided;
+}
+
+/* ---- The labelling. ---- */
+
+static bool read_label(checker *c, const uint8_t *at, uint32_t site)
+{
+    uint32_t label = (uint32_t)qs_load_unsigned(at, c->file->label_bytes);
+    c->labelling[site] = (uint16_t)label;
+    return label < c->stated.count[site];
+}
+
+static bool check_best(checker *c)
+{
+    for (uint32_t p = 0; p < c->stated.sites; p++) {
+        if (!read_label(c, c->file->labelling + (size_t)p * c->file->label_bytes, p)) {
+            c->at = 0;
+            return reject(c, QS_E_CORRUPT, "a label in BEST that there is not");
+        }
+    }
+    c->verdict.energy = qs_stated_energy(&c->stated, c->labelling);
+    return c->verdict.energy == c->file->energy ||
+           refute(c, "its labelling has another energy than it states");
+}
+
+/* The labelling of a stage: of the sites that are not fixed, labels that are left. */
+static bool read_labelling(checker *c)
+{
+    const uint8_t *at = next_bytes(c, count_undecided(c) * c->file->label_bytes);
+    for (uint32_t p = 0; at && p < c->stated.sites; p++) {
+        if (is_fixed(c, p)) {
+            continue;
+        }
+        if (!read_label(c, at, p) ||
+            !c->stated.kept[qs_stated_at(&c->stated, p, c->labelling[p])]) {
+            return reject(c, QS_E_CORRUPT, "a label of a stage that is not left");
+        }
+        at += c->file->label_bytes;
+    }
+    return at != NULL;
+}
+
+/* ---- A stage. ---- */
+
+typedef struct stage_head {
+    uint32_t has, scale;
+    unsigned slot_bytes, share_bytes;
+} stage_head;
+
+static bool read_head(checker *c, stage_head *head)
+{
+    const uint8_t *at = next_bytes(c, QS_STAGE_HEAD);
+    if (!at) {
+        return false;
+    }
+    *head = (stage_head){qs_load_u32(at), qs_load_u32(at + 4), qs_load_u32(at + 8),
+                         qs_load_u32(at + 12)};
+    bool known = head->has >= 1 && head->has <= (QS_STAGE_SPLITS | QS_STAGE_LEAVES);
+    bool sound = head->scale == 0 && head->slot_bytes == 0 && head->share_bytes == 0;
+    if (head->has & QS_STAGE_SPLITS) {
+        sound = head->scale >= 1 && head->scale <= QS_SCALE_MOST &&
+                (head->slot_bytes == 1 || head->slot_bytes == 2) &&
+                (head->share_bytes == 1 || head->share_bytes == 2 || head->share_bytes == 4);
+    }
+    c->at -= known && sound ? 0 : QS_STAGE_HEAD;
+    return (known && sound) || reject(c, QS_E_CORRUPT, "the head of a stage");
+}
+
+static bool read_split(checker *c, const stage_head *head)
+{
+    uint64_t alive = 0;
+    for (uint32_t e = 0; e < c->stated.edge_count; e++) {
+        alive += c->stated.edges[e].alive;
+    }
+    c->split.scale = head->scale;
+    const uint8_t *slots = next_bytes(c, 2 * alive * head->slot_bytes);
+    if (!slots) {
+        return false;
+    }
+    if (!qs_split_set_slots(&c->split, slots, head->slot_bytes)) {
+        return reject(c, QS_E_CORRUPT, "slots that make no chains");
+    }
+    if (c->stated.magnitude > MOST_COSTS / head->scale ||
+        c->split.slot_start[c->stated.sites] > MOST_SLOTS) {
+        return reject(c, QS_E_OVERFLOW, "a scale too large for 64 bits");
+    }
+    c->split.share_bytes = head->share_bytes;
+    c->split.shares = next_bytes(c, qs_split_count_shares(&c->split) * head->share_bytes);
+    return c->split.shares != NULL;
+}
+
+/* How far the bound of each part is below `scale` times what the labelling costs there. */
+static void find_room(checker *c)
+{
+    const qs_stated *s = &c->stated;
+    for (uint32_t p = 0; p < s->sites; p++) {
+        c->room[p] = -c->split.least[p];
+    }
+    for (uint32_t p = 0; p < s->sites; p++) {
+        if (!is_fixed(c, p)) {
+            c->room[c->split.part[p]] +=
+                c->split.scale * s->unary[qs_stated_at(s, p, c->labelling[p])];
+        }
+    }
+    for (uint32_t e = 0; e < s->edge_count; e++) {
+        const qs_stated_edge *edge = &s->edges[e];
+        if (edge->alive) {
+            c->room[c->split.part[edge->first]] +=
+                c->split.scale *
+                qs_stated_cost(s, edge, c->labelling[edge->first], c->labelling[edge->second]);
+        }
+    }
+}
+
+/* Takes out the labels with which every labelling costs more than the one of the stage. */
+static void take_out_above(checker *c)
+{
+    const qs_stated *s = &c->stated;
+    find_room(c);
+    qs_split_excess(&c->split);
+    for (uint32_t p = 0; p < s->sites; p++) {
+        if (is_fixed(c, p)) {
+            continue;
+        }
+        for (size_t at = s->start[p]; at < s->start[p + 1]; at++) {
+            c->sets[at] =
+                (uint8_t)(c->sets[at] && c->split.excess[at] <= c->room[c->split.part[p]]);
+        }
+    }
+}
+
+/* Reads which labels a stage leaves. */
+static bool read_sets(checker *c)
+{
+    const qs_stated *s = &c->stated;
+    memcpy(c->claimed, s->kept, s->start[s->sites]);
+    for (uint32_t p = 0; p < s->sites; p++) {
+        if (is_fixed(c, p)) {
+            continue;
+        }
+        uint32_t count = s->count[p], left = 0;
+        const uint8_t *bits = next_bytes(c, (count + 7u) / 8);
+        if (!bits) {
+            return false;
+        }
+        bool sound = count % 8 == 0 || bits[count / 8] >> count % 8 == 0;
+        for (uint32_t a = 0; a < count; a++) {
+            size_t at = qs_stated_at(s, p, a);
+            uint8_t bit = (uint8_t)qs_bit(bits, a);
+            sound = sound && bit <= s->kept[at];
+            c->claimed[at] = bit;
+            left += bit;
+        }
+        if (!sound || left == 0) {
+            return reject(c, QS_E_CORRUPT, "the label set of a site");
+        }
+    }
+    return true;
+}
+
+/* Takes over the sets of a stage, if all labels that leave are known to be in no optimum. */
+static bool take_sets(checker *c)
+{
+    const qs_stated *s = &c->stated;
+    qs_apply_goldstein(s, c->sets, c->claimed, c->due, c->split.work);
+    for (size_t at = 0; at < s->start[s->sites]; at++) {
+        if (c->sets[at] && !c->claimed[at]) {
+            return refute(c, "a label leaves that its stage does not rule out");
+        }
+    }
+    memcpy(s->kept, c->claimed, s->start[s->sites]);
+    qs_stated_fold(&c->stated);
+    return true;
+}
+
+static bool check_stage(checker *c)
+{
+    stage_head head;
+    if (!read_head(c, &head)) {
+        return false;
+    }
+    bool splits = head.has & QS_STAGE_SPLITS, leaves = head.has & QS_STAGE_LEAVES;
+    if (splits) {
+        if (!read_split(c, &head)) {
+            return false;
+        }
+        c->verdict.lower_bound = qs_max_i64(c->verdict.lower_bound, qs_split_bound(&c->split));
+    }
+    if (!leaves) {
+        return true;
+    }
+    memcpy(c->sets, c->stated.kept, c->stated.start[c->stated.sites]);
+    if (splits) {
+        if (!read_labelling(c)) {
+            return false;
+        }
+        take_out_above(c);
+    }
+    return read_sets(c) && take_sets(c);
+}
+
+/* ---- The whole. ---- */
+
+static void count_left(checker *c)
+{
+    for (uint32_t p = 0; p < c->stated.sites; p++) {
+        c->verdict.undecided += !is_fixed(c, p);
+        c->verdict.labels += is_fixed(c, p) ? 0 : c->stated.left[p];
+    }
+    if (c->verdict.undecided == 0) { /* every optimum is left, and one labelling alone */
+        c->verdict.lower_bound = qs_max_i64(c->verdict.lower_bound, c->stated.constant);
+    }
+}
+
+static bool check(checker *c)
+{
+    const qs_qubo *qubo = c->stated.index->qubo;
+    uint8_t digest[QS_DIGEST_SIZE];
+    qs_digest(qubo->bytes, qubo->size, digest);
+    if (memcmp(digest, c->file->problem, QS_DIGEST_SIZE) != 0) {
+        return refute(c, "it is of another problem: the digests differ");
+    }
+    if (c->file->sites != c->stated.sites) {
+        return reject(c, QS_E_CORRUPT, "another number of sites than the problem has");
+    }
+    qs_stated_read(&c->stated);
+    if (c->stated.magnitude > QS_ENERGY_MAX) {
+        return reject(c, QS_E_OVERFLOW, "costs of the problem");
+    }
+    if (!check_best(c)) {
+        return false;
+    }
+    qs_stated_fold(&c->stated);
+    for (; c->verdict.stage < c->file->stages; c->verdict.stage++) {
+        if (!check_stage(c)) {
+            return false;
+        }
+    }
+    if (c->at != c->file->stage_size) {
+        return reject(c, QS_E_CORRUPT, "bytes after the last stage");
+    }
+    count_left(c);
+    return c->verdict.lower_bound >= c->file->lower_bound ||
+           refute(c, "it states a higher bound than it proves");
+}
+
+qs_status qs_certificate_check(const qs_index *index, const qs_certificate *certificate,
+                               void *workspace, size_t workspace_size, qs_verdict *verdict,
+                               uint8_t *left, qs_fault *fault)
+{
+    if (!index || !certificate || !workspace || !verdict) {
+        return QS_E_ARGUMENT;
+    }
+    if (!index->qubo->has_labels) {
+        return QS_E_UNSUPPORTED;
+    }
+    if (!qs_stated_takes(index->qubo)) {
+        return QS_E_ENCODING;
+    }
+    checker c = {.file = certificate, .verdict = {.lower_bound = QS_NO_BOUND}};
+    size_t size = take_parts(&c, index, workspace);
+    if (workspace_size < size || size == SIZE_MAX) {
+        return QS_E_WORKSPACE;
+    }
+    c.verdict.valid = check(&c);
+    if (c.status != QS_OK) {
+        if (fault) {
+            *fault = c.fault;
+        }
+        return c.status;
+    }
+    if (c.verdict.valid && left) {
+        memcpy(left, c.stated.kept, c.stated.start[c.stated.sites]);
+    }
+    *verdict = c.verdict;
+    return QS_OK;
+}

@@ -1,0 +1,319 @@
+#include "split.h"
+
+#include <string.h>
+
+#include "../base/bytes.h"
+#include "../base/minmax.h"
+#include "../qubo/qcf_runs.h"
+
+#define NEVER ((int64_t)1 << 61) /* the cost of a label that has left: above all sums */
+
+void qs_split_take(qs_split *split, const qs_stated *stated, qs_arena *arena)
+{
+    const qs_qubo *qubo = stated->index->qubo;
+    uint64_t sites = qubo->groups, couplings = qubo->couplings, slots = sites + 2 * couplings,
+             labels = 0;
+    for (size_t run = 0; run < qubo->group_run_count; run++) {
+        /* In a domain wall a site has one label more than variables. */
+        labels = qs_max_u64(labels, (uint64_t)qs_group_run_at(qubo, run).size + 1);
+    }
+    *split = (qs_split){.stated = stated};
+    split->slot_start = qs_arena_take(arena, sites + 1, sizeof *split->slot_start);
+    split->next_edge = qs_arena_take(arena, slots, sizeof *split->next_edge);
+    split->before_edge = qs_arena_take(arena, slots, sizeof *split->before_edge);
+    split->share_at = qs_arena_take(arena, sites, sizeof *split->share_at);
+    split->part = qs_arena_take(arena, sites, sizeof *split->part);
+    split->least = qs_arena_take(arena, sites, sizeof *split->least);
+    split->along = qs_arena_take(arena, couplings, labels * sizeof *split->along);
+    split->excess = qs_arena_take(arena, qubo->variables + sites, sizeof *split->excess);
+    split->work = qs_arena_take(arena, labels, 3 * sizeof *split->work);
+}
+
+static bool is_fixed(const qs_split *split, uint32_t site)
+{
+    return split->stated->left[site] == 1;
+}
+
+/* ---- The slots. ---- */
+
+/* The numbers of both slots of an edge. */
+typedef struct slot_pair {
+    uint32_t first, second;
+} slot_pair;
+
+static slot_pair slots_at(const uint8_t *slots, unsigned bytes, size_t n)
+{
+    const uint8_t *at = slots + 2 * bytes * n;
+    return (slot_pair){(uint32_t)qs_load_unsigned(at, bytes),
+                       (uint32_t)qs_load_unsigned(at + bytes, bytes)};
+}
+
+/* Counts the slots of each site at slot_start[site + 1]. Returns false if a number is too large. */
+static bool count_slots(qs_split *split, const uint8_t *slots, unsigned bytes)
+{
+    const qs_stated *stated = split->stated;
+    size_t n = 0;
+    for (uint32_t p = 0; p < stated->sites; p++) {
+        split->slot_start[p + 1] = 1;
+    }
+    for (uint32_t e = 0; e < stated->edge_count; e++) {
+        const qs_stated_edge *edge = &stated->edges[e];
+        if (edge->alive) {
+            slot_pair pair = slots_at(slots, bytes, n++);
+            const uint32_t sites[2] = {edge->first, edge->second},
+                           numbers[2] = {pair.first, pair.second};
+            for (int i = 0; i < 2; i++) {
+                uint32_t p = sites[i], *count = &split->slot_start[p + 1];
+                if (numbers[i] >= stated->near_start[p + 1] - stated->near_start[p]) {
+                    return false;
+                }
+                *count = qs_max_u32(*count, numbers[i] + 1);
+            }
+        }
+    }
+    split->slot_start[0] = 0;
+    for (uint32_t p = 0; p < stated->sites; p++) {
+        split->slot_start[p + 1] += split->slot_start[p];
+    }
+    return true;
+}
+
+/* The first site of a part as far as is known. */
+static uint32_t first_of(uint32_t *part, uint32_t site)
+{
+    while (part[site] != site) {
+        part[site] = part[part[site]];
+        site = part[site];
+    }
+    return site;
+}
+
+static void find_parts(qs_split *split)
+{
+    const qs_stated *stated = split->stated;
+    for (uint32_t p = 0; p < stated->sites; p++) {
+        split->part[p] = p;
+    }
+    for (uint32_t e = 0; e < stated->edge_count; e++) {
+        const qs_stated_edge *edge = &stated->edges[e];
+        if (edge->alive) {
+            uint32_t a = first_of(split->part, edge->first),
+                     b = first_of(split->part, edge->second);
+            split->part[qs_max_u32(a, b)] = qs_min_u32(a, b);
+        }
+    }
+    for (uint32_t p = 0; p < stated->sites; p++) {
+        split->part[p] = first_of(split->part, p);
+    }
+}
+
+bool qs_split_set_slots(qs_split *split, const uint8_t *slots, unsigned bytes)
+{
+    const qs_stated *stated = split->stated;
+    if (!count_slots(split, slots, bytes)) {
+        return false;
+    }
+    size_t n = 0, size = sizeof *split->next_edge * split->slot_start[stated->sites];
+    memset(split->next_edge, 0xff, size); /* QS_NO_EDGE */
+    memset(split->before_edge, 0xff, size);
+    for (uint32_t e = 0; e < stated->edge_count; e++) {
+        const qs_stated_edge *edge = &stated->edges[e];
+        if (edge->alive) {
+            slot_pair pair = slots_at(slots, bytes, n++);
+            uint32_t *next = &split->next_edge[split->slot_start[edge->first] + pair.first],
+                     *before = &split->before_edge[split->slot_start[edge->second] + pair.second];
+            if (*next != QS_NO_EDGE || *before != QS_NO_EDGE) {
+                return false;
+            }
+            *next = *before = e;
+        }
+    }
+    find_parts(split);
+    return true;
+}
+
+uint64_t qs_split_count_shares(qs_split *split)
+{
+    const qs_stated *stated = split->stated;
+    uint64_t count = 0;
+    for (uint32_t p = 0; p < stated->sites; p++) {
+        split->share_at[p] = (size_t)count;
+        if (!is_fixed(split, p)) {
+            count +=
+                (uint64_t)(split->slot_start[p + 1] - split->slot_start[p] - 1) * stated->left[p];
+        }
+    }
+    return count;
+}
+
+/* ---- The chains. ---- */
+
+static int64_t *along(const qs_split *split, uint32_t edge)
+{
+    return split->along + (size_t)edge * split->stated->most_labels;
+}
+
+/* What is left for the last slot, before any share has been subtracted. */
+static void begin_rest(const qs_split *split, uint32_t site, int64_t *rest)
+{
+    const qs_stated *stated = split->stated;
+    const int64_t *unary = stated->unary + stated->start[site];
+    for (uint32_t a = 0; a < stated->count[site]; a++) {
+        rest[a] = split->scale * unary[a];
+    }
+}
+
+/* The share of a slot. Shares are asked for slot by slot; NEVER for a label that has left. */
+static void take_share(const qs_split *split, uint32_t site, uint32_t slot, int64_t *rest,
+                       int64_t *share)
+{
+    const qs_stated *stated = split->stated;
+    const uint8_t *kept = stated->kept + stated->start[site];
+    bool last = slot + 1 == split->slot_start[site + 1] - split->slot_start[site];
+    size_t number = split->share_at[site] + (size_t)slot * stated->left[site];
+    for (uint32_t a = 0; a < stated->count[site]; a++) {
+        if (!kept[a]) {
+            share[a] = NEVER;
+        } else if (last) {
+            share[a] = rest[a];
+        } else {
+            share[a] =
+                qs_load_signed(split->shares + number * split->share_bytes, split->share_bytes);
+            rest[a] -= share[a];
+            number++;
+        }
+    }
+}
+
+/* to[b] = min_a from[a] + what a and b cost on the edge, to the second site. */
+static void send_on(const qs_split *split, const qs_stated_edge *edge, const int64_t *from,
+                    int64_t *to)
+{
+    const qs_stated *stated = split->stated;
+    const int64_t *table = qs_stated_table(stated, edge);
+    uint32_t rows = stated->count[edge->first], columns = stated->count[edge->second];
+    int64_t weight = split->scale * edge->weight;
+    for (uint32_t b = 0; b < columns; b++) {
+        to[b] = INT64_MAX;
+    }
+    for (uint32_t a = 0; a < rows; a++) {
+        const int64_t *row = table + (size_t)a * columns;
+        if (from[a] >= NEVER) {
+            continue;
+        }
+        for (uint32_t b = 0; b < columns; b++) {
+            to[b] = qs_min_i64(to[b], from[a] + weight * row[b]);
+        }
+    }
+}
+
+/* The same to the first site. */
+static void send_back(const qs_split *split, const qs_stated_edge *edge, const int64_t *from,
+                      int64_t *to)
+{
+    const qs_stated *stated = split->stated;
+    const int64_t *table = qs_stated_table(stated, edge);
+    uint32_t rows = stated->count[edge->first], columns = stated->count[edge->second];
+    int64_t weight = split->scale * edge->weight;
+    for (uint32_t a = 0; a < rows; a++) {
+        const int64_t *row = table + (size_t)a * columns;
+        int64_t least = INT64_MAX;
+        for (uint32_t b = 0; b < columns; b++) {
+            least = from[b] < NEVER ? qs_min_i64(least, from[b] + weight * row[b]) : least;
+        }
+        to[a] = least;
+    }
+}
+
+/* Adds to costs; those of labels that have left stay NEVER. */
+static void add_costs(int64_t *costs, const int64_t *more, uint32_t count)
+{
+    for (uint32_t a = 0; a < count; a++) {
+        costs[a] = costs[a] < NEVER ? costs[a] + more[a] : NEVER;
+    }
+}
+
+static int64_t least_of(const int64_t *costs, uint32_t count)
+{
+    int64_t least = costs[0];
+    for (uint32_t a = 1; a < count; a++) {
+        least = qs_min_i64(least, costs[a]);
+    }
+    return least;
+}
+
+static void go_through(qs_split *split, uint32_t site)
+{
+    const qs_stated *stated = split->stated;
+    uint32_t count = stated->count[site], begin = split->slot_start[site];
+    int64_t *rest = split->work, *costs = rest + stated->most_labels;
+    begin_rest(split, site, rest);
+    for (uint32_t slot = begin; slot < split->slot_start[site + 1]; slot++) {
+        uint32_t before = split->before_edge[slot], next = split->next_edge[slot];
+        take_share(split, site, slot - begin, rest, costs);
+        if (before != QS_NO_EDGE) {
+            add_costs(costs, along(split, before), count);
+        }
+        if (next != QS_NO_EDGE) {
+            send_on(split, &stated->edges[next], costs, along(split, next));
+        } else {
+            split->least[split->part[site]] += least_of(costs, count);
+        }
+    }
+}
+
+int64_t qs_split_bound(qs_split *split)
+{
+    const qs_stated *stated = split->stated;
+    memset(split->least, 0, sizeof *split->least * stated->sites);
+    for (uint32_t p = 0; p < stated->sites; p++) {
+        if (!is_fixed(split, p)) {
+            go_through(split, p);
+        }
+    }
+    int64_t bound = stated->constant;
+    for (uint32_t p = 0; p < stated->sites; p++) {
+        int64_t least = split->least[p];
+        if (!is_fixed(split, p) && split->part[p] == p) {
+            bound += least / split->scale + (least % split->scale > 0);
+        }
+    }
+    return bound;
+}
+
+/* What came up to the site is no longer needed once it has been added; what comes from it takes its
+ * place. */
+static void come_back(qs_split *split, uint32_t site)
+{
+    const qs_stated *stated = split->stated;
+    uint32_t count = stated->count[site], begin = split->slot_start[site];
+    int64_t *rest = split->work, *costs = rest + stated->most_labels,
+            *whole = costs + stated->most_labels, *excess = split->excess + stated->start[site];
+    begin_rest(split, site, rest);
+    memset(excess, 0, sizeof *excess * count);
+    for (uint32_t slot = begin; slot < split->slot_start[site + 1]; slot++) {
+        uint32_t before = split->before_edge[slot], next = split->next_edge[slot];
+        take_share(split, site, slot - begin, rest, costs);
+        if (next != QS_NO_EDGE) {
+            add_costs(costs, along(split, next), count);
+        }
+        memcpy(whole, costs, sizeof *costs * count);
+        if (before != QS_NO_EDGE) {
+            add_costs(whole, along(split, before), count);
+            send_back(split, &stated->edges[before], costs, along(split, before));
+        }
+        int64_t least = least_of(whole, count);
+        for (uint32_t a = 0; a < count; a++) {
+            excess[a] += whole[a] < NEVER ? whole[a] - least : 0;
+        }
+    }
+}
+
+void qs_split_excess(qs_split *split)
+{
+    for (uint32_t p = split->stated->sites; p-- > 0;) {
+        if (!is_fixed(split, p)) {
+            come_back(split, p);
+        }
+    }
+}

@@ -1,0 +1,189 @@
+"""Certificates: solve and reduce write them, verify checks them."""
+
+import json
+import struct
+
+import numpy as np
+import pytest
+from cli_tools import _crc32c, random_pair, run
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A problem of 10 x 6 sites and three labels."""
+    _, _, left, right = random_pair(tmp_path, 12, 6)
+    done = run(
+        "encode", left, right, "-o", tmp_path / "p.qcf", "--disparity", "0:2", "--lambda", "62.5"
+    )
+    assert done.status == 0, done.err
+    return tmp_path
+
+
+def solve(folder, *more):
+    done = run(
+        "solve",
+        *[folder / "p.qcf", "-o", folder / "s.qsf", "--certificate", folder / "c.qpf", "--json"],
+        *more,
+    )
+    assert done.status == 0, done.err
+    return json.loads(done.out)
+
+
+def verify(folder, second="s.qsf", certificate="c.qpf"):
+    done = run("verify", folder / "p.qcf", folder / second, folder / certificate, "--json")
+    return done, json.loads(done.out) if done.out else None
+
+
+def changed(folder, at, more):
+    """The certificate with a number of its header changed, under a new checksum."""
+    whole = bytearray((folder / "c.qpf").read_bytes())
+    number = struct.unpack_from("<q", whole, at)[0] + more
+    struct.pack_into("<q", whole, at, number)
+    struct.pack_into("<I", whole, 60, _crc32c(bytes(whole[:60])))
+    (folder / "changed.qpf").write_bytes(whole)
+    return verify(folder, certificate="changed.qpf")
+
+
+@pytest.mark.parametrize("solver", ["trws", "best"])
+def test_of_a_solver(folder, solver):
+    said = solve(folder, "--solver", solver)
+    done, facts = verify(folder)
+    assert (done.status, done.err) == (0, "")
+    assert facts == {
+        "schema": 1,
+        "valid": True,
+        "why": None,
+        "energy": said["energy"],
+        "lower_bound": said["lower_bound"],
+        "proven_optimal": said["proven_optimal"],
+        "stages": 1,
+    }
+    text = run("verify", folder / "p.qcf", folder / "s.qsf", folder / "c.qpf").out.decode()
+    assert text.startswith("valid: energy ")
+
+
+BOUND, ENERGY = 32, 40
+
+
+def test_a_bound_raised_by_one(folder):
+    solve(folder)
+    done, facts = changed(folder, BOUND, 1)
+    assert (done.status, facts["valid"]) == (1, False)
+    assert "higher bound than it proves" in facts["why"] and facts["why"] in done.err
+    assert changed(folder, BOUND, -1)[1]["valid"]
+
+
+def test_another_energy(folder):
+    solve(folder)
+    for more in (1, -1):
+        done, facts = changed(folder, ENERGY, more)
+        assert (done.status, facts["valid"]) == (1, False)
+
+
+def test_a_labelling_that_is_worse(folder):
+    said = solve(folder)
+    done = run("solve", folder / "p.qcf", "-o", folder / "s.qsf", "--solver", "icm", "--json")
+    worse = json.loads(done.out)["energy"]
+    if worse == said["energy"]:
+        pytest.fail("icm has found the optimum: choose another pair")
+    done, facts = verify(folder)
+    assert (done.status, facts["valid"], facts["energy"]) == (1, False, worse)
+    assert "best sample costs more" in facts["why"]
+
+
+def test_every_flipped_byte_is_refused(folder):
+    solve(folder)
+    whole = (folder / "c.qpf").read_bytes()
+    for at in range(0, len(whole), 41):
+        damaged = bytearray(whole)
+        damaged[at] ^= 1
+        (folder / "d.qpf").write_bytes(damaged)
+        done, facts = verify(folder, certificate="d.qpf")
+        assert (done.status, facts) == (3, None)
+        assert "d.qpf: " in done.err
+
+
+@pytest.mark.parametrize("encoding", ["one-hot-sparse", "domain-wall"])
+def test_of_a_reduction(folder, encoding):
+    done = run(
+        "reduce",
+        *[folder / "p.qcf", "-o", folder / "small.qcf", "--certificate", folder / "c.qpf"],
+        *["--encoding", encoding, "--json"],
+    )
+    assert done.status == 0, done.err
+    said = json.loads(done.out)
+    done, facts = verify(folder, "small.qcf")
+    assert (done.status, facts["valid"]) == (0, True)
+    assert (facts["energy"], facts["lower_bound"]) == (said["upper_bound"], said["lower_bound"])
+
+
+def test_a_label_that_has_left_without_proof(folder):
+    done = run("reduce", folder / "p.qcf", "-o", folder / "small.qcf")
+    assert done.status == 0, done.err
+    solve(folder)  # a certificate by which no label leaves
+    done, facts = verify(folder, "small.qcf")
+    assert (done.status, facts["valid"]) == (1, False)
+    assert "has left the reduced problem" in facts["why"]
+
+
+def test_of_another_problem(folder):
+    solve(folder)
+    (folder / "p.qcf").rename(folder / "other.qcf")
+    done = run("reduce", folder / "other.qcf", "-o", folder / "p.qcf", "--iterations", "1")
+    assert done.status == 0, done.err
+    done = run("solve", folder / "p.qcf", "-o", folder / "s.qsf")
+    done, facts = verify(folder)
+    assert done.status == 1 and "another problem" in facts["why"]
+
+
+@pytest.mark.parametrize("solver", ["icm", "expansion", "swap", "bp", "anneal"])
+def test_solvers_without_a_certificate(folder, solver):
+    done = run(
+        "solve",
+        *[folder / "p.qcf", "-o", folder / "n.qsf", "--certificate", folder / "n.qpf"],
+        *["--solver", solver],
+    )
+    assert (done.status, done.out) == (3, b"")
+    assert f"{solver} writes no certificate" in done.err
+    assert not (folder / "n.qsf").exists() and not (folder / "n.qpf").exists()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["solve", "--solver", "best"],
+        ["solve", "--solver", "trws"],
+        ["solve", "--solver", "expansion", "--time-limit", "9"],
+        ["reduce"],
+    ],
+)
+def test_costs_of_64_bits_are_refused(tmp_path, words):
+    costs = np.random.default_rng(1).integers(0, 2**29, (6, 6, 3), dtype=np.int32)
+    np.save(tmp_path / "costs.npy", costs)
+    problem, proof = tmp_path / "p.qcf", tmp_path / "c.qpf"
+    made = run(
+        *["encode", "--problem", "label", tmp_path / "costs.npy", "-o", problem],
+        *["--lambda", str(2**28), "--encoding", "one-hot"],
+    )
+    assert made.status == 0, made.err
+    done = run(words[0], problem, "-o", tmp_path / "out", "--certificate", proof, *words[1:])
+    assert done.status == 3
+    assert "its costs are too large for a certificate" in done.err
+    assert not proof.exists() and not (tmp_path / "out").exists()
+
+
+def test_expansion_from_messages_has_no_certificate(folder):
+    """With a time limit it begins with messages, whose proof would not be its own."""
+    words = ["--solver", "expansion", "--time-limit", "9", "--certificate", folder / "c.qpf"]
+    done = run("solve", folder / "p.qcf", "-o", folder / "s.qsf", *words)
+    assert done.status == 3
+    assert "expansion writes no certificate" in done.err
+    assert not (folder / "c.qpf").exists()
+
+
+def test_files_of_other_kinds(folder):
+    solve(folder)
+    done, _ = verify(folder, certificate="s.qsf")
+    assert done.status == 3 and "is not a .qpf file but a .qsf" in done.err
+    done, _ = verify(folder, second="c.qpf")
+    assert done.status == 3 and "is not a .qsf file" in done.err

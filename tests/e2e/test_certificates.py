@@ -1,0 +1,103 @@
+"""The two checkers of certificates, in C and by numpy, agree: on golden files, on those that solve
+and reduce write, and on the same with bytes changed."""
+
+import json
+import os
+import struct
+import subprocess
+from pathlib import Path
+
+import google_crc32c
+import numpy as np
+import pytest
+from qstereo_bridge.container import FormatError
+from qstereo_bridge.failure import Error
+from qstereo_bridge.verify import verify
+
+ROOT = Path(__file__).parents[2]
+QSTEREO = os.environ.get("QSTEREO_PNM") or os.environ.get("QSTEREO", str(ROOT / "build/qstereo"))
+GOLDEN = sorted((ROOT / "tests" / "golden").glob("*.qpf"))
+HEADER, FRAME = 64, 16
+
+
+def run(*words):
+    return subprocess.run([QSTEREO, *map(str, words)], capture_output=True, timeout=60)
+
+
+def by_c(*files):
+    """What the command says: whether it is valid, or None if it refuses a file; and the bound."""
+    done = run("verify", *files, "--json")
+    if done.returncode not in (0, 1):
+        assert done.returncode == 3, done.stderr
+        return None, None
+    facts = json.loads(done.stdout)
+    assert facts["valid"] == (done.returncode == 0)
+    return facts["valid"], facts["lower_bound"]
+
+
+def by_numpy(*files):
+    try:
+        found = verify(*files)
+    except (FormatError, Error):
+        return None, None
+    return found.valid, found.lower_bound
+
+
+@pytest.mark.parametrize("path", GOLDEN, ids=lambda path: path.stem)
+def test_golden_certificates(path):
+    problem = path.with_suffix(".qcf")
+    assert by_c(problem, problem, path) == by_numpy(problem, problem, path)
+    assert by_c(problem, problem, path)[0]
+
+
+def write_pair(folder, seed):
+    rng = np.random.default_rng(seed)
+    grey = rng.integers(0, 256, (2, 5, 9)).astype(np.uint8)
+    for name, rows in zip(("left.pgm", "right.pgm"), grey):
+        (folder / name).write_bytes(b"P5\n9 5\n255\n" + rows.tobytes())
+
+
+def mended(data):
+    """The bytes with right checksums."""
+    data = bytearray(data)
+    struct.pack_into("<I", data, 60, google_crc32c.value(bytes(data[:60])))
+    at = HEADER
+    while at < len(data):
+        end = at + FRAME + struct.unpack_from("<Q", data, at + 8)[0]
+        struct.pack_into("<I", data, end, google_crc32c.value(bytes(data[at:end])))
+        at = end + 4
+    return bytes(data)
+
+
+FORMS = [("potts", "one-hot-sparse"), ("potts", "domain-wall"), ("linear", "domain-wall"),
+         ("quadratic", "one-hot")]
+
+
+@pytest.mark.parametrize("smoothness, encoding", FORMS)
+@pytest.mark.parametrize("command", ["solve", "reduce"])
+def test_changed_certificates(tmp_path, smoothness, encoding, command):
+    write_pair(tmp_path, 1)
+    more = [] if smoothness == "potts" else ["--truncation", "2"]
+    problem, other, proof = (tmp_path / name for name in ("p.qcf", "other", "c.qpf"))
+    done = run("encode", tmp_path / "left.pgm", tmp_path / "right.pgm", "-o", problem,
+               "--disparity", "0:3", "--lambda", "30", "--smoothness", smoothness, *more,
+               "--encoding", encoding)
+    assert done.returncode == 0, done.stderr
+    done = run(command, problem, "-o", other, "--iterations", "3", "--certificate", proof,
+               *(["--solver", "trws"] if command == "solve" else []))
+    assert done.returncode == 0, done.stderr
+    assert by_c(problem, other, proof) == by_numpy(problem, other, proof)
+    assert by_c(problem, other, proof)[0]
+    whole, rng, seen = proof.read_bytes(), np.random.default_rng(2), set()
+    first = HEADER + FRAME + 36  # behind the digest
+    best = first + FRAME + struct.unpack_from("<Q", whole, first + 8)[0] + 4
+    for _ in range(12):
+        data = bytearray(whole)
+        at = int(rng.choice([rng.integers(32, 48), rng.integers(first + FRAME + 4, best - 4),
+                             rng.integers(best + FRAME, len(whole) - 4)], p=[0.1, 0.1, 0.8]))
+        data[at] ^= 1 << rng.integers(0, 8)
+        proof.write_bytes(mended(data))
+        verdict = by_c(problem, other, proof)
+        assert verdict == by_numpy(problem, other, proof), at
+        seen.add(verdict[0])
+    assert len(seen) > 1

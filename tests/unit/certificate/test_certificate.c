@@ -1,0 +1,400 @@
+/* Certificates against all labellings of tiny problems: those that solvers write hold, and none
+ * that holds, whoever has written it, states what is not so. */
+#include "modelled.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/bytes.h"
+#include "files/crc32c.h"
+
+enum { FILE_SIZE = 1 << 18, STAGES_AT = 4, ENERGY_AT = 40, BOUND_AT = 32, HEADER = 64 };
+
+/* A certificate, and what it is of. */
+typedef struct certified {
+    uint8_t stages[FILE_SIZE], file[FILE_SIZE], left[TINY_SITES * TINY_LABELS];
+    size_t size;
+    qs_verdict verdict;
+    uint16_t labelling[TINY_SITES]; /* of the problem's sites */
+    uint8_t kept[TINY_SITES * TINY_LABELS]; /* as the reduction says */
+    int64_t energy, bound;
+} certified;
+
+static certified c;
+static uint64_t workspace[1 << 17];
+
+/* What the file says of the labels of its sites. */
+static bool is_left(uint32_t site, uint32_t label)
+{
+    return request.kept[site][label];
+}
+
+static uint32_t site_count(void)
+{
+    return qs_problem_sites(&t.problem);
+}
+
+/* ---- Checking. ---- */
+
+static qs_status check(void)
+{
+    qs_certificate view;
+    qs_status status = qs_certificate_open(c.file, c.size, &view, NULL);
+    if (status != QS_OK) {
+        return status;
+    }
+    size_t size = qs_certificate_workspace(&written.index);
+    void *memory = malloc(size); /* of that very size: the sanitizer sees a byte too many */
+    qs_fault fault = {0, NULL};
+    status = qs_certificate_check(&written.index, &view, memory, size, &c.verdict, c.left, &fault);
+    assert_true(status == QS_OK || fault.what);
+    free(memory);
+    return status;
+}
+
+/* The least F, and whether every labelling that has it is left by the certificate. */
+static void assert_true_of_all_labellings(int64_t stated)
+{
+    uint16_t w[TINY_SITES];
+    int64_t least = INT64_MAX;
+    slow_first(&request, w);
+    do {
+        int64_t energy = slow_energy(&t.problem, w);
+        least = energy < least ? energy : least;
+    } while (slow_next(&request, w));
+    assert_true(c.verdict.lower_bound <= least);
+    assert_true(stated <= least);
+    slow_first(&request, w);
+    do {
+        size_t at = 0;
+        for (uint32_t p = 0; p < site_count() && slow_energy(&t.problem, w) == least; p++) {
+            uint32_t count = 0;
+            for (uint32_t d = 0; d < t.problem.labels; d++) {
+                count += is_left(p, d);
+            }
+            for (uint32_t d = 0; count > 1 && d < t.problem.labels; d++) {
+                if (is_left(p, d)) {
+                    assert_true(c.left[at++] || w[p] != d);
+                }
+            }
+        }
+    } while (slow_next(&request, w));
+}
+
+/* ---- Making. ---- */
+
+static void write_file(const qs_recorder *recorder, const qs_buffer *stages, int64_t bound)
+{
+    qs_buffer file = {c.file, sizeof c.file, 0};
+    qs_sink sink = qs_buffer_sink(&file);
+    uint64_t size = 0;
+    assert_int_equal(qs_certificate_write(recorder, c.labelling, bound, c.energy, stages->bytes,
+                                          stages->size, &sink, &size),
+                     QS_OK);
+    assert_int_equal(size, file.size);
+    c.size = file.size;
+}
+
+typedef qs_status made_by(const qs_witness *witness, uint64_t iterations);
+
+static qs_status by_trws(const qs_witness *witness, uint64_t iterations)
+{
+    qs_solution solution;
+    qs_solve_options options = {.iterations = iterations, .witness = witness};
+    qs_status status =
+        qs_trws(&model, &options, workspace, sizeof workspace, c.labelling, &solution);
+    c.energy = solution.energy;
+    c.bound = solution.lower_bound;
+    return status;
+}
+
+static qs_status by_best(const qs_witness *witness, uint64_t iterations)
+{
+    qs_solution solution;
+    qs_solve_options options = {.iterations = iterations, .witness = witness};
+    qs_status status =
+        qs_best(&model, &options, workspace, sizeof workspace, c.labelling, &solution);
+    c.energy = solution.energy;
+    c.bound = solution.lower_bound;
+    return status;
+}
+
+static qs_status by_reduce(const qs_witness *witness, uint64_t iterations)
+{
+    qs_reduction reduction;
+    qs_reduce_options options = {.iterations = iterations, .witness = witness};
+    qs_status status =
+        qs_reduce(&model, &options, workspace, sizeof workspace, c.kept, c.labelling, &reduction);
+    c.energy = reduction.upper_bound;
+    c.bound = reduction.lower_bound;
+    return status;
+}
+
+/* Makes the certificate of the model. Returns false if the solver cannot write one. */
+static bool certify(made_by *make, uint64_t iterations)
+{
+    qs_recorder recorder;
+    qs_buffer stages = {c.stages, sizeof c.stages, 0};
+    qs_sink sink = qs_buffer_sink(&stages);
+    size_t size = qs_recorder_workspace(&written.index, &model);
+    void *memory = malloc(size);
+    qs_status status = qs_recorder_begin(&recorder, &written.index, &model, memory, size, &sink);
+    if (status == QS_OK) {
+        qs_witness witness = qs_recorder_witness(&recorder);
+        status = make(&witness, iterations);
+    }
+    if (status == QS_OK) {
+        status = qs_recorder_end(&recorder);
+    }
+    if (status == QS_OK) {
+        qs_model_sites(&model, c.labelling, c.labelling);
+        write_file(&recorder, &stages, QS_NO_BOUND);
+        assert_int_equal(check(), QS_OK);
+        assert_null(c.verdict.why);
+        write_file(&recorder, &stages, c.verdict.lower_bound);
+    }
+    free(memory);
+    assert_true(status == QS_OK || status == QS_E_ENCODING || status == QS_E_OVERFLOW);
+    return status == QS_OK;
+}
+
+static const qs_encoding encodings[] = {QS_ONE_HOT, QS_ONE_HOT_SPARSE, QS_DOMAIN_WALL};
+
+static void each_certificate(made_by *make, uint64_t seed, void (*look)(uint64_t *state))
+{
+    uint64_t state = seed;
+    int written_ones = 0;
+    for (int round = 0; round < ROUNDS; round++) {
+        make_reduced(&state, encodings[round % 3]);
+        if (written.qubo.groups > 0 && certify(make, 1 + tiny_random(&state, 12))) {
+            written_ones++;
+            look(&state);
+        }
+    }
+    assert_true(written_ones > ROUNDS / 4);
+}
+
+/* ---- Those of the solvers hold. ---- */
+
+static int lower; /* bounds below the solver's */
+
+static void holds(uint64_t *state)
+{
+    (void)state;
+    assert_int_equal(check(), QS_OK);
+    assert_true(c.verdict.valid);
+    assert_int_equal(c.verdict.energy, c.energy);
+    lower += c.verdict.lower_bound < c.bound;
+    assert_true_of_all_labellings(c.verdict.lower_bound);
+}
+
+static void bounds_hold(void **unused)
+{
+    (void)unused;
+    lower = 0;
+    each_certificate(by_trws, 1, holds);
+    each_certificate(by_best, 2, holds);
+    assert_true(lower < ROUNDS / 20); /* the last pass is not always the best */
+}
+
+/* The certificate leaves exactly what the reduction does. */
+static void leaves_as_reduced(uint64_t *state)
+{
+    int site[TINY_SITES];
+    size_t at = 0;
+    holds(state);
+    sites_of_model(site);
+    for (uint32_t p = 0; p < model.sites; p++) {
+        uint32_t count = 0;
+        for (uint32_t d = 0; site[p] >= 0 && d < t.problem.labels; d++) {
+            count += is_left((uint32_t)site[p], d);
+        }
+        for (uint32_t d = 0; count > 1 && d < t.problem.labels; d++) {
+            if (is_left((uint32_t)site[p], d)) {
+                assert_int_equal(c.left[at++], c.kept[p * t.problem.labels + d]);
+            }
+        }
+    }
+    assert_true(qs_certificate_covers(&written.qubo, c.left, &written.qubo));
+}
+
+static void reductions_hold(void **unused)
+{
+    (void)unused;
+    each_certificate(by_reduce, 3, leaves_as_reduced);
+}
+
+/* A reduced problem that lacks a label which is left is not covered. */
+static void lacks_a_label(uint64_t *state)
+{
+    static slow_qubo smaller;
+    slow_request fewer = request;
+    memset(c.left, 1, sizeof c.left);
+    for (uint32_t p = 0; p < site_count(); p++) {
+        uint32_t count = 0, label = 0;
+        for (uint32_t d = 0; d < t.problem.labels; d++) {
+            count += is_left(p, d);
+            label = is_left(p, d) ? d : label;
+        }
+        if (count > 1) {
+            fewer.kept[p][label] = false;
+            slow_encode(&fewer, &smaller);
+            assert_false(qs_certificate_covers(&written.qubo, c.left, &smaller.qubo));
+            return;
+        }
+    }
+    (void)state;
+}
+
+static void reduced_problems_are_compared(void **unused)
+{
+    (void)unused;
+    each_certificate(by_reduce, 4, lacks_a_label);
+}
+
+/* ---- Those of others. ---- */
+
+static void mend(void)
+{
+    qs_store_u32(c.file + 60, qs_crc32c_portable(0, c.file, 60));
+    for (size_t at = HEADER; at + 20 <= c.size;) {
+        size_t covered = 16 + (size_t)qs_load_u64(c.file + at + 8);
+        qs_store_u32(c.file + at + covered, qs_crc32c_portable(0, c.file + at, covered));
+        at += covered + 4;
+    }
+}
+
+static void add_to(size_t at, int64_t more)
+{
+    qs_store_u64(c.file + at, qs_load_u64(c.file + at) + (uint64_t)more);
+    mend();
+    assert_int_equal(check(), QS_OK);
+}
+
+/* A bound that is raised by one, and an energy that is not the labelling's. */
+static void states_too_much(uint64_t *state)
+{
+    (void)state;
+    assert_true(c.verdict.lower_bound != QS_NO_BOUND);
+    add_to(BOUND_AT, 1);
+    assert_false(c.verdict.valid);
+    assert_non_null(c.verdict.why);
+    add_to(BOUND_AT, -1);
+    assert_true(c.verdict.valid);
+    add_to(BOUND_AT, -1);
+    assert_true(c.verdict.valid);
+    add_to(ENERGY_AT, 1);
+    assert_false(c.verdict.valid);
+    add_to(ENERGY_AT, -2);
+    assert_false(c.verdict.valid);
+}
+
+static void too_much_is_refuted(void **unused)
+{
+    (void)unused;
+    each_certificate(by_trws, 5, states_too_much);
+}
+
+static int valid, refuted, malformed;
+
+/* Bytes changed at random, CRCs mended: what still holds is true. */
+static void stays_true(uint64_t *state)
+{
+    static uint8_t whole[FILE_SIZE];
+    size_t begin = HEADER + 20 + QS_DIGEST_SIZE;
+    memcpy(whole, c.file, c.size);
+    for (int i = 0; i < 8; i++) {
+        memcpy(c.file, whole, c.size);
+        for (uint32_t n = 1 + tiny_random(state, 3); n > 0; n--) {
+            size_t at = begin + tiny_random(state, (uint32_t)(c.size - begin));
+            c.file[at] =
+                (uint8_t)(tiny_random(state, 2) ? tiny_random(state, 256)
+                                                : c.file[at] ^ 1u << tiny_random(state, 8));
+        }
+        /* Chunks keep their frames. */
+        memcpy(c.file + begin, whole + begin, 20);
+        size_t best = (size_t)qs_load_u64(whole + begin + 8);
+        memcpy(c.file + begin + 20 + best, whole + begin + 20 + best, 16);
+        mend();
+        qs_status status = check();
+        malformed += status != QS_OK;
+        refuted += status == QS_OK && !c.verdict.valid;
+        valid += status == QS_OK && c.verdict.valid;
+        if (status == QS_OK && c.verdict.valid) {
+            assert_true_of_all_labellings((int64_t)qs_load_u64(c.file + BOUND_AT));
+        }
+    }
+}
+
+static void no_certificate_lies(void **unused)
+{
+    (void)unused;
+    valid = refuted = malformed = 0;
+    each_certificate(by_reduce, 6, stays_true);
+    each_certificate(by_trws, 7, stays_true);
+    assert_true(valid > 20 && refuted > 20 && malformed > 20);
+}
+
+/* Every truncation and every flipped bit of one file. */
+static void damage_is_noticed(void **unused)
+{
+    (void)unused;
+    uint64_t state = 8;
+    do {
+        make_reduced(&state, QS_ONE_HOT);
+    } while (written.qubo.groups < 2 || !certify(by_reduce, 2));
+    size_t size = c.size;
+    qs_certificate view;
+    for (size_t i = 0; i < size; i++) {
+        uint8_t *part = malloc(i + !i);
+        memcpy(part, c.file, i);
+        assert_int_equal(qs_certificate_open(part, i, &view, NULL), QS_E_TRUNCATED);
+        free(part);
+    }
+    for (size_t bit = 0; bit < 8 * size; bit++) {
+        c.file[bit / 8] ^= (uint8_t)(1u << bit % 8);
+        assert_int_not_equal(qs_certificate_open(c.file, size, &view, NULL), QS_OK);
+        c.file[bit / 8] ^= (uint8_t)(1u << bit % 8);
+    }
+    assert_int_equal(qs_certificate_open(c.file, size, &view, NULL), QS_OK);
+}
+
+static void arguments(void **unused)
+{
+    (void)unused;
+    uint64_t state = 9, memory[2];
+    qs_certificate view;
+    do {
+        make_reduced(&state, QS_ONE_HOT);
+    } while (written.qubo.groups < 2 || !certify(by_trws, 2));
+    assert_int_equal(qs_certificate_open(c.file, c.size, NULL, NULL), QS_E_ARGUMENT);
+    assert_int_equal(qs_certificate_open(written.file, written.size, &view, NULL), QS_E_FORMAT);
+    assert_int_equal(qs_certificate_open(c.file, c.size, &view, NULL), QS_OK);
+    assert_int_equal(
+        qs_certificate_check(&written.index, &view, memory, sizeof memory, &c.verdict, NULL, NULL),
+        QS_E_WORKSPACE);
+    assert_int_equal(qs_certificate_check(&written.index, &view, NULL, 0, &c.verdict, NULL, NULL),
+                     QS_E_ARGUMENT);
+    qs_store_u32(c.file + 28, 4097);
+    mend();
+    assert_int_equal(check(), QS_E_CORRUPT); /* more stages than there may be */
+    qs_store_u32(c.file + 28, view.stages);
+    mend();
+    written.file[written.size - 1] ^= 1; /* another problem */
+    assert_int_equal(check(), QS_OK);
+    assert_false(c.verdict.valid);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bounds_hold),
+        cmocka_unit_test(reductions_hold),
+        cmocka_unit_test(reduced_problems_are_compared),
+        cmocka_unit_test(too_much_is_refuted),
+        cmocka_unit_test(no_certificate_lies),
+        cmocka_unit_test(damage_is_noticed),
+        cmocka_unit_test(arguments),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
