@@ -19,6 +19,8 @@ void qs_eliminate_take(qs_elimination *e, const qs_model *model, qs_arena *arena
     e->left = qs_arena_take(arena, sites, sizeof *e->left);
     e->part = qs_arena_take(arena, sites, sizeof *e->part);
     e->due = qs_arena_take(arena, sites, sizeof *e->due);
+    e->closed = qs_arena_take(arena, sites, sizeof *e->closed);
+    e->closed_label = qs_arena_take(arena, sites, sizeof *e->closed_label);
 }
 
 /* Brings a site's costs in order after they, or its set, have changed: the cheapest kept label
@@ -94,8 +96,7 @@ static bool add_edge(qs_elimination *e, const qs_edge_seen *edge, uint32_t label
     return true;
 }
 
-/* The set of a site has changed: its costs, its label and its neighbours follow. */
-static void follow_set(qs_elimination *e, uint32_t site)
+void qs_eliminate_follow(qs_elimination *e, uint32_t site)
 {
     settle(e, site);
     qs_take_kept_label(&e->model, e->labelling, site);
@@ -180,7 +181,7 @@ static bool apply_everywhere(qs_elimination *e)
         if (e->due[p] != 0) {
             e->due[p] = 0;
             if (apply_criterion(e, p)) {
-                follow_set(e, p);
+                qs_eliminate_follow(e, p);
                 changed = true;
             }
         }
@@ -234,6 +235,12 @@ static void list_left(qs_elimination *e)
     }
 }
 
+void qs_eliminate_settle(qs_elimination *e)
+{
+    goldstein(e);
+    list_left(e);
+}
+
 /* Copies what will change. */
 static void copy_model(qs_elimination *e, const qs_model *model)
 {
@@ -274,14 +281,14 @@ void qs_eliminate_begin(qs_elimination *e, const qs_model *model, bool walls, ui
     e->walls = walls;
     e->kept = kept;
     e->labelling = labelling;
+    memset(e->closed, 0, sizeof *e->closed * model->sites);
     copy_model(e, model);
     copy_sets(e, model);
     qs_model_winner(model, labelling);
     for (uint32_t p = 0; p < model->sites; p++) {
-        follow_set(e, p);
+        qs_eliminate_follow(e, p);
     }
-    goldstein(e);
-    list_left(e);
+    qs_eliminate_settle(e);
 }
 
 /* The first site of a part as far as is known. The next time it is found in half as many steps. */
@@ -294,8 +301,8 @@ static uint32_t first_of(uint32_t *part, uint32_t site)
     return site;
 }
 
-/* Finds the parts: sites that edges join, directly or by way of others. */
-static void find_parts(qs_elimination *e)
+/* A part: sites that edges join, directly or by way of others. */
+void qs_eliminate_find_parts(qs_elimination *e)
 {
     for (uint32_t i = 0; i < e->left_count; i++) {
         uint32_t p = e->left[i];
@@ -326,6 +333,16 @@ static int64_t cost_at(const qs_elimination *e, uint32_t site)
     return cost;
 }
 
+void qs_eliminate_restore(qs_elimination *e)
+{
+    for (uint32_t i = 0; i < e->left_count; i++) {
+        uint32_t p = e->left[i];
+        if (e->closed[p]) {
+            e->labelling[p] = e->closed_label[p];
+        }
+    }
+}
+
 /* Finds the room of each part. Returns the gap: the sum of the rooms, in units, each rounded down.
  *
  * room  out: the sum, not rounded */
@@ -343,7 +360,8 @@ static int64_t find_room(qs_elimination *e, const int64_t *shares, unsigned shif
         *room += own;
     }
     for (uint32_t i = 0; i < e->left_count; i++) {
-        gap += e->part[e->left[i]] == e->left[i] ? e->room[e->left[i]] >> shift : 0;
+        uint32_t p = e->left[i];
+        gap += e->part[p] == p && !e->closed[p] ? e->room[p] >> shift : 0;
     }
     return gap;
 }
@@ -352,7 +370,7 @@ int64_t qs_eliminate_above(qs_elimination *e, const uint32_t *marginals, const i
                            unsigned shift, int64_t *room)
 {
     uint32_t labels = e->model.labels;
-    find_parts(e);
+    qs_eliminate_find_parts(e);
     int64_t gap = find_room(e, shares, shift, room);
     for (uint32_t i = 0; i < e->left_count; i++) {
         uint32_t p = e->left[i];
@@ -365,10 +383,9 @@ int64_t qs_eliminate_above(qs_elimination *e, const uint32_t *marginals, const i
             changed |= leaves;
         }
         if (changed) {
-            follow_set(e, p);
+            qs_eliminate_follow(e, p);
         }
     }
-    goldstein(e);
-    list_left(e);
+    qs_eliminate_settle(e);
     return gap;
 }

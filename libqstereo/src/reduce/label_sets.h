@@ -31,6 +31,10 @@ typedef struct qs_elimination {
     bool walls;
     /* Of each site left: the first site of its part. A part is all that edges join. */
     uint32_t *part;
+    /* Of each site left: 1 = its part is closed, its least energy proven; and the label of the site
+     * in a labelling that has it. */
+    uint8_t *closed;
+    uint16_t *closed_label;
     int64_t *room; /* of each part: how far the scaled bound is below the energy of the labelling */
 } qs_elimination;
 
@@ -52,8 +56,23 @@ void qs_eliminate_begin(qs_elimination *e, const qs_model *model, bool walls, ui
  *
  * room  out: how far the bound was below the energy of the labelling, times 2^shift
  *
- * Returns the same in units, rounded down in each part. */
+ * Returns the same in units, rounded down in each part; of a part that is closed 0. The labelling
+ * is the best one there: see qs_eliminate_restore. */
 int64_t qs_eliminate_above(qs_elimination *e, const uint32_t *marginals, const int64_t *shares,
                            unsigned shift, int64_t *room);
+
+/* Gives closed parts their best labelling again. The caller may have replaced it by one that is
+ * better elsewhere. */
+void qs_eliminate_restore(qs_elimination *e);
+
+/* Finds the parts. */
+void qs_eliminate_find_parts(qs_elimination *e);
+
+/* Labels of a site have been taken out of its set: its costs, its label and its neighbours
+ * follow. */
+void qs_eliminate_follow(qs_elimination *e, uint32_t site);
+
+/* Takes out what Goldstein's criterion rules out now, and lists what is left. */
+void qs_eliminate_settle(qs_elimination *e);
 
 #endif

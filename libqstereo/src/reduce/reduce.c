@@ -4,6 +4,7 @@
 #include "../base/minmax.h"
 #include "../solve/best.h"
 #include "label_sets.h"
+#include "parts.h"
 
 enum {
     ITERATIONS = 2000,
@@ -16,7 +17,9 @@ enum {
     BETWEEN = 8,
     /* Where fewer than one site in FEW is left, passes go by the list of them; else two rows at
      * once. */
-    FEW = 2
+    FEW = 2,
+    NUMBERS_A_LABEL = 8, /* that two passes of messages look at */
+    AT_ONCE = 1 << 28 /* the most work on parts until the watch is called again */
 };
 
 /* The guest of qs_best_with. */
@@ -24,7 +27,10 @@ typedef struct reducer {
     qs_elimination sets;
     const qs_reduce_options *options;
     uint64_t iterations, target; /* of the options */
-    uint32_t *marginals;
+    uint32_t *marginals; /* and the memory of parts: parts_size bytes */
+    size_t parts_size;
+    uint64_t work; /* what parts may still look at, */
+    uint64_t parts_at; /* and the iteration that it was counted at */
     int64_t *shares;
     void *best; /* workspace of qs_best_with */
     size_t best_size;
@@ -76,21 +82,54 @@ static bool is_due(reducer *r, const qs_trws_state *state, const qs_solution *so
     return true;
 }
 
+/* Passes go by the list of what is left where that is little. */
+static void list_visits(reducer *r, qs_trws_state *state)
+{
+    if (r->sets.left_count < state->model->sites / FEW) {
+        qs_trws_visit_only(state, r->sets.left, r->sets.left_count);
+    }
+}
+
 /* Finds the marginals and takes out the labels that they rule out. Returns how far the scaled bound
  * was below the best energy. */
-static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
+static int64_t take_out(reducer *r, qs_trws_state *state, qs_solution *so_far)
 {
-    int64_t room, energy = so_far->energy;
+    int64_t room;
+    qs_eliminate_restore(&r->sets);
+    int64_t energy = qs_model_energy(&r->sets.model, r->sets.labelling);
     qs_trws_marginals(state, r->marginals, r->shares);
     int64_t gap = qs_eliminate_above(&r->sets, r->marginals, r->shares, state->scale.shift, &room);
     so_far->lower_bound = qs_max_i64(so_far->lower_bound, energy - gap);
     so_far->energy = qs_model_energy(&r->sets.model, r->sets.labelling);
+    list_visits(r, state);
+    count(r);
+    return room;
+}
+
+/* Solves parts. All of them together may take as much work as the messages did up to now, less what
+ * parts have taken before. Returns true if anything has changed. */
+static bool solve_parts(reducer *r, const qs_trws_state *state, const qs_solution *so_far)
+{
+    uint64_t iterations = so_far->iterations - r->parts_at;
+    r->parts_at = so_far->iterations;
+    r->work += iterations * qs_trws_visits(state) * state->model->labels * NUMBERS_A_LABEL;
+    uint64_t share = qs_min_u64(r->work, AT_ONCE), left = share;
+    bool changed = qs_parts_solve(&r->sets, r->marginals, r->parts_size, &left);
+    r->work -= share - left;
+    return changed;
+}
+
+/* Takes out what it can. Returns how far the scaled bound was below the best energy. */
+static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
+{
+    int64_t room = take_out(r, state, so_far);
+    bool open = so_far->energy > so_far->lower_bound && r->target == 0 && !r->stopped;
+    if (open && solve_parts(r, state, so_far)) {
+        list_visits(r, state);
+        room = take_out(r, state, so_far);
+    }
     r->looked = so_far->energy - so_far->lower_bound;
     r->looked_at = so_far->iterations;
-    if (r->sets.left_count < state->model->sites / FEW) {
-        qs_trws_visit_only(state, r->sets.left, r->sets.left_count);
-    }
-    count(r);
     return room;
 }
 
@@ -153,7 +192,9 @@ static size_t take_parts(reducer *r, const qs_model *model, void *workspace)
     r->best_size = qs_best_workspace(model);
     qs_eliminate_take(&r->sets, model, &arena);
     r->shares = qs_arena_take(&arena, model->sites, sizeof *r->shares);
-    r->marginals = qs_arena_take(&arena, qs_trws_marginal_numbers(model), sizeof *r->marginals);
+    r->parts_size = sizeof *r->marginals * (size_t)qs_trws_marginal_numbers(model);
+    r->parts_size = r->parts_size < qs_parts_memory(model) ? qs_parts_memory(model) : r->parts_size;
+    r->marginals = qs_arena_take(&arena, r->parts_size, 1);
     r->best = qs_arena_take(&arena, r->best_size, 1);
     return qs_arena_size(&arena);
 }

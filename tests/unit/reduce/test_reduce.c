@@ -5,11 +5,12 @@
 #include <string.h>
 
 #include "reduce/label_sets.h"
+#include "reduce/parts.h"
 #include "base/simd.h"
 #include "model/neighbours.h"
 #include "solve/trws.h"
 
-enum { ROUNDS = 2000, BITS = 18, MEMORY = 1 << 17 };
+enum { ROUNDS = 2000, BITS = 18, MEMORY = 1 << 17, WORK = 1 << 23 };
 
 /* A tiny problem, its model with sets of labels, and the least energy of all labellings of these
  * with a label at a site (INT64_MAX: no such label). */
@@ -24,7 +25,7 @@ typedef struct bench {
 } bench;
 
 static bench b;
-static uint64_t memory[MEMORY / 8];
+static uint64_t memory[WORK / 8];
 
 static bool is_masked(uint32_t site)
 {
@@ -236,7 +237,7 @@ static qs_reduction reduce(qs_reduce_options options, uint64_t patience, uint8_t
     options.watch = watch;
     options.context = &w;
     assert_true(qs_reduce_workspace(&b.model) <= sizeof memory);
-    memset(memory, 0xa5, sizeof memory);
+    memset(memory, 0xa5, qs_reduce_workspace(&b.model));
     assert_int_equal(
         qs_reduce(&b.model, &options, memory, qs_reduce_workspace(&b.model), kept, labelling, &r),
         QS_OK);
@@ -291,11 +292,50 @@ static void stopped_anywhere(void **unused)
     assert_true(reached > ROUNDS / 20);
 }
 
+/* Parts alone, from any labelling of kept labels. What is closed has its best labelling, and has it
+ * again when the caller has replaced it. */
+static void parts_are_solved(void **unused)
+{
+    (void)unused;
+    static uint64_t room[WORK / 8];
+    uint64_t state = 47;
+    uint32_t solved = 0, open = 0;
+    for (int round = 0; round < ROUNDS; round++) {
+        uint8_t kept[TINY_SITES * TINY_LABELS];
+        uint16_t labelling[TINY_SITES];
+        qs_elimination e;
+        make(&state);
+        begin_sets(&e, &b.model, false, kept, labelling);
+        size_t size = tiny_random(&state, 3) ? qs_parts_memory(&b.model) : 4 * MEMORY;
+        uint64_t work = tiny_random(&state, 3) ? UINT64_MAX : tiny_random(&state, 5000);
+        bool all = work == UINT64_MAX;
+        assert_true(size <= sizeof room);
+        memset(room, 0xa5, size);
+        (void)qs_parts_solve(&e, room, size, &work);
+        check_sets(kept);
+        for (uint32_t i = 0; i < e.left_count; i++) {
+            open += !e.closed[e.left[i]];
+            all = all && e.closed[e.left[i]];
+        }
+        for (uint32_t i = 0; i < e.left_count; i++) {
+            uint16_t *label = &labelling[e.left[i]];
+            do {
+                *label = (uint16_t)tiny_random(&state, b.model.labels);
+            } while (!kept[e.left[i] * b.model.labels + *label]);
+        }
+        qs_eliminate_restore(&e);
+        solved += all;
+        assert_true(!all || qs_model_energy(&e.model, labelling) == b.minimum);
+    }
+    print_message("solved %u of %d, sites left open %u\n", solved, ROUNDS, open);
+    assert_true(solved > ROUNDS / 2 && open > 0);
+}
+
 static qs_trws_state state_of(void)
 {
     qs_trws_state s = {.model = &b.model};
     assert_true(qs_scale_choose(&b.model, 14, &s.scale));
-    memset(memory, 0, sizeof memory);
+    memset(memory, 0, MEMORY);
     s.messages = (int32_t *)memory + qs_trws_padding(&b.model);
     s.scratch = s.messages + qs_trws_messages(&b.model);
     return s;
@@ -1037,6 +1077,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_optimum_is_lost),
         cmocka_unit_test(stopped_anywhere),
+        cmocka_unit_test(parts_are_solved),
         cmocka_unit_test(excess_is_below_what_labels_cost),
         cmocka_unit_test(excess_is_exact_on_chains),
         cmocka_unit_test(excess_by_definition),
