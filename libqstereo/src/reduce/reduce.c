@@ -1,10 +1,14 @@
 #include "../../include/qstereo/reduce.h"
 
+#include <string.h>
+
 #include "../base/arena.h"
 #include "../base/minmax.h"
+#include "../model/neighbours.h"
 #include "../solve/best.h"
 #include "label_sets.h"
 #include "parts.h"
+#include "windows.h"
 
 enum {
     ITERATIONS = 2000,
@@ -19,7 +23,13 @@ enum {
      * once. */
     FEW = 2,
     NUMBERS_A_LABEL = 8, /* that two passes of messages look at */
-    AT_ONCE = 1 << 28 /* the most work on parts until the watch is called again */
+    AT_ONCE = 1 << 28, /* the most work on parts until the watch is called again */
+    /* Windows of a grid are solved for the first time after the iteration FIRST_WINDOWS, and then
+     * whenever as many again have been done: squares of SIDE cells, at most ROUNDS times. */
+    FIRST_WINDOWS = 256,
+    SIDE = 48,
+    SHIFTS = 3,
+    ROUNDS = 6
 };
 
 /* The guest of qs_best_with. */
@@ -34,6 +44,9 @@ typedef struct reducer {
     int64_t *shares;
     void *best; /* workspace of qs_best_with */
     size_t best_size;
+    uint16_t *trial; /* a labelling */
+    int64_t windowed; /* the best energy when windows were done last */
+    uint64_t next_windows; /* the iteration to solve windows after */
     uint64_t next; /* without a target: the iteration to find marginals after */
     int64_t looked; /* the gap after that was done last, */
     uint64_t looked_at; /* and the iteration */
@@ -173,9 +186,73 @@ static void finish(reducer *r, qs_trws_state *state, qs_solution *so_far, int64_
     }
 }
 
+/* The watch of windows only asks the caller's whether to stop. */
+static bool watch_windows(void *context)
+{
+    reducer *r = context;
+    r->stopped = r->stopped || (r->options && r->options->watch &&
+                                !r->options->watch(r->options->context, &r->so_far));
+    return !r->stopped;
+}
+
+/* Rounds, each with the windows shifted by a third of their side, until as many rounds in turn gain
+ * nothing. */
+static void go_round(reducer *r)
+{
+    uint32_t idle = 0;
+    for (uint32_t i = 0; i < ROUNDS && idle < SHIFTS && !r->stopped; i++) {
+        uint32_t shift = i % SHIFTS * (SIDE / SHIFTS);
+        qs_rectangle first = {shift, shift, SIDE, SIDE};
+        int64_t gain = qs_windows_improve(&r->sets, first, r->trial, r->marginals, r->parts_size,
+                                          watch_windows, r);
+        idle = gain > 0 ? 0 : idle + 1;
+    }
+}
+
+/* A labelling to begin with: the best one if it is new, else that of the messages. This one begins
+ * higher but may end lower, for windows only lead to a low place nearby. Returns false if there is
+ * none. */
+static bool choose_start(reducer *r, const qs_trws_state *state, const qs_solution *so_far)
+{
+    const qs_model *model = &r->sets.model;
+    qs_solution ended;
+    if (so_far->energy < r->windowed) {
+        memcpy(r->trial, r->sets.labelling, sizeof *r->trial * model->sites);
+        return true;
+    }
+    qs_trws_grid_labels(state, true, r->trial);
+    bool made = qs_icm(model, NULL, NULL, 0, r->trial, &ended) == QS_OK;
+    (void)qs_take_kept_everywhere(model, r->trial);
+    return made;
+}
+
+/* Makes labellings of a large grid better, window by window. */
+static void solve_windows(reducer *r, const qs_trws_state *state, qs_solution *so_far)
+{
+    const qs_model *model = &r->sets.model;
+    r->next_windows = 2 * so_far->iterations;
+    if (model->width <= SIDE || model->height <= SIDE) {
+        return;
+    }
+    if (!choose_start(r, state, so_far)) {
+        return;
+    }
+    go_round(r);
+    int64_t energy = qs_model_energy(model, r->trial);
+    if (energy < so_far->energy) {
+        so_far->energy = energy;
+        memcpy(r->sets.labelling, r->trial, sizeof *r->trial * model->sites);
+    }
+    r->windowed = so_far->energy;
+}
+
 static bool between(void *context, qs_trws_state *state, qs_solution *so_far, bool stopped)
 {
     reducer *r = context;
+    if (r->target == 0 && !stopped && so_far->iterations >= r->next_windows &&
+        so_far->energy > so_far->lower_bound) {
+        solve_windows(r, state, so_far);
+    }
     if (!at_target(r) && is_due(r, state, so_far, stopped)) {
         int64_t room = tighten(r, state, so_far);
         if (so_far->energy == so_far->lower_bound && !stopped) {
@@ -191,6 +268,7 @@ static size_t take_parts(reducer *r, const qs_model *model, void *workspace)
     qs_arena arena = {.base = workspace};
     r->best_size = qs_best_workspace(model);
     qs_eliminate_take(&r->sets, model, &arena);
+    r->trial = qs_arena_take(&arena, model->sites, sizeof *r->trial);
     r->shares = qs_arena_take(&arena, model->sites, sizeof *r->shares);
     r->parts_size = sizeof *r->marginals * (size_t)qs_trws_marginal_numbers(model);
     r->parts_size = r->parts_size < qs_parts_memory(model) ? qs_parts_memory(model) : r->parts_size;
@@ -212,7 +290,11 @@ qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, voi
     if (!model || !workspace || !kept || !labelling || !reduction) {
         return QS_E_ARGUMENT;
     }
-    reducer r = {.options = options, .next = FIRST, .looked = INT64_MAX};
+    reducer r = {.options = options,
+                 .next = FIRST,
+                 .next_windows = FIRST_WINDOWS,
+                 .windowed = INT64_MAX,
+                 .looked = INT64_MAX};
     size_t size = take_parts(&r, model, workspace);
     if (workspace_size < size || size == SIZE_MAX) {
         return QS_E_WORKSPACE;
