@@ -123,14 +123,16 @@ reproduce: all ## run every solver on the scenes of DATA=folder and print the pa
 
 BASHDIR := $(PREFIX)/share/bash-completion/completions
 ZSHDIR := $(PREFIX)/share/zsh/site-functions
-DOCUMENTS := README.md NEWS LICENSE docs/result.png $(wildcard docs/*.md)
+DOCUMENTS := README.md NEWS LICENSE CITATION.cff CONTRIBUTING.md SECURITY.md docs/result.png \
+    $(wildcard docs/*.md examples/*.c) examples/README.md
 # $(call of_prefix,DIR): DIR as pkg-config's file has it.
 of_prefix = $(patsubst $(PREFIX)/%,$${prefix}/%,$(1))
 
 # Also yours: LIBDIR, MANDIR, DOCDIR, INSTALL_STRIP=1.
 install: all ## install command, library, headers and documents under PREFIX (/usr/local)
 	install -d $(addprefix $(DESTDIR),$(PREFIX)/bin $(LIBDIR)/pkgconfig \
-	    $(PREFIX)/include/qstereo $(MANDIR)/man1 $(DOCDIR)/docs $(BASHDIR) $(ZSHDIR))
+	    $(PREFIX)/include/qstereo $(MANDIR)/man1 $(DOCDIR)/docs $(DOCDIR)/examples \
+	    $(BASHDIR) $(ZSHDIR))
 	install -m 755 $(BUILD)/qstereo $(DESTDIR)$(PREFIX)/bin/
 	install -m 644 $(BUILD)/libqstereo.a $(DESTDIR)$(LIBDIR)/
 	install -m 755 $(BUILD)/libqstereo.so.$(VERSION) $(DESTDIR)$(LIBDIR)/
@@ -145,8 +147,9 @@ install: all ## install command, library, headers and documents under PREFIX (/u
 	install -m 644 docs/qstereo.1 $(DESTDIR)$(MANDIR)/man1/
 	$(BUILD)/qstereo --completion bash > $(DESTDIR)$(BASHDIR)/qstereo
 	$(BUILD)/qstereo --completion zsh > $(DESTDIR)$(ZSHDIR)/_qstereo
-	install -m 644 $(filter-out docs/%,$(DOCUMENTS)) $(DESTDIR)$(DOCDIR)/
+	install -m 644 $(filter-out docs/% examples/%,$(DOCUMENTS)) $(DESTDIR)$(DOCDIR)/
 	install -m 644 $(filter docs/%,$(DOCUMENTS)) $(DESTDIR)$(DOCDIR)/docs/
+	install -m 644 $(filter examples/%,$(DOCUMENTS)) $(DESTDIR)$(DOCDIR)/examples/
 
 uninstall: ## remove what install put there
 	rm -f $(addprefix $(DESTDIR),$(PREFIX)/bin/qstereo $(LIBDIR)/libqstereo.a \
@@ -155,7 +158,7 @@ uninstall: ## remove what install put there
 	    $(BASHDIR)/qstereo $(ZSHDIR)/_qstereo)
 	rm -rf $(DESTDIR)$(PREFIX)/include/qstereo
 	rm -f $(addprefix $(DESTDIR)$(DOCDIR)/,$(DOCUMENTS))
-	-rmdir $(DESTDIR)$(DOCDIR)/docs $(DESTDIR)$(DOCDIR) 2>/dev/null
+	-rmdir $(addprefix $(DESTDIR)$(DOCDIR)/,docs examples) $(DESTDIR)$(DOCDIR) 2>/dev/null
 
 clean: ## remove build products (the .venv stays)
 	rm -rf $(BUILD)

@@ -41,16 +41,22 @@ static int open_job(const command_line *line, job *at)
     return limit != NULL ? budget_read(limit, &at->limit) : DONE;
 }
 
-/* Makes the outputs and their folder appear, or removes them. */
+int job_commit(job *at)
+{
+    at->committed = true;
+    return output_commit(at->outs, at->out_count);
+}
+
+/* Makes the outputs and their folder stay, or removes them. */
 static int end_outputs(job *at, int status)
 {
-    if (status == DONE) {
-        status = output_commit(at->outs, at->out_count);
-    } else {
-        for (size_t i = 0; i < at->out_count; i++) {
-            output_abandon(&at->outs[i]);
-        }
+    if (status == DONE && !at->committed) {
+        status = job_commit(at);
     }
+    if (status == DONE) {
+        status = output_flush_standard();
+    }
+    output_settle(at->outs, at->out_count, status == DONE);
     if (status == DONE) {
         output_keep_folder();
     } else {

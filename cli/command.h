@@ -15,6 +15,7 @@ typedef struct job {
     answer both; /* the files, after job_open_problem and job_open_samples */
     output outs[OUTPUTS_MAX]; /* appear if the command ends with DONE, else they are removed */
     size_t out_count;
+    bool committed; /* they have their names */
 } job;
 
 typedef struct command {
@@ -35,6 +36,10 @@ int job_open_samples(job *at);
 /* Opens one more output; `path` is borrowed. Returns what output_open does. A command opens its
  * outputs before long work, so that the work is not in vain. */
 int job_open_output(job *at, const char *path, output **opened);
+
+/* Gives the outputs their names. A command that prints a success calls it before that. If what is
+ * printed cannot be, the frame takes the files back. Returns DONE or NO_RESOURCE. */
+int job_commit(job *at);
 
 /* A table of options, and how many there are. */
 #define OPTIONS(table) .options = (table), .option_count = sizeof(table) / sizeof((table)[0])

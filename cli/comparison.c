@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "text/numbers.h"
+#include "text/plain.h"
 #include "text/json.h"
 #include "text/fail.h"
 #include "text/table.h"
@@ -87,7 +88,7 @@ static void fill_row(const comparison *of, const result *shown, int64_t bound, t
     for (size_t i = 0; i < COLUMNS; i++) {
         (void)snprintf(cells[i], TABLE_CELL_SIZE, "%s", i == NOTE ? "" : "-");
     }
-    (void)snprintf(cells[METHOD], TABLE_CELL_SIZE, "%s", shown->solver);
+    (void)snprintf(cells[METHOD], TABLE_CELL_SIZE, "%s", plain(shown->solver));
     if (shown->refusal != QS_OK) {
         (void)snprintf(cells[NOTE], TABLE_CELL_SIZE,
                        shown->refusal == QS_E_ENCODING ? "not for this pairwise cost"

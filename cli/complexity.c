@@ -6,7 +6,9 @@
 #include <string.h>
 
 #include "encoding_choice.h"
+#include "text/fail.h"
 #include "text/numbers.h"
+#include "text/plain.h"
 #include "text/json.h"
 #include "text/names.h"
 #include "text/table.h"
@@ -55,7 +57,7 @@ static uint64_t count_edges(const qs_model *model)
     return count;
 }
 
-static uint64_t labels_to_open(const qs_labels *labels)
+static uint64_t labels_of_undecided(const qs_labels *labels)
 {
     return labels_left(labels) - (labels->sites - labels->undecided);
 }
@@ -67,8 +69,9 @@ static void count(const laid_out *problem, qs_encoding encoding, figures *counte
     const qs_labels *labels = &problem->labels;
     bool cut = is_st_cut(encoding);
     uint64_t edges = cut ? count_edges(&problem->model) : 0;
-    const qs_encoding_counts counts = {labels->labels, labels->undecided, labels_to_open(labels),
-                                       edges, edges * ((uint64_t)labels->labels + 1)};
+    const qs_encoding_counts counts = {labels->labels, labels->undecided,
+                                       labels_of_undecided(labels), edges,
+                                       edges * ((uint64_t)labels->labels + 1)};
     if (!cut || problem->model.kept == NULL) {
         const qs_encoding_size size = qs_encoding_measure(encoding, &counts);
         counted->variables = size.variables;
@@ -90,6 +93,7 @@ static double scaled_unit(const qs_ising *ising, uint32_t scale)
     return largest > 0 ? 4 * (double)scale / largest : 0;
 }
 
+/* Returns QS_E_LIMIT if the work does not fit into `left` bytes, QS_E_IO if there is no memory. */
 static qs_status look_at(const file_bytes *file, uint64_t left, figures *seen)
 {
     qs_qubo qubo;
@@ -100,14 +104,14 @@ static qs_status look_at(const file_bytes *file, uint64_t left, figures *seen)
         return status;
     }
     size_t index_size = qs_index_workspace(&qubo), ising_size = qs_ising_workspace(&qubo);
-    if (ising_size > left - index_size) {
+    if (index_size > left || ising_size > left - index_size) {
         return QS_E_LIMIT;
     }
     void *workspace = malloc(index_size + 1);
     void *sums = malloc(ising_size + 1);
     status = workspace != NULL && sums != NULL
                  ? qs_index_build(&qubo, workspace, index_size, &index)
-                 : QS_E_LIMIT;
+                 : QS_E_IO;
     if (status == QS_OK) {
         status = qs_qubo_ising(&index, sums, ising_size, &ising);
     }
@@ -132,8 +136,9 @@ static const char *reason(qs_status status, uint64_t variables)
     return status == QS_E_OVERFLOW ? "coefficients above 2^53" : qs_status_text(status);
 }
 
-static void measure(const laid_out *problem, size_t form, bool truncate, const budget *limit,
-                    figures *measured)
+/* Returns DONE, or NO_RESOURCE if there is no memory: that says nothing about the problem. */
+static int measure(const laid_out *problem, size_t form, bool truncate, const budget *limit,
+                   figures *measured)
 {
     const qs_labels *labels = &problem->labels;
     qs_encoding encoding = forms[form].encoding;
@@ -148,11 +153,15 @@ static void measure(const laid_out *problem, size_t form, bool truncate, const b
             count(problem, encoding, measured);
             measured->as_linear = measured->terms > 0;
         }
-        return;
+        return DONE;
     }
     qs_status status = recode_quietly(problem, &options, limit, &file);
     if (status == QS_OK) {
         status = look_at(&file, limit->left - file.size, measured);
+    }
+    file_free(&file);
+    if (status == QS_E_IO) {
+        return fail_memory(problem->name);
     }
     measured->made = status == QS_OK;
     if (!measured->made) {
@@ -160,7 +169,7 @@ static void measure(const laid_out *problem, size_t form, bool truncate, const b
         (void)snprintf(measured->why_not, sizeof measured->why_not, "%s",
                        reason(status, measured->variables));
     }
-    file_free(&file);
+    return DONE;
 }
 
 enum { NAME, VARIABLES, TERMS, LINEAR, QUADRATIC, UNIT, TRUNCATED, NOTE, COLUMNS };
@@ -214,7 +223,7 @@ static void fill_row(size_t form, const figures *whole, const figures *truncated
     write_unit(truncated, cells[TRUNCATED]);
 }
 
-void complexity_print(const laid_out *problem, const budget *limit)
+int complexity_print(const laid_out *problem, const budget *limit)
 {
     static const table_cell heading[COLUMNS] = {"encoding",  "variables", "terms",     "linear",
                                                 "quadratic", "unit",      "truncated", ""};
@@ -223,18 +232,19 @@ void complexity_print(const laid_out *problem, const budget *limit)
     char smoothness[SMOOTHNESS_SIZE];
     figures whole[FORMS], truncated;
     smoothness_write(&labels->pairwise, smoothness);
+    memcpy(cells, heading, sizeof heading);
+    for (size_t form = 0; form < FORMS; form++) {
+        TRY(measure(problem, form, false, limit, &whole[form]));
+        TRY(measure(problem, form, true, limit, &truncated));
+        fill_row(form, &whole[form], &truncated, labels->scale, &cells[(form + 1) * COLUMNS]);
+    }
     printf("%s: %" PRIu32 " undecided sites, %" PRIu64 " labels left to them, %s smoothness\n"
            "Coefficients are in real units. Penalties are local unless the row names another one,\n"
            "with the gap %" PRIu32 " of the file.\n"
            "unit: what an energy of 1 becomes when h is scaled into [-4, 4] and J into [-2, 1].\n"
            "truncated: the unit with --truncate.\n\n",
-           problem->name, labels->undecided, labels_to_open(labels), smoothness, labels->gap);
-    memcpy(cells, heading, sizeof heading);
-    for (size_t form = 0; form < FORMS; form++) {
-        measure(problem, form, false, limit, &whole[form]);
-        measure(problem, form, true, limit, &truncated);
-        fill_row(form, &whole[form], &truncated, labels->scale, &cells[(form + 1) * COLUMNS]);
-    }
+           plain(problem->name), labels->undecided, labels_of_undecided(labels), smoothness,
+           labels->gap);
     table_print(cells, FORMS + 1, COLUMNS, NULL);
     for (size_t form = 0; form < FORMS; form++) {
         if (!whole[form].made) {
@@ -242,6 +252,7 @@ void complexity_print(const laid_out *problem, const budget *limit)
                    whole[form].as_linear ? "; the counts are those of that smoothness" : "");
         }
     }
+    return DONE;
 }
 
 static void json_counted(const char *key, const figures *of, uint64_t count)
@@ -273,29 +284,32 @@ static void json_ranges(const figures *of, uint32_t scale)
     }
 }
 
-static void json_figures(const laid_out *problem, size_t form, bool truncate, const budget *limit)
+static void json_figures(const laid_out *problem, size_t form, bool truncate,
+                         const figures *measured)
 {
-    figures measured;
-    measure(problem, form, truncate, limit, &measured);
     json_item();
     json_name("encoding", encoding_name(forms[form].encoding));
     json_name("penalty", name_of(&penalty_names, (int)forms[form].penalty));
     json_truth("truncated", truncate);
-    json_name("why_not", measured.made ? NULL : measured.why_not);
-    json_counted("variables", &measured, measured.variables);
-    json_counted("quadratic_terms", &measured, measured.terms);
-    json_ranges(&measured, problem->scale);
+    json_name("why_not", measured->made ? NULL : measured->why_not);
+    json_counted("variables", measured, measured->variables);
+    json_counted("quadratic_terms", measured, measured->terms);
+    json_ranges(measured, problem->scale);
     json_item_end();
 }
 
-void complexity_json(const laid_out *problem, const budget *limit)
+int complexity_json(const laid_out *problem, const budget *limit)
 {
+    figures measured[2 * FORMS];
+    for (size_t i = 0; i < 2 * FORMS; i++) {
+        TRY(measure(problem, i / 2, i % 2 == 1, limit, &measured[i]));
+    }
     json_begin();
     json_list("encodings");
-    for (size_t form = 0; form < FORMS; form++) {
-        json_figures(problem, form, false, limit);
-        json_figures(problem, form, true, limit);
+    for (size_t i = 0; i < 2 * FORMS; i++) {
+        json_figures(problem, i / 2, i % 2 == 1, &measured[i]);
     }
     json_list_end();
     json_end();
+    return DONE;
 }

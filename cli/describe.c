@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "text/numbers.h"
+#include "text/plain.h"
 #include "text/json.h"
 #include "text/names.h"
 
@@ -61,11 +62,13 @@ static penalties chain_penalties(const qs_index *index)
 static penalties find_penalties(const problem_file *described, const qs_qubo_summary *summary)
 {
     const qs_qubo *qubo = &described->qubo;
-    qs_encoding encoding = qubo->has_labels ? qubo->labels.encoding : QS_ENCODING_DEFAULT;
-    if (encoding == QS_DOMAIN_WALL) {
+    /* Groups without labels have the penalties of one-hot. */
+    qs_encoding encoding = qubo->has_labels ? qubo->labels.encoding : QS_ONE_HOT;
+    qs_site_code code = qs_encoding_facts_of(encoding)->code;
+    if (code == QS_CODE_WALL) {
         return chain_penalties(&described->index);
     }
-    bool there = encoding != QS_ST_CUT && encoding != QS_ST_CUT_ARCS;
+    bool there = code == QS_CODE_ONE_HOT;
     return (penalties){there,
                        there,
                        summary->penalty_min,
@@ -130,7 +133,7 @@ void describe_problem(const problem_file *described)
     qs_qubo_summarise(qubo, &summary);
     qs_digest(described->file.bytes, described->file.size, digest);
     to_hex(digest, hex);
-    printf("%s: a QUBO (.qcf version %d), %zu bytes\n", described->name, QS_FORMAT_VERSION,
+    printf("%s: a QUBO (.qcf version %d), %zu bytes\n", plain(described->name), QS_FORMAT_VERSION,
            described->file.size);
     if (qubo->has_labels) {
         print_labels(&qubo->labels);
@@ -280,7 +283,7 @@ static void print_line(void *context, const char *name, size_t size, double numb
         printf("%s\n", to->title);
         to->title = NULL;
     }
-    printf("  %-40.*s%12.10g%s\n", (int)size, name, number, to->unit);
+    printf("  %-40s%12.10g%s\n", plain_text(name, size), number, to->unit);
 }
 
 static void print_broken_chains(const qs_samples_view *samples)
@@ -307,11 +310,11 @@ void describe_samples(const samples_file *described)
     char hex[HEX_SIZE];
     int64_t best;
     to_hex(samples->problem, hex);
-    printf("%s: samples (.qsf version %d), %zu bytes\n", described->name, QS_FORMAT_VERSION,
+    printf("%s: samples (.qsf version %d), %zu bytes\n", plain(described->name), QS_FORMAT_VERSION,
            described->file.size);
     printf("%-17s%" PRIu32 " of %" PRIu32 " variable%s\n", "samples", samples->count,
            samples->variables, plural(samples->variables));
-    printf("%-17s%.*s\n", "solver", (int)samples->solver_size, samples->solver);
+    printf("%-17s%s\n", "solver", plain_text(samples->solver, samples->solver_size));
     if (best_stated(samples, &best)) {
         printf("%-17s%" PRId64 ", in integer units of its .qcf (validate shows real units)\n",
                "best energy", best);
@@ -321,7 +324,9 @@ void describe_samples(const samples_file *described)
     table parameters = {"parameters", ""}, timing = {"timing", " us"};
     json_each_number(samples->info, samples->info_size, "parameters", print_line, &parameters);
     json_each_number(samples->info, samples->info_size, "timing", print_line, &timing);
-    printf("%-17s%.*s\n", "info", (int)samples->info_size, samples->info);
+    printf("%-17s", "info");
+    plain_print(stdout, samples->info, samples->info_size);
+    putchar('\n');
     printf("%-17s%s\n", "problem digest", hex);
 }
 
@@ -341,7 +346,7 @@ void describe_samples_json(const samples_file *described)
     } else {
         json_null("best_energy");
     }
-    json_raw("info", samples->info, samples->info_size);
+    json_object("info", samples->info, samples->info_size);
     json_digest("problem_digest", samples->problem);
     json_end();
 }

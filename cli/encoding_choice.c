@@ -32,17 +32,17 @@ static bool can_be_default(qs_penalty penalty, qs_encoding encoding, const coded
            qs_encoding_allows_penalty(encoding, penalty, &of->pairwise);
 }
 
+static bool holds(qs_encoding encoding, const void *context)
+{
+    const coded_problem *of = context;
+    return qs_encoding_holds(encoding, &of->pairwise, of->labels);
+}
+
 static int fail_encoding(qs_encoding encoding, const coded_problem *of)
 {
-    char smoothness[SMOOTHNESS_SIZE], list[256] = "", reason[512];
+    char smoothness[SMOOTHNESS_SIZE], list[ENCODING_LIST_SIZE], reason[512];
     smoothness_write(&of->pairwise, smoothness);
-    for (int i = 1; i <= QS_ENCODINGS; i++) {
-        if (qs_encoding_holds((qs_encoding)i, &of->pairwise, of->labels)) {
-            size_t used = strlen(list);
-            (void)snprintf(list + used, sizeof list - used, "%s%s", used > 0 ? ", " : "",
-                           encoding_name((qs_encoding)i));
-        }
-    }
+    encodings_write(holds, of, list);
     (void)snprintf(reason, sizeof reason,
                    "--encoding %s cannot hold %s smoothness, but these can: %s",
                    encoding_name(encoding), smoothness, list);
@@ -181,13 +181,13 @@ qs_status recode_quietly(const laid_out *problem, const qs_recode_options *optio
     qs_status status = recode(problem, options, limit->left, &grown);
     if (status != QS_OK) {
         file_free(&grown.file);
-        return status == QS_E_IO ? QS_E_LIMIT : status;
+        return status == QS_E_IO && grown.over ? QS_E_LIMIT : status;
     }
     *made = grown.file;
     return QS_OK;
 }
 
-static int fail_recode(const char *name, const char *mend, qs_status status)
+static int fail_recode(const char *name, uint32_t scale, const char *mend, qs_status status)
 {
     if (status == QS_E_LIMIT) {
         return fail(BAD_INPUT, name,
@@ -197,8 +197,8 @@ static int fail_recode(const char *name, const char *mend, qs_status status)
     }
     if (status == QS_E_OVERFLOW) {
         return fail(BAD_INPUT, name,
-                    "the coefficients overflow (their sum is above 2^53): choose a smaller %s",
-                    mend);
+                    "the coefficients overflow (their sum is above 2^53): %schoose a smaller %s",
+                    fewer_decimals(mend, scale), mend);
     }
     return fail_status(name, status);
 }
@@ -212,7 +212,7 @@ int recode_problem(const laid_out *problem, const qs_recode_options *options, co
     qs_status written = recode(problem, options, limit->left, &grown);
     if (written != QS_OK && written != QS_E_IO) {
         file_free(&grown.file);
-        return fail_recode(name, mend, written);
+        return fail_recode(name, problem->scale, mend, written);
     }
     TRY(growing_end(&grown, name, limit));
     return problem_check(name, grown.file, limit, made);

@@ -56,7 +56,7 @@ int recode_problem(const laid_out *problem, const qs_recode_options *options, co
                    budget *limit, problem_file *made);
 
 /* The same without messages, and without opening it. Returns the library's status, and QS_E_LIMIT
- * also if the budget or the memory is too small. file_free frees what was made. */
+ * also if it is over the budget, QS_E_IO if there is no memory. file_free frees what was made. */
 qs_status recode_quietly(const laid_out *problem, const qs_recode_options *options,
                          const budget *limit, file_bytes *made);
 

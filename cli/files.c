@@ -4,6 +4,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -61,6 +62,29 @@ int budget_fail(const budget *limit, const char *place)
                 (unsigned long)limit->mib);
 }
 
+uint64_t bytes_sum(uint64_t a, uint64_t b)
+{
+    return a > UINT64_MAX - b ? UINT64_MAX : a + b;
+}
+
+uint64_t bytes_product(uint64_t a, uint64_t b)
+{
+    return b != 0 && a > UINT64_MAX / b ? UINT64_MAX : a * b;
+}
+
+int budget_need(const budget *limit, const char *place, uint64_t size)
+{
+    if (size <= limit->left) {
+        return DONE;
+    }
+    uint64_t taken = ((uint64_t)limit->mib << 20) - limit->left;
+    uint64_t all = bytes_sum(taken, size);
+    uint64_t mib = (all >> 20) + (all % (1 << 20) != 0);
+    return fail(NO_RESOURCE, place,
+                "needs more than the memory limit of %lu MiB: raise --memory-limit to %" PRIu64,
+                (unsigned long)limit->mib, mib);
+}
+
 /* Makes the budget the owner of memory from malloc. Frees it and returns false if there is none. */
 static bool own(budget *limit, void *memory, size_t size)
 {
@@ -77,8 +101,7 @@ static bool own(budget *limit, void *memory, size_t size)
 
 void *budget_take(budget *limit, const char *place, size_t size)
 {
-    if (size > limit->left) {
-        (void)budget_fail(limit, place);
+    if (budget_need(limit, place, size) != DONE) {
         return NULL;
     }
     void *memory = malloc(size > 0 ? size : 1);
@@ -87,6 +110,16 @@ void *budget_take(budget *limit, const char *place, size_t size)
         return NULL;
     }
     return memory;
+}
+
+int budget_own(budget *limit, const char *place, void *memory, size_t size)
+{
+    int fits = budget_need(limit, place, size);
+    if (fits != DONE) {
+        free(memory);
+        return fits;
+    }
+    return own(limit, memory, size) ? DONE : fail_memory(place);
 }
 
 /* Room for the next read, up to a byte over the limit. */
@@ -160,9 +193,7 @@ static int read_descriptor(int descriptor, const char *name, const budget *limit
     struct stat about;
     size_t expected = 0;
     if (fstat(descriptor, &about) == 0 && S_ISREG(about.st_mode)) {
-        if ((uint64_t)about.st_size > limit->left) {
-            return budget_fail(limit, name);
-        }
+        TRY(budget_need(limit, name, (uint64_t)about.st_size));
         expected = (size_t)about.st_size;
         remember_read(&about);
     }
@@ -209,6 +240,7 @@ bool growing_append(void *grown, const void *bytes, size_t size)
     }
     if (to->capacity - to->file.size < size) {
         size_t larger = (to->capacity + size) * 2;
+        larger = larger > to->most ? (size_t)to->most : larger;
         uint8_t *moved = realloc(to->file.bytes, larger);
         if (moved == NULL) {
             to->refused = true;
@@ -228,5 +260,5 @@ int growing_end(growing_file *grown, const char *place, budget *limit)
         file_free(&grown->file);
         return grown->over ? budget_fail(limit, place) : fail_memory(place);
     }
-    return own(limit, grown->file.bytes, grown->file.size) ? DONE : fail_memory(place);
+    return budget_own(limit, place, grown->file.bytes, grown->file.size);
 }

@@ -28,8 +28,20 @@ int budget_read(const char *text, budget *limit);
  * `place`, if they do not fit: then the exit status is NO_RESOURCE. */
 void *budget_take(budget *limit, const char *place, size_t size);
 
-/* Prints that `place` does not fit. Returns NO_RESOURCE. */
+/* Makes a budget the owner of memory from malloc. Returns DONE, or NO_RESOURCE, after a message, if
+ * it does not fit; then the memory is freed. */
+int budget_own(budget *limit, const char *place, void *memory, size_t size);
+
+/* Looks whether `size` more bytes fit, before long work that needs them. Returns DONE, or
+ * NO_RESOURCE after a message that says how much is needed. */
+int budget_need(const budget *limit, const char *place, uint64_t size);
+
+/* Prints that `place` does not fit, where it is not known what it needs. Returns NO_RESOURCE. */
 int budget_fail(const budget *limit, const char *place);
+
+/* a + b and a * b, UINT64_MAX where they are more. */
+uint64_t bytes_sum(uint64_t a, uint64_t b);
+uint64_t bytes_product(uint64_t a, uint64_t b);
 
 typedef struct file_bytes {
     uint8_t *bytes;

@@ -6,6 +6,7 @@
 #include "completion.h"
 #include "output.h"
 #include "pictures/picture_library.h"
+#include "progress_line.h"
 #include "text/fail.h"
 #include "text/names.h"
 
@@ -115,6 +116,7 @@ static int run(int argc, char **argv)
 
 int main(int argc, char **argv)
 {
+    progress_start_command();
     output_watch_signals();
     int status = run(argc - 1, argv + 1);
     /* A result that could not be printed is a failure, unless there was one before. */

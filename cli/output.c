@@ -18,11 +18,22 @@
 static char *temporaries[OUTPUTS_MAX];
 static const char *made_folder;
 
-static const int fatal_signals[] = {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE};
+/* All that end a command and may come from outside; SIGXCPU comes at the limit of CPU time. */
+static const int fatal_signals[] = {SIGINT,  SIGTERM, SIGHUP,  SIGQUIT,   SIGPIPE, SIGALRM,
+                                    SIGUSR1, SIGUSR2, SIGXCPU, SIGVTALRM, SIGPROF, SIGIO};
 enum { FATAL_SIGNALS = sizeof fatal_signals / sizeof fatal_signals[0] };
+
+/* The outputs are in place and what was to be said of them is said. */
+static volatile sig_atomic_t settled;
 
 static void remove_and_exit(int signal_number)
 {
+    if (settled) {
+        return; /* too late: the status is that of what happened */
+    }
+    if (progress_takes_signal(signal_number)) {
+        return;
+    }
     for (int i = 0; i < OUTPUTS_MAX; i++) {
         if (temporaries[i] != NULL) {
             (void)unlink(temporaries[i]);
@@ -105,8 +116,9 @@ static char *temporary_name(const char *target, unsigned attempt)
     return name;
 }
 
-/* Creates the temporary under a name that is not in use. It has the mode of a new file. */
-static int create_temporary(output *out)
+/* Creates the temporary under a name that is not in use. From the start it has no more rights than
+ * `mode`. */
+static int create_temporary(output *out, mode_t mode)
 {
     int descriptor = -1;
     for (unsigned attempt = 0; attempt < 100 && descriptor < 0; attempt++) {
@@ -115,7 +127,7 @@ static int create_temporary(output *out)
             return -1;
         }
         sigset_t before = block_signals();
-        descriptor = open(name, O_WRONLY | O_CREAT | O_EXCL, 0666);
+        descriptor = open(name, O_WRONLY | O_CREAT | O_EXCL, mode);
         if (descriptor >= 0) {
             temporaries[out->slot] = name;
         }
@@ -132,23 +144,22 @@ static int create_temporary(output *out)
     return descriptor;
 }
 
-static void forget_temporary(output *out)
-{
-    free(temporaries[out->slot]);
-    temporaries[out->slot] = NULL;
-    free(out->target);
-    out->target = NULL;
-}
-
 static void remove_temporary(output *out)
 {
-    if (out->target == NULL) {
-        return;
+    if (temporaries[out->slot] != NULL) {
+        sigset_t before = block_signals();
+        (void)unlink(temporaries[out->slot]);
+        free(temporaries[out->slot]);
+        temporaries[out->slot] = NULL;
+        unblock_signals(&before);
     }
-    sigset_t before = block_signals();
-    (void)unlink(temporaries[out->slot]);
-    forget_temporary(out);
-    unblock_signals(&before);
+}
+
+static void forget_names(output *out)
+{
+    free(out->target);
+    free(out->backup);
+    out->target = out->backup = NULL;
 }
 
 static int free_slot(void)
@@ -189,16 +200,18 @@ static int open_target(output *out, const char *path)
     if (out->target == NULL) {
         return -1;
     }
-    int descriptor = create_temporary(out);
+    mode_t mode = exists ? about.st_mode & 0777 : 0666;
+    out->replaced = exists;
+    int descriptor = create_temporary(out, mode);
     if (descriptor >= 0 && exists) {
-        (void)fchmod(descriptor, about.st_mode & 0777);
+        (void)fchmod(descriptor, mode); /* what the umask took away */
     }
     return descriptor;
 }
 
 int output_open(output *out, const char *path)
 {
-    *out = (output){NULL, output_name(path), NULL, free_slot(), 0};
+    *out = (output){.name = output_name(path), .slot = free_slot()};
     if (!output_is_standard(path) && file_was_read(path)) {
         return fail(BAD_USAGE, out->name,
                     "is an input of this command: name another file to write");
@@ -219,6 +232,7 @@ int output_open(output *out, const char *path)
     if (out->file == NULL) {
         (void)close(descriptor);
         remove_temporary(out);
+        forget_names(out);
         return fail_memory(out->name);
     }
     (void)setvbuf(out->file, NULL, _IOFBF, 65536);
@@ -247,7 +261,7 @@ bool output_sink(void *out, const void *bytes, size_t size)
 static int close_output(output *out)
 {
     int status = DONE;
-    /* Some file systems cannot sync (EINVAL): that is no failure. */
+    /* Some file systems cannot sync (EINVAL): that is not a failure. */
     if (out->error == 0 &&
         (fflush(out->file) != 0 ||
          (out->target != NULL && fsync(fileno(out->file)) != 0 && errno != EINVAL))) {
@@ -264,16 +278,98 @@ static int close_output(output *out)
     return status;
 }
 
-static int rename_temporary(output *out)
+/* Gives the file that is to be replaced a second name, so that it can come back. Where the file
+ * system has no links, or forbids this one, it cannot. */
+static bool back_up(output *out)
 {
-    if (out->target == NULL) {
-        return DONE;
+    for (unsigned attempt = 0; attempt < 100; attempt++) {
+        out->backup = temporary_name(out->target, 1000 + attempt);
+        if (out->backup == NULL) {
+            return false;
+        }
+        if (link(out->target, out->backup) == 0) {
+            out->replaced = false;
+            return true;
+        }
+        int reason = errno;
+        free(out->backup);
+        out->backup = NULL;
+        if (reason != EEXIST) {
+            break;
+        }
     }
-    if (rename(temporaries[out->slot], out->target) != 0) {
-        return fail_system(out->name, "cannot be written");
+    return true;
+}
+
+/* Writes the folder of a file to the disk, so that a new name in it lasts. Some file systems cannot
+ * (EINVAL), and some folders cannot be read (EACCES): that is no failure. */
+static bool sync_folder(const char *target)
+{
+    const char *slash = strrchr(target, '/');
+    size_t length = slash != NULL ? (size_t)(slash - target) + 1 : 0;
+    char *folder = malloc(length + 2);
+    if (folder == NULL) {
+        return false;
     }
-    forget_temporary(out);
-    return DONE;
+    memcpy(folder, target, length);
+    memcpy(folder + length, ".", 2);
+    int descriptor = open(folder, O_RDONLY);
+    free(folder);
+    if (descriptor < 0) {
+        return errno == EACCES;
+    }
+    bool synced = fsync(descriptor) == 0 || errno == EINVAL;
+    int reason = errno;
+    (void)close(descriptor);
+    errno = reason;
+    return synced;
+}
+
+/* Puts a file in its place. Returns false if the system refused, and says why in errno. */
+static bool put_in_place(output *out)
+{
+    if (!back_up(out)) {
+        return false;
+    }
+    out->placed = rename(temporaries[out->slot], out->target) == 0;
+    if (!out->placed) {
+        return false;
+    }
+    free(temporaries[out->slot]);
+    temporaries[out->slot] = NULL;
+    return sync_folder(out->target);
+}
+
+/* Takes a file back from its place: what was there before is there again. */
+static void take_back(output *out)
+{
+    if (out->placed && out->backup != NULL) {
+        (void)rename(out->backup, out->target);
+    } else if (out->placed && !out->replaced) {
+        (void)unlink(out->target);
+    } else if (out->backup != NULL) {
+        (void)unlink(out->backup);
+    }
+    if (out->placed) {
+        (void)sync_folder(out->target);
+    }
+    out->placed = false;
+}
+
+/* Returns true if a signal that ends the command has come while they waited. One that is ignored
+ * waits, too, but ends nothing. */
+static bool is_signal_waiting(void)
+{
+    sigset_t waiting;
+    struct sigaction action;
+    (void)sigpending(&waiting);
+    for (int i = 0; i < FATAL_SIGNALS; i++) {
+        if (sigismember(&waiting, fatal_signals[i]) == 1 &&
+            sigaction(fatal_signals[i], NULL, &action) == 0 && action.sa_handler != SIG_IGN) {
+            return true;
+        }
+    }
+    return false;
 }
 
 int output_commit(output *outs, size_t count)
@@ -281,29 +377,38 @@ int output_commit(output *outs, size_t count)
     int status = DONE;
     for (size_t i = 0; i < count; i++) {
         int closed = close_output(&outs[i]);
-        if (status == DONE) {
-            status = closed;
+        status = status == DONE ? closed : status;
+    }
+    for (size_t i = 0; i < count && status == DONE; i++) {
+        if (outs[i].target != NULL) {
+            (void)block_signals();
+            status = put_in_place(&outs[i]) ? DONE : fail_system(outs[i].name, "cannot be written");
         }
     }
-    if (status == DONE) {
-        status = output_flush_standard();
+    if (status == DONE && is_signal_waiting()) {
+        status = NO_RESOURCE; /* output_settle takes the files back, and the signal comes then */
     }
-    sigset_t before = block_signals();
-    for (size_t i = 0; i < count && status == DONE; i++) {
-        status = rename_temporary(&outs[i]);
-    }
-    for (size_t i = 0; i < count; i++) {
-        remove_temporary(&outs[i]);
-    }
-    unblock_signals(&before);
     return status;
 }
 
-void output_abandon(output *out)
+void output_settle(output *outs, size_t count, bool keep)
 {
-    (void)fclose(out->file);
-    out->file = NULL;
-    remove_temporary(out);
+    for (size_t i = 0; i < count; i++) {
+        if (outs[i].file != NULL) {
+            (void)fclose(outs[i].file);
+            outs[i].file = NULL;
+        }
+        if (!keep) {
+            take_back(&outs[i]);
+        } else if (outs[i].backup != NULL) {
+            (void)unlink(outs[i].backup);
+        }
+        remove_temporary(&outs[i]);
+        forget_names(&outs[i]);
+    }
+    settled = keep;
+    const sigset_t fatal = fatal_set();
+    (void)sigprocmask(SIG_UNBLOCK, &fatal, NULL);
 }
 
 int output_make_folder(const char *path)

@@ -15,6 +15,9 @@ typedef struct output {
     FILE *file;
     const char *name; /* for messages */
     char *target; /* the name that the temporary gets; NULL = written straight */
+    char *backup; /* a second name of the file that was there; NULL = there is none */
+    bool placed; /* the new file has its name */
+    bool replaced; /* there was a file, and it has no second name */
     int slot; /* where the name of the temporary is kept */
     int error; /* errno of the first write that was refused */
 } output;
@@ -22,8 +25,7 @@ typedef struct output {
 /* The most that may be open at a time. */
 enum { OUTPUTS_MAX = 64 };
 
-/* Removes temporaries when SIGINT, SIGTERM, SIGHUP, SIGQUIT or SIGPIPE ends the command. Once,
- * before any output is opened. */
+/* Removes temporaries when a signal ends the command. Once, before any output is opened. */
 void output_watch_signals(void);
 
 /* Returns true if a path is where standard output goes, so that nothing else may be printed. */
@@ -46,12 +48,15 @@ void output_write_file(output *out, const file_bytes *file);
 /* The same as a qs_sink, whose context is the output. */
 bool output_sink(void *out, const void *bytes, size_t size);
 
-/* Flushes standard output, then makes all outputs appear; if anything fails, none of them. Closes
- * them in any case. Returns DONE or NO_RESOURCE. */
+/* Closes all outputs and gives them their names: a success may be printed after that, not before.
+ * From the first name on signals wait for output_settle. Returns DONE or NO_RESOURCE. */
 int output_commit(output *outs, size_t count);
 
-/* Closes an output and removes what was written. */
-void output_abandon(output *out);
+/* The end of all outputs, whether they were committed or not.
+ *
+ * keep  true = they stay; false = none of them does: what was there before is there again, but for
+ *       a file on a file system without hard links, which stays replaced if it was committed */
+void output_settle(output *outs, size_t count, bool keep);
 
 /* Makes the folder `path` for outputs, if it does not exist; only one per command. `path` is
  * borrowed. Until output_keep_folder is called, output_drop_folder removes the folder, and so does

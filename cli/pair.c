@@ -1,6 +1,5 @@
 #include "pair.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #include "pictures/picture_read.h"
@@ -78,6 +77,7 @@ int pair_read(const char *left, const char *right, const char *const *values, co
               pair *asked)
 {
     int cost = QS_COST_AD;
+    uint32_t bits = 0;
     memset(asked, 0, sizeof *asked);
     asked->left = left;
     asked->right = right;
@@ -87,19 +87,12 @@ int pair_read(const char *left, const char *right, const char *const *values, co
     TRY(read_roi(values[PAIR_ROI], asked));
     TRY(name_read(&cost_names, values[PAIR_COST], "", &cost));
     TRY(read_smoothness(values[PAIR_SMOOTHNESS], values[PAIR_TRUNCATION], &asked->pairwise));
+    if (values[PAIR_BITS] != NULL) {
+        TRY(number_read("--bits", values[PAIR_BITS], 9, 16, &bits));
+    }
+    asked->bits = bits;
     asked->stereo.cost = (qs_cost)cost;
     return DONE;
-}
-
-/* Reads a picture as grey. The caller frees the pixels. */
-static int read_grey(const char *path, qs_image *image, uint8_t **pixels)
-{
-    picture colour;
-    TRY(picture_read(path, &colour));
-    *pixels = picture_grey(&colour);
-    *image = (qs_image){*pixels, colour.width, colour.height, colour.width};
-    picture_free(&colour);
-    return *pixels != NULL ? DONE : fail_memory(input_name(path));
 }
 
 /* Checks the geometry as the library does, so that a message can name what the user can mend. */
@@ -142,20 +135,20 @@ static int fail_encode(const pair *asked, qs_status status)
     }
     if (status == QS_E_OVERFLOW) {
         return fail(BAD_INPUT, name,
-                    "the coefficients overflow (their sum is above 2^53): choose a smaller %s",
-                    asked->weights);
+                    "the coefficients overflow (their sum is above 2^53): %schoose a smaller %s",
+                    fewer_decimals(asked->weights, asked->stereo.scale), asked->weights);
     }
     return fail_status(name, status);
 }
 
-static int make_problem(pair *opened, qs_problem *problem)
+static int make_problem(pair *opened, budget *limit, qs_problem *problem)
 {
     size_t size = qs_stereo_workspace(&opened->stereo);
-    opened->workspace = malloc(size > 0 ? size : 1);
-    if (opened->workspace == NULL) {
-        return fail_memory(NULL);
+    void *workspace = budget_take(limit, input_name(opened->left), size);
+    if (workspace == NULL) {
+        return NO_RESOURCE;
     }
-    qs_status made = qs_stereo_problem(&opened->stereo, opened->workspace, size, problem);
+    qs_status made = qs_stereo_problem(&opened->stereo, workspace, size, problem);
     if (made != QS_OK) {
         return fail_encode(opened, made);
     }
@@ -163,32 +156,23 @@ static int make_problem(pair *opened, qs_problem *problem)
     return DONE;
 }
 
-int pair_open(pair *opened, qs_problem *problem)
+int pair_open(pair *opened, budget *limit, qs_problem *problem)
 {
-    TRY(read_grey(opened->left, &opened->stereo.left, &opened->left_pixels));
-    TRY(read_grey(opened->right, &opened->stereo.right, &opened->right_pixels));
+    TRY(picture_read_grey(opened->left, opened->bits, limit, &opened->stereo.left));
+    TRY(picture_read_grey(opened->right, opened->bits, limit, &opened->stereo.right));
     TRY(check_geometry(opened));
-    return make_problem(opened, problem);
-}
-
-void pair_close(pair *closed)
-{
-    free(closed->workspace);
-    free(closed->left_pixels);
-    free(closed->right_pixels);
-    closed->workspace = closed->left_pixels = closed->right_pixels = NULL;
+    return make_problem(opened, limit, problem);
 }
 
 int pair_encode(const pair *encoded, const qs_problem *problem, const qs_encode_options *options,
-                const qs_sink *sink, uint64_t *size)
+                budget *limit, const qs_sink *sink, uint64_t *size)
 {
     size_t workspace_size = qs_encode_workspace(problem);
-    void *workspace = malloc(workspace_size > 0 ? workspace_size : 1);
+    void *workspace = budget_take(limit, input_name(encoded->left), workspace_size);
     if (workspace == NULL) {
-        return fail_memory(NULL);
+        return NO_RESOURCE;
     }
     qs_status written = qs_encode(problem, options, sink, workspace, workspace_size, size);
-    free(workspace);
     return written == QS_OK || written == QS_E_IO ? DONE : fail_encode(encoded, written);
 }
 

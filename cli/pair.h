@@ -13,6 +13,7 @@ enum {
     PAIR_COST,
     PAIR_SMOOTHNESS,
     PAIR_TRUNCATION,
+    PAIR_BITS,
     PAIR_OPTIONS
 };
 #define PAIR_OPTION_ROWS                                                                           \
@@ -26,31 +27,30 @@ enum {
         {"smoothness", 0,       false,                                                             \
          "NAME",       "potts", "cost of neighbours that differ: potts, linear or quadratic"},     \
         {"truncation", 0,    false,                                                                \
-         "T",          NULL, "upper bound of linear or quadratic smoothness (default no bound)"}
+         "T",          NULL, "upper bound of linear or quadratic smoothness (default no bound)"},  \
+        {"bits", 0, false, "N", NULL, "the pictures hold N bits in files of 16: white is 2^N - 1"}
 
 typedef struct pair {
     const char *left, *right; /* names of the pictures */
     const char *weights; /* the options that coefficients grow with, for messages */
+    unsigned bits; /* of the samples of a file of 16; 0 = all */
     bool whole; /* no window was given */
     qs_stereo stereo;
     qs_pairwise pairwise;
-    uint8_t *left_pixels, *right_pixels;
-    void *workspace;
 } pair;
 
 /* Reads the arguments of the rows; strings are borrowed. Returns DONE or BAD_USAGE. */
 int pair_read(const char *left, const char *right, const char *const *values, const char *weights,
               pair *asked);
 
-/* Reads the pictures and makes the problem, which borrows from the pair. Returns DONE, BAD_INPUT or
- * NO_RESOURCE. pair_close frees what was allocated, also after a failure. */
-int pair_open(pair *opened, qs_problem *problem);
-void pair_close(pair *closed);
+/* Reads the pictures and makes the problem, which borrows from the pair and from memory of the
+ * budget. Returns DONE, BAD_INPUT or NO_RESOURCE. */
+int pair_open(pair *opened, budget *limit, qs_problem *problem);
 
 /* Writes the problem as a .qcf; size may be NULL. Returns DONE, BAD_INPUT or NO_RESOURCE. It is no
  * failure here if the sink refuses bytes: the owner of the sink knows it. */
 int pair_encode(const pair *encoded, const qs_problem *problem, const qs_encode_options *options,
-                const qs_sink *sink, uint64_t *size);
+                budget *limit, const qs_sink *sink, uint64_t *size);
 
 /* Lays the problem out for the solvers, without a file between, in memory of the budget. Returns
  * DONE, BAD_INPUT or NO_RESOURCE. */

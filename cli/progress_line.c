@@ -21,6 +21,10 @@ static const char clear_line[] = "\r\033[K";
 
 static volatile sig_atomic_t line_stands;
 
+static volatile sig_atomic_t keep_on_interrupt, interrupted;
+
+static int64_t command_begin;
+
 static int64_t microseconds(void)
 {
     struct timespec now = {0, 0};
@@ -28,11 +32,34 @@ static int64_t microseconds(void)
     return (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
 }
 
-progress progress_begin(const char *solver, uint32_t scale, int64_t limit)
+void progress_start_command(void)
+{
+    command_begin = microseconds();
+}
+
+progress progress_begin(const char *solver, uint32_t scale, int64_t limit, bool whole)
 {
     int64_t now = microseconds();
-    return (progress){solver, scale, now, limit, now + PERIOD, isatty(STDERR_FILENO) != 0,
-                      false,  false};
+    return (progress){.solver = solver,
+                      .scale = scale,
+                      .begin = now,
+                      .end = limit > 0 ? limit + (whole ? command_begin : now) : 0,
+                      .gap = -1,
+                      .next = now + PERIOD,
+                      .terminal = isatty(STDERR_FILENO) != 0};
+}
+
+void progress_keep_on_interrupt(bool on)
+{
+    keep_on_interrupt = on;
+}
+
+bool progress_takes_signal(int signal_number)
+{
+    bool taken =
+        keep_on_interrupt && !interrupted && (signal_number == SIGINT || signal_number == SIGTERM);
+    interrupted = interrupted || taken;
+    return taken;
 }
 
 /* Appends to a line, if all of it fits: half of a number would be another number. */
@@ -97,8 +124,18 @@ static bool is_due(const progress *watched, int64_t time)
 
 static bool has_time(progress *watched, int64_t time)
 {
-    watched->out_of_time = watched->limit > 0 && time - watched->begin >= watched->limit;
-    return !watched->out_of_time;
+    watched->out_of_time = watched->end > 0 && time >= watched->end;
+    watched->interrupted = interrupted != 0;
+    return !watched->out_of_time && !watched->interrupted;
+}
+
+/* A gap of 0 is a proof, and the solver stops by itself. */
+static bool is_in_gap(progress *watched, const qs_progress *now)
+{
+    watched->in_gap = watched->gap >= 0 && now->lower_bound != QS_NO_BOUND && now->energy != 0 &&
+                      now->energy > now->lower_bound &&
+                      gap_percent(now->energy, now->lower_bound) <= watched->gap;
+    return watched->in_gap;
 }
 
 bool progress_watch(void *context, const qs_progress *now)
@@ -113,7 +150,12 @@ bool progress_watch(void *context, const qs_progress *now)
         append_bound(watched, now->energy, now->lower_bound, line);
         show(watched, line);
     }
-    return has_time(watched, time);
+    return has_time(watched, time) && !is_in_gap(watched, now);
+}
+
+bool progress_goes_on(void *context)
+{
+    return has_time(context, microseconds());
 }
 
 bool progress_watch_reduction(void *context, const qs_reduction *now)

@@ -8,18 +8,36 @@ typedef struct progress {
     const char *solver;
     uint32_t scale;
     int64_t begin; /* microseconds, as all times here */
-    int64_t limit; /* 0 = none */
+    int64_t end; /* when it is to stop; 0 = at no time */
+    double gap; /* it stops when the gap is this small, in percent; negative = at none */
     int64_t next; /* when the line is written again */
     bool terminal; /* standard error is one */
     bool shown; /* the line was written */
     bool out_of_time; /* the solver was told to stop */
+    bool in_gap; /* it was told so because of the gap */
+    bool interrupted; /* by a signal that was kept */
 } progress;
 
-/* Starts the clock. */
-progress progress_begin(const char *solver, uint32_t scale, int64_t limit);
+/* Says when the command began. Once, first of all. */
+void progress_start_command(void);
+
+/* Starts the clock of a solver.
+ *
+ * limit  0 = none
+ * whole  the limit is that of the whole command, else of this solver */
+progress progress_begin(const char *solver, uint32_t scale, int64_t limit, bool whole);
+
+/* While it is on, the first SIGINT or SIGTERM stops the solver instead of the command. */
+void progress_keep_on_interrupt(bool on);
+
+/* Returns true if the signal stops the solver. A signal handler may call it. */
+bool progress_takes_signal(int signal_number);
 
 /* The qs_watch of a progress: writes the line, and stops the solver when its time is over. */
 bool progress_watch(void *context, const qs_progress *now);
+
+/* The qs_going of a progress: looks at the time and at signals alone. */
+bool progress_goes_on(void *context);
 
 /* The same for a reduction: its qs_reduce_watch. */
 bool progress_watch_reduction(void *context, const qs_reduction *now);

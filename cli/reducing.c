@@ -15,9 +15,10 @@ static int read_target(const char *text, qs_encoding into, uint64_t *target)
 {
     const qs_encoding_facts *facts = qs_encoding_facts_of(into);
     if (!facts->has_model) {
-        return fail_usage("--target goes with --encoding one-hot, one-hot-sparse or domain-wall, "
-                          "not with %s",
-                          facts->name);
+        char list[ENCODING_LIST_SIZE];
+        encodings_with_model_write(list);
+        return fail_usage("--target does not go with --encoding %s, but with these: %s",
+                          facts->name, list);
     }
     return number64_read("--target", text, 1, QS_VARIABLES_MAX, target);
 }
@@ -45,10 +46,10 @@ static int run_reduction(const laid_out *problem, const reducing *asked, budget 
     if (workspace == NULL) {
         return NO_RESOURCE;
     }
-    progress watched = progress_begin("reduce", problem->scale, asked->time_limit);
+    progress watched = progress_begin("reduce", problem->scale, asked->time_limit, true);
     const qs_reduce_options options = {asked->iterations, asked->target,
-                                       asked->into == QS_DOMAIN_WALL, progress_watch_reduction,
-                                       &watched};
+                                       qs_encoding_facts_of(asked->into)->code == QS_CODE_WALL,
+                                       progress_watch_reduction, &watched};
     qs_status ran =
         qs_reduce(&problem->model, &options, workspace, size, made->kept, labelling, &made->found);
     made->microseconds = progress_end(&watched);
@@ -117,9 +118,10 @@ void reduced_json(const reduced *made, const laid_out *before, const problem_fil
 }
 
 /* A label that is left is one that no proof excluded; it need not be in any optimum. */
-static void print_left(const reduced *made, const char *lower, const char *upper, uint32_t open)
+static void print_left(const reduced *made, const char *lower, const char *upper,
+                       uint32_t undecided)
 {
-    if (open == 0) {
+    if (undecided == 0) {
         puts("left        nothing: the optimum is proven, and there is no other");
     } else if (is_proven(made)) {
         printf("left        labels that may tie: the best labelling is proven optimal, and no "

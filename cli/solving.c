@@ -14,6 +14,7 @@ int search_read(const char *const *values, search *asked)
 {
     const char *time_limit = values[SEARCH_TIME_LIMIT], *iterations = values[SEARCH_ITERATIONS];
     memset(asked, 0, sizeof *asked);
+    asked->gap = -1;
     TRY(number64_read("--seed", values[SEARCH_SEED], 0, UINT64_MAX, &asked->seed));
     if (time_limit != NULL) {
         TRY(seconds_read("--time-limit", time_limit, &asked->time_limit));
@@ -67,6 +68,24 @@ int solvers_read(const char *text, size_t length, const solver **chosen)
     return read_name("solvers", name, chosen);
 }
 
+static int fail_cut(const char *name)
+{
+    char list[ENCODING_LIST_SIZE];
+    encodings_with_model_write(list);
+    return fail(BAD_INPUT, name,
+                "is a cut of a graph, from which the costs cannot be read back: for this command "
+                "encode the pair in one of these encodings: %s",
+                list);
+}
+
+int stopping_read(const char *const *values, search *asked)
+{
+    const char *gap = values[STOPPING_GAP_LIMIT];
+    asked->whole_command = true;
+    asked->keep_on_interrupt = values[STOPPING_KEEP] != NULL;
+    return gap != NULL ? percent_read("--gap-limit", gap, &asked->gap) : DONE;
+}
+
 static int fail_model(const char *name, qs_status status)
 {
     switch (status) {
@@ -78,14 +97,11 @@ static int fail_model(const char *name, qs_status status)
         return fail(BAD_INPUT, name,
                     "its couplings are not those of the labelling problem that it says it is: "
                     "solve it with qstereo-bridge, which takes any QUBO");
-    case QS_E_ENCODING:
-        return fail(BAD_INPUT, name,
-                    "is a cut of a graph, from which the costs cannot be read back: encode the "
-                    "pair as one-hot, one-hot-sparse or domain-wall for this command");
+    case QS_E_ENCODING: return fail_cut(name);
     case QS_E_OVERFLOW:
         return fail(BAD_INPUT, name,
                     "has costs above 2^31 - 1 units, too large for these solvers: encode the pair "
-                    "with a smaller --lambda");
+                    "with fewer decimals in --lambda, or with a smaller --lambda");
     default: return fail_status(name, status);
     }
 }
@@ -111,6 +127,11 @@ int lay_out(problem_file *problem, budget *limit, laid_out *made)
     return built == QS_OK ? DONE : fail_model(problem->name, built);
 }
 
+const char *fewer_decimals(const char *mend, uint32_t scale)
+{
+    return scale > 1 && strstr(mend, "--lambda") != NULL ? "give --lambda fewer decimals, or " : "";
+}
+
 int lay_out_problem(const char *name, const qs_problem *problem, const char *mend, budget *limit,
                     laid_out *made)
 {
@@ -123,7 +144,8 @@ int lay_out_problem(const char *name, const qs_problem *problem, const char *men
     qs_status built = qs_model_of_problem(problem, workspace, size, &made->model, &made->labels);
     if (built == QS_E_OVERFLOW) {
         return fail(BAD_INPUT, name,
-                    "its costs overflow what the solvers can hold: choose a smaller %s", mend);
+                    "its costs overflow what the solvers can hold: %schoose a smaller %s",
+                    fewer_decimals(mend, problem->scale), mend);
     }
     made->name = name;
     made->scale = made->labels.scale;
@@ -205,18 +227,33 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
         return NO_RESOURCE;
     }
     qs_model_winner(&problem->model, found->labelling);
-    progress watched = progress_begin(by->name, problem->scale, how->time_limit);
-    const qs_solve_options options = {how->iterations, how->seed, progress_watch, &watched};
+    progress watched =
+        progress_begin(by->name, problem->scale, how->time_limit, how->whole_command);
+    watched.gap = how->gap;
+    progress_keep_on_interrupt(how->keep_on_interrupt);
+    const qs_solve_options options = {how->iterations, how->seed, progress_watch, &watched,
+                                      progress_goes_on};
     qs_status ran =
         by->run(&problem->model, &options, workspace, size, found->labelling, &found->solution);
+    progress_keep_on_interrupt(false);
     found->microseconds = progress_end(&watched);
     found->out_of_time = watched.out_of_time;
+    found->in_gap = watched.in_gap;
+    found->interrupted = watched.interrupted;
     found->own_limit = how->iterations == 0;
     if (ran == QS_E_ENCODING || ran == QS_E_OVERFLOW) {
         found->refusal = ran;
         return DONE;
     }
     return ran == QS_OK ? check_found(problem, work, found) : fail_status(name, ran);
+}
+
+uint64_t solve_bytes(const laid_out *problem, const solver *by)
+{
+    uint64_t labelling = sizeof(uint16_t) * (uint64_t)problem->model.sites;
+    uint64_t check = problem->file != NULL ? ((uint64_t)problem->variables + 7) / 8
+                                           : qs_problem_workspace(problem->problem);
+    return bytes_sum(by->workspace(&problem->model), labelling + check);
 }
 
 int solve_problem(const laid_out *problem, const solver *by, const search *how, budget *limit,
@@ -295,8 +332,12 @@ static void print_stop(const solved *found)
     if (found->solution.converged) {
         return;
     }
-    if (found->out_of_time) {
+    if (found->interrupted) {
+        fputs(", interrupted", stdout);
+    } else if (found->out_of_time) {
         fputs(", stopped at the time limit", stdout);
+    } else if (found->in_gap) {
+        fputs(", stopped at the gap limit", stdout);
     } else {
         printf(", stopped at %s limit of %" PRIu64 " iteration%s",
                found->own_limit ? "its own" : "the", found->solution.iterations,

@@ -20,7 +20,25 @@ typedef struct search {
     int64_t time_limit; /* microseconds; 0 = none */
     uint64_t iterations; /* 0 = the solver's own limit */
     uint64_t seed;
+    bool whole_command; /* the time is that of the whole command, else of the solver */
+    double gap; /* percent of the energy; negative = none */
+    bool keep_on_interrupt;
 } search;
+
+/* More such options, of commands that run one solver. */
+enum { STOPPING_GAP_LIMIT, STOPPING_KEEP, STOPPING_OPTIONS };
+#define STOPPING_OPTION_ROWS                                                                       \
+    {"gap-limit", 0,    false,                                                                     \
+     "P%",        NULL, "stop when the energy is within P percent of the lower bound"},            \
+        {"keep-on-interrupt",                                                                      \
+         0,                                                                                        \
+         false,                                                                                    \
+         NULL,                                                                                     \
+         NULL,                                                                                     \
+         "after Ctrl-C stop the solver and keep its best so far"}
+
+/* Reads the arguments of those rows, after search_read. Returns DONE or BAD_USAGE. */
+int stopping_read(const char *const *values, search *asked);
 
 /* Reads the arguments of the rows. Returns DONE or BAD_USAGE. */
 int search_read(const char *const *values, search *asked);
@@ -62,6 +80,10 @@ int lay_out(problem_file *problem, budget *limit, laid_out *made);
 int lay_out_problem(const char *name, const qs_problem *problem, const char *mend, budget *limit,
                     laid_out *made);
 
+/* The beginning of advice where costs overflow: costs are whole numbers of 1 / scale, and the scale
+ * comes from the decimals of --lambda. "" if `mend` does not name it, or if it has none. */
+const char *fewer_decimals(const char *mend, uint32_t scale);
+
 /* What a solver found. */
 typedef struct solved {
     const char *solver;
@@ -69,12 +91,17 @@ typedef struct solved {
     qs_solution solution;
     int64_t microseconds; /* of the solver alone */
     bool out_of_time; /* the time limit stopped it */
+    bool in_gap; /* the gap limit did */
+    bool interrupted; /* a signal did */
     bool own_limit; /* no limit of iterations was asked for */
     uint16_t *labelling; /* of the problem's sites; the budget owns it */
     uint8_t *bits; /* the sample of it, if the problem is a file; the budget owns it */
     int64_t qubo_energy; /* H of the sample: less than the solution's energy if the costs were
                             truncated */
 } solved;
+
+/* The bytes that solve_problem takes. */
+uint64_t solve_bytes(const laid_out *problem, const solver *by);
 
 /* Solves the problem. The energy is computed again, from the sample or the problem. What was found
  * stays in memory of the budget, the work does not. Returns DONE, also if the solver refuses, or

@@ -2,10 +2,10 @@
  *
  *     pictures_to_map LEFT.pgm RIGHT.pgm MAP.pgm DISPARITIES
  *
- * The pictures are a rectified stereo pair: what stands at (x, y) in the left one stands at
- * (x - d, y) in the right one, and d, its disparity, is the larger the nearer it is. DISPARITIES is
- * how many are looked at: 0, 1, ..., DISPARITIES - 1. The map has 8 grey levels for each pixel of
- * disparity. 0 in it means "no value": there the match may lie outside the right picture. */
+ * The pictures are a rectified stereo pair: what is at (x, y) in the left one is at (x - d, y) in
+ * the right one. d is its disparity; near things have a large one. DISPARITIES is the number of
+ * disparities to choose from: 0, 1, ..., DISPARITIES - 1. The map has 8 grey levels for each pixel
+ * of disparity. 0 in it means "no value": there the match may lie outside the right picture. */
 #include <qstereo.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -30,8 +30,8 @@ static void check(qs_status status)
     }
 }
 
-/* The whole way. `map` is of the size of the left picture. Two workspaces: the model stays in
- * `second` while it is solved; what `first` was needed for is over by then. */
+/* The whole way. `map` has the size of the left picture. Two workspaces are enough: `first` is for
+ * the problem, and after that for the solver. `second` holds the model while it is solved. */
 static qs_solution match(qs_image left, qs_image right, uint32_t disparities, int32_t *map)
 {
     qs_stereo stereo = {.left = left, .right = right, .disparity_max = disparities - 1};

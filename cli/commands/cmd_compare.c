@@ -17,6 +17,7 @@ enum {
     SEARCH,
     TRUTH = SEARCH + SEARCH_OPTIONS,
     TRUTH_SCALE,
+    TRUTH_NO_VALUE,
     MAPS,
     SCALE,
     JSON,
@@ -31,6 +32,7 @@ static const option options[] = {
     [SEARCH] = SEARCH_OPTION_ROWS,
     [TRUTH] = TRUTH_OPTION,
     [TRUTH_SCALE] = TRUTH_SCALE_OPTION,
+    [TRUTH_NO_VALUE] = TRUTH_NO_VALUE_OPTION,
     [MAPS] = {"maps", 0, false, "DIR", NULL,
               "write each map as DIR/SOLVER.png (.pgm in a build without OpenCV)"},
     [SCALE] = SCALE_OPTION,
@@ -43,7 +45,8 @@ typedef struct request {
     size_t solver_count;
     search how;
     const char *truth, *maps; /* NULL = none */
-    uint32_t truth_scale, scale;
+    uint32_t scale;
+    map_form truth_form;
 } request;
 
 /* A comparison under way. */
@@ -76,7 +79,7 @@ static int read_request(const char *const *values, request *asked)
     asked->maps = values[MAPS];
     TRY(read_solvers(values[SOLVER_LIST], asked));
     TRY(search_read(&values[SEARCH], &asked->how));
-    TRY(truth_scale_read(values[TRUTH_SCALE], &asked->truth_scale));
+    TRY(truth_form_read(values[TRUTH_SCALE], values[TRUTH_NO_VALUE], &asked->truth_form));
     return map_scale_read(values[SCALE], &asked->scale);
 }
 
@@ -96,17 +99,21 @@ static map_format map_format_here(void)
     return picture_library_writes_png() ? MAP_PNG : MAP_PGM;
 }
 
-/* Names the map DIR/SOLVER.png. A letter that would be awkward in the name of a file becomes _, and
- * a name that is taken gets a number. */
+/* With a number and an ending the name of a file must not pass the usual limit of 255 bytes. */
+enum { STEM_SIZE = 201 };
+
+/* Names the map DIR/SOLVER.png. A letter that would be awkward in the name of a file becomes _, a
+ * long name is cut, and a name that is taken gets a number. */
 static int name_map(comparing *with, result *of)
 {
-    char stem[sizeof of->solver];
+    char stem[STEM_SIZE];
     size_t size = strlen(with->asked.maps) + sizeof stem + 32;
     char *name = budget_take(&with->at->limit, with->asked.maps, size);
     if (name == NULL) {
         return NO_RESOURCE;
     }
-    for (size_t i = 0; i < sizeof stem; i++) {
+    stem[STEM_SIZE - 1] = '\0';
+    for (size_t i = 0; i + 1 < sizeof stem; i++) {
         char c = of->solver[i];
         bool fits = c == '\0' || isalnum((unsigned char)c) || strchr("-_", c) != NULL ||
                     (c == '.' && i > 0);
@@ -129,16 +136,10 @@ static int add_result(comparing *with, const char *name, size_t size, result **a
 
 static int write_map(comparing *with, result *of, const pixel_map *map)
 {
-    file_bytes file = {NULL, 0};
     output *out;
-    TRY(map_encode(map, map_format_here(), with->asked.scale, of->map, &file));
-    int status = job_open_output(with->at, of->map, &out);
-    if (status == DONE) {
-        output_write_file(out, &file);
-        of->has_map = true;
-    }
-    file_free(&file);
-    return status;
+    TRY(job_open_output(with->at, of->map, &out));
+    of->has_map = true;
+    return map_write(map, map_format_here(), with->asked.scale, of->map, out);
 }
 
 /* Makes the map of a labelling, if the truth or the maps ask for it: its errors, and its file. */
@@ -258,10 +259,28 @@ static int open_options(comparing *with)
         TRY(map_check(problem->name, &problem->qubo.labels));
     }
     if (asked->truth != NULL) {
-        TRY(truth_open(asked->truth, asked->truth_scale, frame->picture_width,
-                       frame->picture_height, &with->truth));
+        TRY(truth_open(asked->truth, &asked->truth_form, frame->picture_width,
+                       frame->picture_height, &with->at->limit, &with->truth));
     }
     return asked->maps != NULL ? output_make_folder(asked->maps) : DONE;
+}
+
+/* Finds out before the work whether there is memory for each solver, and for a map after it. */
+static int check_memory(const comparing *with)
+{
+    const request *asked = &with->asked;
+    const map_request maps = {.format = map_format_here()};
+    uint64_t most = 0;
+    for (size_t i = 0; i < asked->solver_count; i++) {
+        uint64_t bytes = solve_bytes(&with->laid, asked->by[i]);
+        most = bytes > most ? bytes : most;
+    }
+    if (asked->maps != NULL || asked->truth != NULL) {
+        uint64_t sites = with->laid.model.sites;
+        uint64_t map = bytes_sum(map_bytes(&maps, &with->laid.labels), 2 * sites);
+        most = map > most ? map : most;
+    }
+    return budget_need(&with->at->limit, with->laid.name, most);
 }
 
 static int compare(comparing *with)
@@ -273,7 +292,9 @@ static int compare(comparing *with)
     with->table.scale = at->both.problem.scale;
     with->table.scored = with->asked.truth != NULL;
     TRY(open_options(with));
+    TRY(check_memory(with));
     TRY(fill_table(with));
+    TRY(job_commit(at));
     (at->json ? comparison_json : comparison_print)(&with->table);
     return DONE;
 }
@@ -283,9 +304,7 @@ static int run_compare(job *at)
     comparing with;
     memset(&with, 0, sizeof with);
     with.at = at;
-    int status = compare(&with);
-    truth_close(&with.truth);
-    return status;
+    return compare(&with);
 }
 
 const command cmd_compare = {

@@ -228,11 +228,13 @@ static int run_decode(job *at)
     pixel_map map;
     TRY(read_request(at, &asked));
     TRY(open_files(at, &asked, sampled));
+    TRY(budget_need(&at->limit, problem->name, map_bytes(&asked.map, &problem->qubo.labels)));
     TRY(take_room(at, &taken));
     TRY(sampled ? choose(at, &asked, &taken) : choose_decided(problem, &taken));
     TRY(map_of_labelling(problem->name, &problem->qubo.labels, taken.labelling, &at->limit, &map));
     TRY(map_request_open(&asked.map, at));
     TRY(map_request_write(&asked.map, &map));
+    TRY(job_commit(at));
     if (!output_is_standard(asked.map.output)) {
         print_result(at, &asked, &taken);
     }

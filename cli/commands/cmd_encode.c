@@ -1,4 +1,3 @@
-#include <errno.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
@@ -12,6 +11,7 @@
 #include "text/json.h"
 #include "text/names.h"
 #include "text/numbers.h"
+#include "text/plain.h"
 
 enum {
     OUTPUT,
@@ -88,7 +88,7 @@ static void print_outside(const encode_request *asked, uint32_t first)
     if (first > left) {
         printf("%" PRIu32 " column%s on the left %s left out: a match would fall outside %s\n",
                first - left, plural(first - left), first - left == 1 ? "is" : "are",
-               asked->pair.right);
+               plain(asked->pair.right));
     }
 }
 
@@ -102,11 +102,8 @@ typedef struct destination {
 static bool write_bytes(void *context, const void *bytes, size_t size)
 {
     destination *to = context;
-    if (to->keep && !growing_append(&to->kept, bytes, size)) {
-        to->out->error = ENOMEM;
-        return false;
-    }
-    return output_write(to->out, bytes, size);
+    return (!to->keep || growing_append(&to->kept, bytes, size)) &&
+           output_write(to->out, bytes, size);
 }
 
 static void print_stream(const job *at, const encode_request *asked, const qs_problem *problem,
@@ -116,52 +113,39 @@ static void print_stream(const job *at, const encode_request *asked, const qs_pr
     uint64_t variables = (uint64_t)sites * problem->labels;
     printf("%s: %" PRIu32 " site%s x %" PRIu32 " label%s = %" PRIu64 " variable%s, %" PRIu64
            " bytes\n",
-           at->values[OUTPUT], sites, plural(sites), problem->labels, plural(problem->labels),
-           variables, plural(variables), size);
+           plain(at->values[OUTPUT]), sites, plural(sites), problem->labels,
+           plural(problem->labels), variables, plural(variables), size);
     print_outside(asked, problem->frame.x);
 }
 
-/* Prints the JSON that was asked for, from the bytes as they were written. */
-static int describe_kept(const char *path, file_bytes file)
-{
-    budget no_limit = {UINT64_MAX, 0, NULL};
-    problem_file written;
-    TRY(problem_check(path, file, &no_limit, &written));
-    int status = problem_index(&written, &no_limit);
-    if (status == DONE) {
-        describe_problem_json(&written);
-    }
-    budget_free(&no_limit);
-    return status;
-}
-
-static int stream_to(const job *at, const encode_request *asked, const qs_problem *problem,
-                     destination *to)
+/* Opens what was written, for the JSON that was asked for. */
+static int open_kept(job *at, destination *to, problem_file *written)
 {
     const char *path = at->values[OUTPUT];
-    const qs_sink sink = {write_bytes, to};
+    TRY(growing_end(&to->kept, output_name(path), &at->limit));
+    TRY(problem_check(path, to->kept.file, &at->limit, written));
+    return problem_index(written, &at->limit);
+}
+
+/* Writes the problem in one pass. The whole of it is in memory only for --json. */
+static int write_stream(job *at, const encode_request *asked, const qs_problem *problem)
+{
+    destination to = {.keep = at->json, .kept = growing_begin(at->limit.left)};
+    const qs_sink sink = {write_bytes, &to};
+    problem_file written;
     uint64_t size = 0;
-    TRY(pair_encode(&asked->pair, problem, &asked->options.encode, &sink, &size));
-    if (to->out->error != 0) {
-        return DONE; /* the end of the command reports refused bytes */
-    }
+    TRY(job_open_output(at, at->values[OUTPUT], &to.out));
+    TRY(pair_encode(&asked->pair, problem, &asked->options.encode, &at->limit, &sink, &size));
     if (at->json) {
-        return describe_kept(path, to->kept.file);
+        TRY(open_kept(at, &to, &written));
     }
-    if (!output_is_standard(path)) {
+    TRY(job_commit(at));
+    if (at->json) {
+        describe_problem_json(&written);
+    } else if (!output_is_standard(at->values[OUTPUT])) {
         print_stream(at, asked, problem, size);
     }
     return DONE;
-}
-
-/* Writes the problem in one pass. The whole of it is never in memory. */
-static int write_stream(job *at, const encode_request *asked, const qs_problem *problem)
-{
-    destination to = {.keep = at->json, .kept = growing_begin(UINT64_MAX)};
-    TRY(job_open_output(at, at->values[OUTPUT], &to.out));
-    int status = stream_to(at, asked, problem, &to);
-    file_free(&to.kept.file);
-    return status;
 }
 
 /* A problem that is laid out before it is written. */
@@ -177,7 +161,7 @@ static void print_built(const job *at, const encode_request *asked, const buildi
     uint32_t variables = built->written.qubo.variables;
     printf("%s: %" PRIu32 " site%s x %" PRIu32 " label%s, %" PRIu32
            " variable%s in %s, %zu bytes\n",
-           at->values[OUTPUT], labels->sites, plural(labels->sites), labels->labels,
+           plain(at->values[OUTPUT]), labels->sites, plural(labels->sites), labels->labels,
            plural(labels->labels), variables, plural(variables), encoding_name(labels->encoding),
            built->written.file.size);
     print_outside(asked, labels->frame.x);
@@ -212,6 +196,7 @@ static int write_built(job *at, const encode_request *asked, const qs_problem *p
     }
     TRY(recode_problem(&built.whole, &coding, ENCODE_WEIGHTS, &at->limit, &built.written));
     output_write_file(out, &built.written.file);
+    TRY(job_commit(at));
     if (at->json) {
         return describe_built(at, asked, &built);
     }
@@ -227,20 +212,13 @@ static bool can_stream(const encode_request *asked)
            !asked->options.truncate && !asked->reduce;
 }
 
-static int encode(job *at, encode_request *asked)
-{
-    qs_problem problem;
-    TRY(pair_open(&asked->pair, &problem));
-    return (can_stream(asked) ? write_stream : write_built)(at, asked, &problem);
-}
-
 static int run_encode(job *at)
 {
     encode_request asked;
+    qs_problem problem;
     TRY(read_request(at, &asked));
-    int status = encode(at, &asked);
-    pair_close(&asked.pair);
-    return status;
+    TRY(pair_open(&asked.pair, &at->limit, &problem));
+    return (can_stream(&asked) ? write_stream : write_built)(at, &asked, &problem);
 }
 
 const command cmd_encode = {

@@ -35,8 +35,7 @@ static int info_complexity(job *at, const char *path, file_bytes file)
     laid_out laid;
     TRY(problem_check(path, file, &at->limit, &at->both.problem));
     TRY(lay_out(&at->both.problem, &at->limit, &laid));
-    (at->json ? complexity_json : complexity_print)(&laid, &at->limit);
-    return DONE;
+    return (at->json ? complexity_json : complexity_print)(&laid, &at->limit);
 }
 
 static int run_info(job *at)

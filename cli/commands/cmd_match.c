@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "command.h"
+#include "hints.h"
 #include "pair.h"
 #include "pictures/disparity_map.h"
 #include "pictures/map_errors.h"
@@ -13,20 +14,29 @@ enum {
     PAIR,
     SOLVER = PAIR + PAIR_OPTIONS,
     SEARCH,
-    SCALE = SEARCH + SEARCH_OPTIONS,
+    STOPPING = SEARCH + SEARCH_OPTIONS,
+    SCALE = STOPPING + STOPPING_OPTIONS,
     COLOR,
     TRUTH,
     TRUTH_SCALE,
+    TRUTH_NO_VALUE,
     JSON,
     MEMORY_LIMIT
 };
 
 static const option options[] = {
-    [OUTPUT] = MAP_OUTPUT_OPTION, [PAIR] = PAIR_OPTION_ROWS,
-    [SOLVER] = SOLVER_OPTION,     [SEARCH] = SEARCH_OPTION_ROWS,
-    [SCALE] = SCALE_OPTION,       [COLOR] = COLOR_OPTION,
-    [TRUTH] = TRUTH_OPTION,       [TRUTH_SCALE] = TRUTH_SCALE_OPTION,
-    [JSON] = JSON_OPTION,         [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
+    [OUTPUT] = MAP_OUTPUT_OPTION,
+    [PAIR] = PAIR_OPTION_ROWS,
+    [SOLVER] = SOLVER_OPTION,
+    [SEARCH] = SEARCH_OPTION_ROWS,
+    [STOPPING] = STOPPING_OPTION_ROWS,
+    [SCALE] = SCALE_OPTION,
+    [COLOR] = COLOR_OPTION,
+    [TRUTH] = TRUTH_OPTION,
+    [TRUTH_SCALE] = TRUTH_SCALE_OPTION,
+    [TRUTH_NO_VALUE] = TRUTH_NO_VALUE_OPTION,
+    [JSON] = JSON_OPTION,
+    [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
 
 typedef struct request {
@@ -35,7 +45,7 @@ typedef struct request {
     const solver *by;
     search how;
     bool scored; /* there is a truth */
-    uint32_t truth_scale;
+    map_form truth_form;
     true_map truth;
 } request;
 
@@ -48,7 +58,8 @@ static int read_request(job *at, request *asked)
                   &asked->pair));
     TRY(solver_read(values[SOLVER], &asked->by));
     TRY(search_read(&values[SEARCH], &asked->how));
-    TRY(truth_scale_read(values[TRUTH_SCALE], &asked->truth_scale));
+    TRY(stopping_read(&values[STOPPING], &asked->how));
+    TRY(truth_form_read(values[TRUTH_SCALE], values[TRUTH_NO_VALUE], &asked->truth_form));
     return map_request_read(values[OUTPUT], values[SCALE], values[COLOR] != NULL, &at->limit,
                             &asked->map);
 }
@@ -65,6 +76,7 @@ static void print_result(const job *at, const request *asked, const solved *foun
         map_request_json(&asked->map);
         if (asked->scored) {
             map_errors_json(errors);
+            map_errors_json_more(errors);
         }
         json_end();
         return;
@@ -86,10 +98,71 @@ static int write_found(job *at, request *asked, const laid_out *laid, const solv
         TRY(truth_compare(&asked->truth, &map, &errors));
     }
     TRY(map_request_write(&asked->map, &map));
+    TRY(job_commit(at));
     if (!output_is_standard(asked->map.output)) {
         print_result(at, asked, found, &errors);
     }
+    hint_range(&asked->pair, &map);
+    if (asked->scored) {
+        map_errors_warn(asked->map.output, &errors);
+    }
     return DONE;
+}
+
+/* What the solver takes beside the model, and then the map. */
+static uint64_t bytes_after_model(const request *asked, const qs_frame *frame, uint64_t work)
+{
+    const qs_labels labels = {.frame = *frame};
+    uint64_t map = map_bytes(&asked->map, &labels); /* made after the solver's work is freed */
+    return work > map ? work : map;
+}
+
+/* Lays out the upper left corner of the problem, to see what the solver takes for a site. */
+static int measure_corner(const request *asked, const qs_problem *problem, budget *aside,
+                          double *bytes)
+{
+    enum { CORNER = 32 };
+    const char *name = input_name(asked->pair.left);
+    const qs_frame *frame = &problem->frame;
+    uint32_t width = problem->grid.width, height = problem->grid.height;
+    qs_stereo corner = asked->pair.stereo;
+    qs_problem small;
+    laid_out laid;
+    corner.x = frame->x;
+    corner.y = frame->y;
+    corner.width = width < CORNER ? width : CORNER;
+    corner.height = height < CORNER ? height : CORNER;
+    size_t size = qs_stereo_workspace(&corner);
+    void *workspace = budget_take(aside, name, size);
+    if (workspace == NULL) {
+        return NO_RESOURCE;
+    }
+    qs_status made = qs_stereo_problem(&corner, workspace, size, &small);
+    if (made != QS_OK) {
+        return fail_status(name, made);
+    }
+    small.pairwise = problem->pairwise;
+    TRY(lay_out_problem(name, &small, asked->pair.weights, aside, &laid));
+    *bytes = (double)solve_bytes(&laid, asked->by) / laid.model.sites;
+    return DONE;
+}
+
+/* Refuses before the work what would be far over the memory limit, and names about what it needs.
+ * When the problem is laid out, the need is known exactly. */
+static int check_ahead(const job *at, const request *asked, const qs_problem *problem)
+{
+    budget aside = budget_inside(&at->limit);
+    double each = 0;
+    int status = measure_corner(asked, problem, &aside, &each);
+    budget_free(&aside);
+    if (status != DONE) {
+        return status;
+    }
+    uint64_t work = (uint64_t)(each * qs_problem_sites(problem));
+    uint64_t all = bytes_sum(qs_model_of_problem_workspace(problem),
+                             bytes_after_model(asked, &problem->frame, work));
+    bool is_far_over = all - all / 10 > at->limit.left;
+    return is_far_over ? budget_need(&at->limit, input_name(asked->pair.left), all) : DONE;
 }
 
 static int match(job *at, request *asked)
@@ -98,13 +171,18 @@ static int match(job *at, request *asked)
     qs_problem problem;
     laid_out laid;
     solved found;
-    TRY(pair_open(&asked->pair, &problem));
+    TRY(pair_open(&asked->pair, &at->limit, &problem));
     if (asked->scored) {
-        TRY(truth_open(at->values[TRUTH], asked->truth_scale, (uint32_t)left->width,
-                       (uint32_t)left->height, &asked->truth));
+        TRY(truth_open(at->values[TRUTH], &asked->truth_form, (uint32_t)left->width,
+                       (uint32_t)left->height, &at->limit, &asked->truth));
+        hint_truth(&asked->pair, &asked->truth);
     }
+    TRY(check_ahead(at, asked, &problem));
+    hint_swapped(&asked->pair);
     TRY(pair_lay_out(&asked->pair, &problem, &at->limit, &laid));
     TRY(map_check(laid.name, &laid.labels));
+    TRY(budget_need(&at->limit, laid.name,
+                    bytes_after_model(asked, &problem.frame, solve_bytes(&laid, asked->by))));
     TRY(map_request_open(&asked->map, at));
     TRY(solve_problem(&laid, asked->by, &asked->how, &at->limit, &found));
     TRY(solved_check(&laid, &found));
@@ -115,10 +193,7 @@ static int run_match(job *at)
 {
     request asked;
     TRY(read_request(at, &asked));
-    int status = match(at, &asked);
-    truth_close(&asked.truth);
-    pair_close(&asked.pair);
-    return status;
+    return match(at, &asked);
 }
 
 const command cmd_match = {

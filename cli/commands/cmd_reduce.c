@@ -9,6 +9,7 @@
 #include "text/json.h"
 #include "text/names.h"
 #include "text/numbers.h"
+#include "text/plain.h"
 
 enum {
     OUTPUT,
@@ -58,7 +59,7 @@ static void print_result(const job *at, const reduced *smaller, const laid_out *
         reduced_json(smaller, before, after);
         json_end();
     } else if (!output_is_standard(path)) {
-        printf("%s: %zu bytes\n", path, after->file.size);
+        printf("%s: %zu bytes\n", plain(path), after->file.size);
         reduced_print(smaller, before, encoding_name(before->labels.encoding), after);
     }
 }
@@ -82,6 +83,7 @@ static int run_reduce(job *at)
     coding.kept = smaller.kept;
     TRY(recode_problem(&laid, &coding, "--penalty or --gap", &at->limit, &made));
     output_write_file(out, &made.file);
+    TRY(job_commit(at));
     print_result(at, &smaller, &laid, &made);
     return DONE;
 }

@@ -1,5 +1,4 @@
 #include <stdio.h>
-#include <stdlib.h>
 
 #include "command.h"
 #include "pictures/map_errors.h"
@@ -7,36 +6,66 @@
 #include "text/json.h"
 #include "text/numbers.h"
 
-enum { SCALE, TRUTH_SCALE, MAX_RMS, MAX_BAD_HALF, MAX_BAD_ONE, JSON };
+enum {
+    SCALE,
+    NO_VALUE,
+    TRUTH_SCALE,
+    TRUTH_NO_VALUE,
+    MASK,
+    MAX_RMS,
+    MAX_BAD_HALF,
+    MAX_BAD_ONE,
+    MIN_DENSITY,
+    JSON,
+    MEMORY_LIMIT
+};
+
+/* Errors that have a limit; they are in the order of their options. */
+enum { LIMITED = ERROR_BAD_ONE + 1 };
 
 static const option options[] = {
     [SCALE] = {"scale", 0, false, "S", "8", "MAP holds disparity x S; a .pfm always holds pixels"},
+    [NO_VALUE] = {"no-value", 0, false, "V", NULL, "in MAP " NO_VALUE_HELP},
     [TRUTH_SCALE] = {"truth-scale", 0, false, "S", "8", "the same for TRUTH"},
+    [TRUTH_NO_VALUE] = TRUTH_NO_VALUE_OPTION,
+    [MASK] = {"mask", 0, false, "MASK", NULL,
+              "count only pixels that are white here, as those visible in both pictures"},
     [MAX_RMS] = {"max-rms", 0, false, "X", NULL, "exit with 1 if the rms error is above X pixels"},
     [MAX_BAD_HALF] = {"max-bad-0.5", 0, false, "P", NULL,
                       "exit with 1 if more than P percent are wrong by more than 0.5"},
     [MAX_BAD_ONE] = {"max-bad-1.0", 0, false, "P", NULL,
                      "exit with 1 if more than P percent are wrong by more than 1"},
+    [MIN_DENSITY] = {"min-density", 0, false, "P", NULL,
+                     "exit with 1 if MAP has a value at less than P percent of TRUTH's pixels"},
     [JSON] = JSON_OPTION,
+    [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
 
-/* The limits of the errors are in the order of the errors. Returns ANSWER_NO if an error is above
- * its limit. */
-static int check_limits(const char *name, const job *at, const double errors[ERRORS],
-                        const double most[ERRORS])
+/* What the errors are held against. */
+typedef struct limits {
+    double most[LIMITED];
+    double density;
+} limits;
+
+/* Returns ANSWER_NO if an error is above its limit, or the density below it. */
+static int check_limits(const char *name, const job *at, const map_errors *errors,
+                        const limits *held)
 {
     int status = DONE;
-    for (size_t i = 0; i < ERRORS; i++) {
-        if (at->values[MAX_RMS + i] != NULL && errors[i] > most[i]) {
+    for (size_t i = 0; i < LIMITED; i++) {
+        if (at->values[MAX_RMS + i] != NULL && errors->of[i] > held->most[i]) {
             status = fail(ANSWER_NO, name, "%s is %.6g, above %s", options[MAX_RMS + i].name + 4,
-                          errors[i], at->values[MAX_RMS + i]);
+                          errors->of[i], at->values[MAX_RMS + i]);
         }
+    }
+    if (at->values[MIN_DENSITY] != NULL && errors->density < held->density) {
+        status = fail(ANSWER_NO, name, "density is %.6g, below %s", errors->density,
+                      at->values[MIN_DENSITY]);
     }
     return status;
 }
 
-static int score_maps(const job *at, const qs_map *map, const qs_map *truth,
-                      const double most[ERRORS])
+static int score_maps(const job *at, const qs_map *map, const qs_map *truth, const limits *held)
 {
     const char *name = input_name(at->given->operands[0]),
                *truth_name = input_name(at->given->operands[1]);
@@ -45,50 +74,51 @@ static int score_maps(const job *at, const qs_map *map, const qs_map *truth,
     if (at->json) {
         json_begin();
         map_errors_json(&errors);
+        map_errors_json_more(&errors);
         json_end();
     } else {
         map_errors_print(&errors);
+        map_errors_print_more(&errors);
     }
     if (errors.pixels == 0) {
         return fail(ANSWER_NO, name,
                     "no pixel has a value both here and in %s: compare maps that overlap",
                     truth_name);
     }
-    return check_limits(name, at, errors.of, most);
+    map_errors_warn(name, &errors);
+    return check_limits(name, at, &errors, held);
 }
 
-static int read_and_score(const job *at, uint32_t scale, uint32_t truth_scale,
-                          const double most[ERRORS])
+static int read_limits(const char *const *values, limits *held)
 {
-    const char *const *operands = at->given->operands;
-    qs_map map, truth;
-    int32_t *values = NULL, *truth_values = NULL;
-    int status = map_read(operands[0], scale, &map, &values);
-    if (status == DONE) {
-        status = map_read(operands[1], truth_scale, &truth, &truth_values);
+    char spelled[32];
+    *held = (limits){.density = 0};
+    for (size_t i = 0; i < LIMITED; i++) {
+        (void)snprintf(spelled, sizeof spelled, "--%s", options[MAX_RMS + i].name);
+        if (values[MAX_RMS + i] != NULL) {
+            TRY(threshold_read(spelled, values[MAX_RMS + i], &held->most[i]));
+        }
     }
-    if (status == DONE) {
-        status = score_maps(at, &map, &truth, most);
-    }
-    free(values);
-    free(truth_values);
-    return status;
+    return values[MIN_DENSITY] != NULL
+               ? threshold_read("--min-density", values[MIN_DENSITY], &held->density)
+               : DONE;
 }
 
 static int run_score(job *at)
 {
-    uint32_t scale, truth_scale;
-    double most[ERRORS] = {0, 0, 0};
-    char spelled[32];
-    TRY(number_read("--scale", at->values[SCALE], 1, 65536, &scale));
-    TRY(truth_scale_read(at->values[TRUTH_SCALE], &truth_scale));
-    for (size_t i = 0; i < ERRORS; i++) {
-        (void)snprintf(spelled, sizeof spelled, "--%s", options[MAX_RMS + i].name);
-        if (at->values[MAX_RMS + i] != NULL) {
-            TRY(threshold_read(spelled, at->values[MAX_RMS + i], &most[i]));
-        }
+    const char *const *values = at->values, *const *operands = at->given->operands;
+    map_form form, truth_form;
+    limits held;
+    qs_map map, truth;
+    TRY(map_form_read("--scale", values[SCALE], "--no-value", values[NO_VALUE], &form));
+    TRY(truth_form_read(values[TRUTH_SCALE], values[TRUTH_NO_VALUE], &truth_form));
+    TRY(read_limits(values, &held));
+    TRY(map_read(operands[0], &form, &at->limit, &map));
+    TRY(map_read(operands[1], &truth_form, &at->limit, &truth));
+    if (values[MASK] != NULL) {
+        TRY(map_apply_mask(values[MASK], &at->limit, &truth));
     }
-    return read_and_score(at, scale, truth_scale, most);
+    return score_maps(at, &map, &truth, &held);
 }
 
 const command cmd_score = {
@@ -99,11 +129,17 @@ const command cmd_score = {
             .about =
                 "Compares a disparity map with the truth, over the pixels that have a value in "
                 "both: the root mean square error in pixels (rms), and the percentage of pixels "
-                "that are wrong by more than 0.5 and 1 pixel (bad-0.5, bad-1.0).\n",
+                "that are wrong by more than 0.5, 1 and 2 pixels (bad-0.5, bad-1.0, bad-2.0); the "
+                "average error; those wrong by more than 3 pixels and 5 percent (D1, as in "
+                "KITTI); and the share of TRUTH's pixels at which MAP has a value (density).\n\n"
+                "In a map of whole numbers 0 says no value and 1 disparity 0, unless the option "
+                "for no value says otherwise. TIFFs may hold signed numbers or floats; floats "
+                "are pixels, as in a .pfm.\n",
             OPTIONS(options),
             .examples =
                 "  qstereo score disparity.png truth.png --scale 8 --truth-scale 8\n"
-                "  qstereo score disparity.pfm truth.png --truth-scale 16 --max-bad-1.0 10\n",
+                "  qstereo score disparity.pfm truth.png --truth-scale 16 --max-bad-1.0 10\n"
+                "  qstereo score sgbm.tiff truth.pfm --scale 16 --no-value -16\n",
         },
     .summary = "compare a disparity map with the truth",
     .run = run_score,

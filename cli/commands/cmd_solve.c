@@ -7,13 +7,22 @@
 #include "text/fail.h"
 #include "text/json.h"
 #include "text/numbers.h"
+#include "text/plain.h"
 
-enum { OUTPUT, SOLVER, SEARCH, JSON = SEARCH + SEARCH_OPTIONS, MEMORY_LIMIT };
+enum {
+    OUTPUT,
+    SOLVER,
+    SEARCH,
+    STOPPING = SEARCH + SEARCH_OPTIONS,
+    JSON = STOPPING + STOPPING_OPTIONS,
+    MEMORY_LIMIT
+};
 
 static const option options[] = {
     [OUTPUT] = {"output", 'o', true, "S.qsf", NULL, "samples file to write, - is standard output"},
     [SOLVER] = SOLVER_OPTION,
     [SEARCH] = SEARCH_OPTION_ROWS,
+    [STOPPING] = STOPPING_OPTION_ROWS,
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -69,7 +78,7 @@ static int write_samples(const request *asked, const problem_file *problem, cons
     const qs_sink sink = {output_sink, out};
     qs_digest(problem->file.bytes, problem->file.size, samples.problem);
     qs_status written = qs_samples_write(&samples, &sink, NULL);
-    /* The end of the command reports refused bytes. */
+    /* job_commit reports refused bytes. */
     return written == QS_OK || written == QS_E_IO ? DONE : fail_status(out->name, written);
 }
 
@@ -82,7 +91,7 @@ static void print_result(const job *at, const solved *found)
         solved_json(found, scale);
         json_end();
     } else if (!output_is_standard(path)) {
-        printf("%s: ", path);
+        printf("%s: ", plain(path));
         solved_print(found, scale);
     }
 }
@@ -95,12 +104,15 @@ static int run_solve(job *at)
     solved found;
     TRY(solver_read(at->values[SOLVER], &asked.by));
     TRY(search_read(&at->values[SEARCH], &asked.how));
+    TRY(stopping_read(&at->values[STOPPING], &asked.how));
     TRY(job_open_problem(at));
     TRY(lay_out(&at->both.problem, &at->limit, &laid));
+    TRY(budget_need(&at->limit, laid.name, solve_bytes(&laid, asked.by)));
     TRY(job_open_output(at, at->values[OUTPUT], &out));
     TRY(solve_problem(&laid, asked.by, &asked.how, &at->limit, &found));
     TRY(solved_check(&laid, &found));
     TRY(write_samples(&asked, &at->both.problem, &found, out));
+    TRY(job_commit(at));
     print_result(at, &found);
     return DONE;
 }
@@ -120,7 +132,9 @@ const command cmd_solve = {
                 "give an exact lower bound: no "
                 "labelling has a lower energy. If the energy of the answer is equal to it, the "
                 "answer is proven optimal.\n\n"
-                "Ctrl-C ends the command without a file.\n",
+                "--time-limit counts from the start of the command. Ctrl-C ends the command "
+                "without a file; with --keep-on-interrupt the first one stops the solver, and "
+                "its best so far is written.\n",
             OPTIONS(options),
             .examples =
                 "  qstereo solve p.qcf -o s.qsf\n"

@@ -6,6 +6,7 @@
 #include "text/fail.h"
 #include "text/json.h"
 #include "text/numbers.h"
+#include "text/plain.h"
 
 enum { JSON, MEMORY_LIMIT };
 
@@ -37,9 +38,9 @@ static void print_lines(const answer *both, const survey *seen)
 {
     const qs_samples_view *samples = &both->samples.view;
     char energy[DECIMAL_SIZE];
-    printf("%" PRIu32 " sample%s (%" PRIu64 " occurrence%s) by %.*s\n", samples->count,
+    printf("%" PRIu32 " sample%s (%" PRIu64 " occurrence%s) by %s\n", samples->count,
            plural(samples->count), seen->occurrences, plural(seen->occurrences),
-           (int)samples->solver_size, samples->solver);
+           plain_text(samples->solver, samples->solver_size));
     printf("%" PRIu32 " feasible (a sample is feasible if %s)\n", seen->feasible,
            feasible_means(&both->problem.qubo));
     if (seen->feasible > 0) {

@@ -9,15 +9,31 @@
 #include "pictures/netpbm.h"
 #include "pictures/picture_library.h"
 #include "pictures/picture_read.h"
+#include "pictures/picture_size.h"
 #include "text/fail.h"
 #include "text/json.h"
 #include "text/numbers.h"
+#include "text/plain.h"
+
+int map_form_read(const char *scale_option, const char *scale, const char *no_value_option,
+                  const char *no_value, map_form *form)
+{
+    *form = (map_form){.has_no_value = no_value != NULL};
+    TRY(number_read(scale_option, scale, 1, 65536, &form->scale));
+    return no_value != NULL ? real_read(no_value_option, no_value, &form->no_value) : DONE;
+}
+
+static bool is_no_value(const map_form *form, double value)
+{
+    return form->has_no_value &&
+           (value == form->no_value || (form->no_value < 0 && value < form->no_value));
+}
 
 /* In units of 1/PFM_SCALE pixel. Returns false if the value is too large for a disparity. */
-static bool hold_float(float value, int32_t *held)
+static bool hold_float(const map_form *form, float value, int32_t *held)
 {
     *held = QS_NO_DISPARITY;
-    if (!isfinite(value)) {
+    if (!isfinite(value) || is_no_value(form, (double)value)) {
         return true;
     }
     if (value <= -32767.0F || value >= 32767.0F) {
@@ -27,180 +43,144 @@ static bool hold_float(float value, int32_t *held)
     return true;
 }
 
-static int hold_floats(const char *path, const float_picture *floats, int32_t *values)
+static int32_t hold_whole(const map_form *form, int32_t value)
+{
+    if (form->has_no_value) {
+        return is_no_value(form, value) ? QS_NO_DISPARITY : value;
+    }
+    return value > 0 ? qs_disparity_read((uint32_t)value, form->scale) : QS_NO_DISPARITY;
+}
+
+static int hold_floats(const char *path, const map_form *form, const float_picture *floats,
+                       int32_t *values)
 {
     for (size_t i = 0; i < floats->width * floats->height; i++) {
-        if (!hold_float(floats->values[i], &values[i])) {
+        float value = floats->values[i];
+        if (floats->whole) {
+            values[i] = hold_whole(form, (int32_t)value);
+        } else if (!hold_float(form, value, &values[i])) {
             return fail(BAD_INPUT, input_name(path),
                         "pixel (%zu, %zu) holds %g, which is not a disparity in pixels",
-                        i % floats->width, i / floats->width, (double)floats->values[i]);
+                        i % floats->width, i / floats->width, (double)value);
         }
     }
     return DONE;
 }
 
-static int read_pfm(const char *path, const file_bytes *file, qs_map *map, int32_t **values)
+static int32_t *take_values(const char *path, budget *limit, size_t width, size_t height)
+{
+    return budget_take(limit, input_name(path), width * height * sizeof(int32_t));
+}
+
+static int decode_floats(const char *path, const file_bytes *file, float_picture *floats)
+{
+    char reason[REASON_SIZE] = "";
+    floats->whole = false;
+    picture_status status = pfm_is(file) ? pfm_decode(file, floats, reason)
+                                         : picture_library_decode_floats(file, floats, reason);
+    return picture_fail(path, status, reason);
+}
+
+static int read_floats(const char *path, const file_bytes *file, const map_form *form,
+                       budget *limit, qs_map *map)
 {
     float_picture floats;
-    char reason[REASON_SIZE] = "";
-    int status = picture_fail(path, pfm_decode(file, &floats, reason), reason);
-    if (status != DONE) {
-        return status;
+    picture stated = {.channels = 1};
+    uint64_t size = file->size; /* of the floats of a PFM */
+    if (!pfm_is(file) && picture_size(file, &stated)) {
+        size = bytes_product(picture_bytes(&stated), 2);
     }
-    *values = malloc(floats.width * floats.height * sizeof **values);
-    status = *values != NULL ? hold_floats(path, &floats, *values) : fail_memory(input_name(path));
-    *map = (qs_map){*values, floats.width, floats.height, PFM_SCALE};
+    TRY(budget_need(limit, input_name(path), bytes_product(size, 2)));
+    TRY(decode_floats(path, file, &floats));
+    int32_t *values = take_values(path, limit, floats.width, floats.height);
+    int status = values != NULL ? hold_floats(path, form, &floats, values) : NO_RESOURCE;
+    *map = (qs_map){values, floats.width, floats.height, floats.whole ? form->scale : PFM_SCALE};
     free(floats.values);
     return status;
 }
 
-static int read_integers(const char *path, const file_bytes *file, uint32_t scale, qs_map *map,
-                         int32_t **values)
+/* Checks that a picture in colours has greys alone, as a palette of greys gives it. */
+static int check_greys(const char *path, const picture *coloured)
 {
-    picture integers;
-    int status = picture_decode(path, file, &integers);
-    if (status != DONE) {
-        return status;
-    }
-    size_t count = integers.width * integers.height;
-    if (integers.channels != 1) {
-        status = fail(BAD_INPUT, input_name(path),
-                      "is a picture in colours: give a grey one, with one value per pixel");
-    } else if ((*values = malloc(count * sizeof **values)) == NULL) {
-        status = fail_memory(input_name(path));
-    }
-    for (size_t i = 0; i < count && status == DONE; i++) {
-        (*values)[i] = qs_disparity_read(integers.samples[i], scale);
-    }
-    *map = (qs_map){*values, integers.width, integers.height, scale};
-    picture_free(&integers);
-    return status;
-}
-
-int map_read(const char *path, uint32_t scale, qs_map *map, int32_t **values)
-{
-    budget owner;
-    file_bytes file;
-    *values = NULL;
-    int status = picture_read_file(path, &owner, &file);
-    if (status == DONE) {
-        status = pfm_is(&file) ? read_pfm(path, &file, map, values)
-                               : read_integers(path, &file, scale, map, values);
-    }
-    budget_free(&owner);
-    if (status != DONE) {
-        free(*values);
-        *values = NULL;
-    }
-    return status;
-}
-
-static int fail_too_large(const char *path, uint32_t disparity, uint32_t scale)
-{
-    if (disparity > 65535 / 2) {
-        return fail(BAD_INPUT, path,
-                    "disparity %" PRIu32 " does not fit 16 bits at any --scale: write a .pfm",
-                    disparity);
-    }
-    return fail(BAD_INPUT, path,
-                "disparity %" PRIu32 " does not fit 16 bits at --scale %" PRIu32 ": %" PRIu32
-                " is the largest scale that does",
-                disparity, scale, 65535 / disparity);
-}
-
-static int hold_integers(const pixel_map *map, uint32_t scale, const char *path, picture *made)
-{
-    size_t count = made->width * made->height;
-    int32_t largest = 0; /* QS_NO_DISPARITY is less */
-    for (size_t i = 0; i < count; i++) {
-        largest = map->disparities[i] > largest ? map->disparities[i] : largest;
-    }
-    uint64_t most = qs_disparity_hold((uint32_t)largest, scale);
-    if (most > 65535) {
-        return fail_too_large(path, (uint32_t)largest, scale);
-    }
-    made->maxval = most > 255 ? 65535 : 255;
-    for (size_t i = 0; i < count; i++) {
-        int32_t disparity = map->disparities[i];
-        made->samples[i] = disparity == QS_NO_DISPARITY
-                               ? 0
-                               : (uint16_t)qs_disparity_hold((uint32_t)disparity, scale);
+    for (size_t i = 0; coloured->channels == 3 && i < coloured->width * coloured->height; i++) {
+        const uint16_t *pixel = coloured->samples + 3 * i;
+        if (pixel[0] != pixel[1] || pixel[0] != pixel[2]) {
+            return fail(BAD_INPUT, input_name(path),
+                        "is a picture in colours: give a grey one, with one value per pixel");
+        }
     }
     return DONE;
 }
 
-static int encode_picture(const picture *made, bool png, const char *path, file_bytes *file)
+static int hold_samples(const char *path, const picture *integers, const map_form *form,
+                        budget *limit, qs_map *map)
 {
-    picture_status status = png ? picture_library_encode_png(made, file) : pnm_encode(made, file);
-    return picture_fail(path, status, "cannot be made");
-}
-
-static int encode_pfm(const pixel_map *map, const char *path, file_bytes *file)
-{
-    size_t count = (size_t)map->width * map->height;
-    float_picture made = {map->width, map->height, malloc(count * sizeof *made.values)};
-    if (made.values == NULL) {
-        return fail_memory(path);
+    size_t count = integers->width * integers->height;
+    TRY(check_greys(path, integers));
+    int32_t *values = take_values(path, limit, integers->width, integers->height);
+    if (values == NULL) {
+        return NO_RESOURCE;
     }
     for (size_t i = 0; i < count; i++) {
-        made.values[i] =
-            map->disparities[i] == QS_NO_DISPARITY ? INFINITY : (float)map->disparities[i];
+        values[i] = hold_whole(form, integers->samples[i * integers->channels]);
     }
-    int status = picture_fail(path, pfm_encode(&made, file), "cannot be made");
-    free(made.values);
+    *map = (qs_map){values, integers->width, integers->height, form->scale};
+    return DONE;
+}
+
+static int read_integers(const char *path, const file_bytes *file, const map_form *form,
+                         budget *limit, qs_map *map)
+{
+    picture integers;
+    TRY(picture_decode(path, file, limit, &integers));
+    int status = hold_samples(path, &integers, form, limit, map);
+    picture_free(&integers);
     return status;
 }
 
-int map_encode(const pixel_map *map, map_format format, uint32_t scale, const char *path,
-               file_bytes *file)
+int map_read(const char *path, const map_form *form, budget *limit, qs_map *map)
 {
-    picture made = {map->width, map->height, 1, 255, NULL};
-    if (format == MAP_PFM) {
-        return encode_pfm(map, path, file);
-    }
-    if (!picture_allocate(&made)) {
-        return fail_memory(path);
-    }
-    int status = hold_integers(map, scale, path, &made);
+    budget work = budget_inside(limit);
+    file_bytes file;
+    int status = file_read(path, &work, &file);
     if (status == DONE) {
-        status = encode_picture(&made, format == MAP_PNG, path, file);
+        limit->left -= file.size; /* while the file is there */
+        bool floats = pfm_is(&file) || picture_is_signed(&file);
+        status = (floats ? read_floats : read_integers)(path, &file, form, limit, map);
+        limit->left += file.size;
     }
-    picture_free(&made);
+    budget_free(&work);
     return status;
 }
 
-/* The colour of `value` on a scale that ends at `most`: straight lines between nine points of a
- * map after Google's Turbo, in integers, so that every machine draws the same. */
-static void colour_of(uint32_t value, uint32_t most, uint16_t rgb[3])
+/* White is the largest sample that there can be: in the masks of Middlebury, pixels that are
+ * visible in both pictures. */
+static int mask_out(const char *path, const picture *mask, qs_map *map)
 {
-    enum { STEPS = 8, PART = 256 };
-    static const uint8_t points[STEPS + 1][3] = {{48, 18, 59},   {70, 107, 227}, {40, 187, 236},
-                                                 {49, 242, 153}, {162, 252, 60}, {237, 208, 58},
-                                                 {251, 128, 34}, {210, 49, 5},   {122, 4, 3}};
-    uint64_t place = most > 0 ? (uint64_t)value * STEPS * PART / most : 0;
-    unsigned step = (unsigned)(place / PART), part = (unsigned)(place % PART);
-    for (unsigned c = 0; c < 3; c++) {
-        unsigned from = points[step][c], to = points[step + (part > 0)][c];
-        rgb[c] = (uint16_t)((from * (PART - part) + to * part + PART / 2) / PART);
+    int32_t *values = (int32_t *)map->values;
+    if (mask->width != map->width || mask->height != map->height) {
+        return fail(BAD_INPUT, input_name(path), "is %zu x %zu pixels, but the truth is %zu x %zu",
+                    mask->width, mask->height, map->width, map->height);
     }
-}
-
-int map_encode_colour(const pixel_map *map, bool png, const char *path, file_bytes *file)
-{
-    picture made = {map->width, map->height, 3, 255, NULL};
-    if (!picture_allocate(&made)) {
-        return fail_memory(path);
-    }
-    memset(made.samples, 0, made.width * made.height * 3 * sizeof *made.samples);
-    for (size_t i = 0; i < made.width * made.height; i++) {
-        int32_t disparity = map->disparities[i];
-        if (disparity != QS_NO_DISPARITY) {
-            colour_of((uint32_t)disparity - map->least, map->most - map->least,
-                      made.samples + 3 * i);
+    for (size_t i = 0; i < mask->width * mask->height; i++) {
+        if (mask->samples[i * mask->channels] != mask->maxval) {
+            values[i] = QS_NO_DISPARITY;
         }
     }
-    int status = encode_picture(&made, png, path, file);
-    picture_free(&made);
+    return DONE;
+}
+
+int map_apply_mask(const char *path, budget *limit, qs_map *map)
+{
+    budget work = budget_inside(limit);
+    file_bytes file;
+    picture mask = {.samples = NULL};
+    int status = file_read(path, &work, &file);
+    status = status == DONE ? picture_decode(path, &file, &work, &mask) : status;
+    status = status == DONE ? check_greys(path, &mask) : status;
+    status = status == DONE ? mask_out(path, &mask, map) : status;
+    picture_free(&mask);
+    budget_free(&work);
     return status;
 }
 
@@ -218,16 +198,34 @@ int map_check(const char *name, const qs_labels *labels)
     return DONE;
 }
 
+/* A map in colours is a PNG beside everything but a PGM, if PNG can be written. */
+static bool colour_is_png(const map_request *asked)
+{
+    return asked->format != MAP_PGM && picture_library_writes_png();
+}
+
+uint64_t map_bytes(const map_request *asked, const qs_labels *labels)
+{
+    /* Of each sample of a PNG: ours, those of the library in 16 and in 8 bits, the file, and its
+     * copy. The other formats are written row by row. */
+    enum { PNG_BYTES = 2 + 2 + 2 + 2 + 2 };
+    uint64_t pixels = (uint64_t)labels->frame.picture_width * labels->frame.picture_height;
+    uint64_t samples = asked->format == MAP_PNG ? 1 : 0;
+    if (asked->colour != NULL && colour_is_png(asked)) {
+        samples = 3; /* one map after the other */
+    }
+    return bytes_product(pixels, sizeof(int32_t) + samples * PNG_BYTES);
+}
+
 int map_of_labelling(const char *name, const qs_labels *labels, const uint16_t *labelling,
                      budget *limit, pixel_map *map)
 {
     const qs_frame *frame = &labels->frame;
-    if (frame->picture_height > SIZE_MAX / sizeof *map->disparities / frame->picture_width) {
-        return budget_fail(limit, name);
-    }
-    size_t size = sizeof *map->disparities * frame->picture_width * frame->picture_height;
-    *map = (pixel_map){budget_take(limit, name, size), frame->picture_width, frame->picture_height,
-                       frame->first, frame->first + labels->labels - 1};
+    uint64_t size = bytes_product((uint64_t)frame->picture_width * frame->picture_height,
+                                  sizeof *map->disparities);
+    TRY(budget_need(limit, name, size));
+    *map = (pixel_map){budget_take(limit, name, (size_t)size), frame->picture_width,
+                       frame->picture_height, frame->first, frame->first + labels->labels - 1};
     if (map->disparities == NULL) {
         return NO_RESOURCE;
     }
@@ -266,12 +264,6 @@ static int format_of(const char *path, map_format *format)
                           path);
     }
     return DONE;
-}
-
-/* A map in colours is a PNG beside everything but a PGM, if PNG can be written. */
-static bool colour_is_png(const map_request *asked)
-{
-    return asked->format != MAP_PGM && picture_library_writes_png();
 }
 
 static int name_colour(budget *limit, map_request *asked)
@@ -316,18 +308,10 @@ int map_request_open(map_request *asked, job *at)
 
 int map_request_write(const map_request *asked, const pixel_map *map)
 {
-    file_bytes files[2] = {{NULL, 0}, {NULL, 0}};
-    int status = map_encode(map, asked->format, asked->scale, asked->output, &files[0]);
-    if (status == DONE && asked->colour != NULL) {
-        status = map_encode_colour(map, colour_is_png(asked), asked->colour, &files[1]);
-    }
-    for (size_t i = 0; i < 2; i++) {
-        if (status == DONE && asked->files[i] != NULL) {
-            output_write_file(asked->files[i], &files[i]);
-        }
-        file_free(&files[i]);
-    }
-    return status;
+    TRY(map_write(map, asked->format, asked->scale, asked->output, asked->files[0]));
+    return asked->colour != NULL
+               ? map_write_colour(map, colour_is_png(asked), asked->colour, asked->files[1])
+               : DONE;
 }
 
 void map_request_json(const map_request *asked)
@@ -338,6 +322,6 @@ void map_request_json(const map_request *asked)
 
 void map_request_print(const map_request *asked)
 {
-    printf("%s%s%s: ", asked->output, asked->colour != NULL ? ", " : "",
-           asked->colour != NULL ? asked->colour : "");
+    printf("%s%s%s: ", plain(asked->output), asked->colour != NULL ? ", " : "",
+           asked->colour != NULL ? plain(asked->colour) : "");
 }

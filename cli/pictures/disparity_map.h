@@ -12,9 +12,29 @@
 /* The scale at which the floats of a PFM are held. */
 #define PFM_SCALE 65536u
 
-/* Reads a map. `scale` is that of a map of whole numbers; a PFM is in pixels. Returns DONE,
- * BAD_INPUT or NO_RESOURCE. The caller frees the values. */
-int map_read(const char *path, uint32_t scale, qs_map *map, int32_t **values);
+/* What the numbers in the file of a map mean. */
+typedef struct map_form {
+    uint32_t scale; /* whole numbers hold disparity * scale, floats pixels */
+    /* A value that says no value; if it is negative, lower ones say so too. Without it these do: 0
+     * and negative whole numbers, and floats that are not finite. With it 0 and 1 are disparities
+     * like others, but floats that are not finite are none all the same. */
+    bool has_no_value;
+    double no_value;
+} map_form;
+
+#define NO_VALUE_HELP "the number that says no value; if it is negative, so do lower ones"
+
+/* Reads the arguments of options for a form; `no_value` NULL = not given. Returns DONE or
+ * BAD_USAGE. */
+int map_form_read(const char *scale_option, const char *scale, const char *no_value_option,
+                  const char *no_value, map_form *form);
+
+/* Reads a map, whose values the budget owns. Returns DONE, BAD_INPUT or NO_RESOURCE. */
+int map_read(const char *path, const map_form *form, budget *limit, qs_map *map);
+
+/* Takes out of a map what is not white in the mask, a picture of the same size. Returns DONE,
+ * BAD_INPUT or NO_RESOURCE. */
+int map_apply_mask(const char *path, budget *limit, qs_map *map);
 
 /* A map in pixels. */
 typedef struct pixel_map {
@@ -33,13 +53,12 @@ int map_of_labelling(const char *name, const qs_labels *labels, const uint16_t *
 
 typedef enum map_format { MAP_PGM, MAP_PNG, MAP_PFM } map_format;
 
-/* The map as the bytes of a file, which file_free frees. Returns DONE, BAD_INPUT (a value does not
- * fit) or NO_RESOURCE. */
-int map_encode(const pixel_map *map, map_format format, uint32_t scale, const char *path,
-               file_bytes *file);
-
-/* The map in colours, as a PNG or a PPM: small disparities blue, large ones red, no value black. */
-int map_encode_colour(const pixel_map *map, bool png, const char *path, file_bytes *file);
+/* Write the map, and the map in colours, as a PNG or a PPM: small disparities blue, large ones red,
+ * no value black. Return DONE, BAD_INPUT (a value does not fit) or NO_RESOURCE; job_commit reports
+ * refused bytes. */
+int map_write(const pixel_map *map, map_format format, uint32_t scale, const char *path,
+              output *out);
+int map_write_colour(const pixel_map *map, bool png, const char *path, output *out);
 
 /* The map that a command writes, and the map in colours beside it: rows for a table of options. */
 #define MAP_OUTPUT_OPTION                                                                          \
@@ -64,6 +83,10 @@ int map_request_read(const char *path, const char *scale, bool color, budget *li
 
 /* Reads the argument of --scale. Returns DONE or BAD_USAGE. */
 int map_scale_read(const char *text, uint32_t *scale);
+
+/* The bytes that making and writing the map takes, the map itself too: to be asked for before the
+ * work whose result it shows. */
+uint64_t map_bytes(const map_request *asked, const qs_labels *labels);
 
 /* Opens the outputs of the request. Returns what job_open_output does. */
 int map_request_open(map_request *asked, job *at);

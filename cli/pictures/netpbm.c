@@ -1,85 +1,17 @@
 #include "pictures/netpbm.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* The words of a header: separated by blanks, with comments from # to the end of the line. */
-typedef struct scanner {
-    const uint8_t *at, *end;
-} scanner;
+#include "pictures/scanner.h"
 
-static bool is_blank(uint8_t c)
-{
-    return c == ' ' || (c >= '\t' && c <= '\r');
-}
-
-static void skip_blanks(scanner *from)
-{
-    bool comment = false;
-    for (; from->at < from->end; from->at++) {
-        if (*from->at == '#') {
-            comment = true;
-        } else if (*from->at == '\n' || *from->at == '\r') {
-            comment = false;
-        } else if (!comment && !is_blank(*from->at)) {
-            break;
-        }
-    }
-}
-
-/* Starts after the two letters that name the format. */
-static scanner scanner_start(const file_bytes *file)
-{
-    return (scanner){file->bytes + 2, file->bytes + file->size};
-}
-
-/* Reads a word into `text`. */
-static bool scanner_word(scanner *from, char *text, size_t size)
-{
-    size_t used = 0;
-    skip_blanks(from);
-    while (from->at < from->end && !is_blank(*from->at) && *from->at != '#') {
-        if (used + 1 == size) {
-            return false;
-        }
-        text[used++] = (char)*from->at++;
-    }
-    text[used] = '\0';
-    return used > 0;
-}
-
-/* Reads a whole number up to 2^31 - 1 that a blank, a comment or the end follows. */
-static bool scanner_number(scanner *from, uint32_t *number)
-{
-    char text[11];
-    uint64_t value = 0;
-    if (!scanner_word(from, text, sizeof text)) {
-        return false;
-    }
-    for (const char *digit = text; *digit != '\0'; digit++) {
-        if (*digit < '0' || *digit > '9') {
-            return false;
-        }
-        value = value * 10 + (uint64_t)(*digit - '0');
-    }
-    *number = (uint32_t)value;
-    return value <= INT32_MAX;
-}
-
-/* Steps over the one blank between a header and binary samples. */
-static bool scanner_one_blank(scanner *from)
-{
-    return from->at < from->end && is_blank(*from->at++);
-}
-
-/* Steps over blanks and comments. Returns true if nothing else is left. */
-static bool scanner_at_end(scanner *from)
-{
-    skip_blanks(from);
-    return from->at == from->end;
-}
+/* How the samples of a file lie in it. */
+typedef struct layout {
+    bool binary;
+    bool bits; /* of a PBM: 1 is black */
+    unsigned channels; /* with the alpha that a PAM can have, which is left out */
+} layout;
 
 bool pnm_is(const file_bytes *file)
 {
@@ -87,221 +19,230 @@ bool pnm_is(const file_bytes *file)
            file->bytes[1] <= '7';
 }
 
-static picture_status refuse_pnm(char reason[REASON_SIZE], const char *why)
+static picture_status refuse(char reason[REASON_SIZE], const char *why)
 {
-    (void)snprintf(reason, REASON_SIZE, "is a damaged PGM or PPM: %s", why);
+    (void)snprintf(reason, REASON_SIZE, "is a damaged PBM, PGM, PPM or PAM: %s", why);
     return PICTURE_BAD;
 }
 
-/* Reads the header, but not the blank between it and binary samples. */
-static bool read_pnm_header(scanner *from, char kind, picture *decoded)
+/* Reads the header of a PBM, PGM or PPM up to its last number. */
+static bool read_numbers(scanner *from, char kind, picture *decoded, layout *lies)
 {
     uint32_t width, height;
+    *lies = (layout){kind >= '4', kind == '1' || kind == '4', kind == '3' || kind == '6' ? 3 : 1};
+    decoded->maxval = 1;
     if (!scanner_number(from, &width) || !scanner_number(from, &height) ||
-        !scanner_number(from, &decoded->maxval)) {
+        (!lies->bits && !scanner_number(from, &decoded->maxval))) {
         return false;
     }
     decoded->width = width;
     decoded->height = height;
-    decoded->channels = kind == '3' || kind == '6' ? 3 : 1;
-    return width > 0 && height > 0 && decoded->maxval > 0 && decoded->maxval <= 65535;
+    decoded->channels = lies->channels;
+    return true;
 }
 
-/* Returns true if `bytes` can hold the samples. So no header can make the command allocate more
- * than a small multiple of the file. */
-static bool fits(const picture *decoded, size_t bytes, size_t bytes_each)
+enum { PAM_WIDTH, PAM_HEIGHT, PAM_DEPTH, PAM_MAXVAL, PAM_NUMBERS };
+
+/* Steps over the rest of a line of a PAM's header: its type, which the depth says too. */
+static void skip_line(scanner *from)
 {
-    return decoded->height <= bytes / bytes_each / decoded->channels / decoded->width;
+    while (from->at < from->end && *from->at != '\n') {
+        from->at++;
+    }
 }
 
-static picture_status read_ascii(scanner *from, picture *decoded, char reason[REASON_SIZE])
+/* Reads the header of a PAM up to ENDHDR. */
+static bool read_pam(scanner *from, picture *decoded, layout *lies)
+{
+    static const char *const keys[PAM_NUMBERS] = {"WIDTH", "HEIGHT", "DEPTH", "MAXVAL"};
+    uint32_t numbers[PAM_NUMBERS] = {0, 0, 0, 0};
+    char word[16];
+    while (scanner_word(from, word, sizeof word) && strcmp(word, "ENDHDR") != 0) {
+        size_t key = 0;
+        while (key < PAM_NUMBERS && strcmp(word, keys[key]) != 0) {
+            key++;
+        }
+        if (key == PAM_NUMBERS && strcmp(word, "TUPLTYPE") == 0) {
+            skip_line(from);
+        } else if (key == PAM_NUMBERS || !scanner_number(from, &numbers[key])) {
+            return false;
+        }
+    }
+    decoded->width = numbers[PAM_WIDTH];
+    decoded->height = numbers[PAM_HEIGHT];
+    decoded->channels = numbers[PAM_DEPTH] < 3 ? 1 : 3;
+    decoded->maxval = numbers[PAM_MAXVAL];
+    *lies = (layout){true, false, numbers[PAM_DEPTH]};
+    return strcmp(word, "ENDHDR") == 0 && lies->channels >= 1 && lies->channels <= 4;
+}
+
+static bool read_header(scanner *from, char kind, picture *decoded, layout *lies)
+{
+    bool read =
+        kind == '7' ? read_pam(from, decoded, lies) : read_numbers(from, kind, decoded, lies);
+    return read && decoded->width > 0 && decoded->height > 0 && decoded->maxval > 0 &&
+           decoded->maxval <= 65535;
+}
+
+/* The bytes of a row of binary samples, or the fewest letters of a row of an ASCII file that has
+ * one more at its end: a sample has at least a digit and a blank, but bits need no blanks. */
+static uint64_t row_bytes(const picture *decoded, const layout *lies)
+{
+    uint64_t width = decoded->width;
+    if (lies->bits) {
+        return lies->binary ? (width + 7) / 8 : width;
+    }
+    return width * lies->channels * (lies->binary && decoded->maxval <= 255 ? 1 : 2);
+}
+
+/* Returns true if the file is long enough for the samples. So no header can make the command
+ * allocate more than a small multiple of the file. */
+static bool fits(const scanner *from, const picture *stated, const layout *lies)
+{
+    uint64_t left = (uint64_t)(from->end - from->at) + !lies->binary;
+    return stated->height <= left / row_bytes(stated, lies);
+}
+
+static bool ascii_sample(scanner *from, const layout *lies, uint32_t *sample)
+{
+    if (!lies->bits) {
+        return scanner_number(from, sample);
+    }
+    scanner_skip_blanks(from);
+    if (from->at == from->end || (*from->at != '0' && *from->at != '1')) {
+        return false;
+    }
+    *sample = *from->at++ == '0';
+    return true;
+}
+
+static uint32_t binary_sample(scanner *from, const picture *decoded)
+{
+    uint32_t sample = *from->at++;
+    return decoded->maxval > 255 ? sample << 8 | *from->at++ : sample;
+}
+
+static const char above[] = "a sample is above the largest value that the header allows";
+
+/* Reads the samples. Returns NULL, or what is wrong. */
+static const char *read_ascii(scanner *from, const layout *lies, picture *decoded)
 {
     uint32_t sample = 0;
     size_t count = decoded->width * decoded->height * decoded->channels;
     for (size_t i = 0; i < count; i++) {
-        if (!scanner_number(from, &sample)) {
-            return refuse_pnm(reason, scanner_at_end(from) ? "it ends before its last sample"
-                                                           : "a sample is not a number");
+        if (!ascii_sample(from, lies, &sample)) {
+            return scanner_at_end(from) ? "it ends before its last sample"
+                                        : "a sample is not a number";
         }
         if (sample > decoded->maxval) {
-            return refuse_pnm(reason, "a sample is above the largest value that the header allows");
+            return above;
         }
         decoded->samples[i] = (uint16_t)sample;
     }
-    return PICTURE_OK;
+    return scanner_at_end(from) ? NULL : "something follows its last sample";
 }
 
-static picture_status read_binary(scanner *from, picture *decoded, char reason[REASON_SIZE])
+static const char *read_binary(scanner *from, const layout *lies, picture *decoded)
 {
-    size_t count = decoded->width * decoded->height * decoded->channels;
-    for (size_t i = 0; i < count; i++) {
-        uint32_t sample = *from->at++;
-        if (decoded->maxval > 255) {
-            sample = sample << 8 | *from->at++;
+    uint16_t *to = decoded->samples;
+    for (size_t i = 0; i < decoded->width * decoded->height; i++) {
+        for (unsigned c = 0; c < lies->channels; c++) {
+            uint32_t sample = binary_sample(from, decoded);
+            if (sample > decoded->maxval) {
+                return above;
+            }
+            if (c < decoded->channels) {
+                *to++ = (uint16_t)sample;
+            }
         }
-        if (sample > decoded->maxval) {
-            return refuse_pnm(reason, "a sample is above the largest value that the header allows");
-        }
-        decoded->samples[i] = (uint16_t)sample;
     }
-    return PICTURE_OK;
+    return NULL;
 }
 
-static picture_status read_samples(scanner *from, bool binary, picture *decoded,
-                                   char reason[REASON_SIZE])
+/* The left pixel is the highest bit, and each row begins a byte. */
+static void read_bits(const scanner *from, picture *decoded)
 {
-    if (!picture_allocate(decoded)) {
-        return PICTURE_NO_MEMORY;
+    size_t row = (decoded->width + 7) / 8;
+    for (size_t y = 0; y < decoded->height; y++) {
+        for (size_t x = 0; x < decoded->width; x++) {
+            decoded->samples[y * decoded->width + x] =
+                (from->at[y * row + x / 8] >> (7 - x % 8) & 1) == 0;
+        }
     }
-    picture_status status =
-        binary ? read_binary(from, decoded, reason) : read_ascii(from, decoded, reason);
-    if (status == PICTURE_OK && !scanner_at_end(from)) {
-        status = refuse_pnm(reason, "there are bytes after its last sample");
+}
+
+static const char *read_samples(scanner *from, const layout *lies, picture *decoded)
+{
+    if (!lies->binary) {
+        return read_ascii(from, lies, decoded);
     }
-    if (status != PICTURE_OK) {
-        picture_free(decoded);
+    if (lies->bits) {
+        read_bits(from, decoded);
+        return NULL;
     }
-    return status;
+    return read_binary(from, lies, decoded);
+}
+
+bool pnm_size(const file_bytes *file, picture *stated)
+{
+    scanner from = scanner_start(file);
+    layout lies;
+    return read_header(&from, (char)file->bytes[1], stated, &lies) && fits(&from, stated, &lies);
 }
 
 picture_status pnm_decode(const file_bytes *file, picture *decoded, char reason[REASON_SIZE])
 {
-    char kind = (char)file->bytes[1];
-    bool binary = kind == '5' || kind == '6';
     scanner from = scanner_start(file);
-    if (!binary && kind != '2' && kind != '3') {
-        (void)snprintf(reason, REASON_SIZE,
-                       "is a Netpbm file of kind P%c: give a PGM (P2, P5) or a PPM (P3, P6)", kind);
-        return PICTURE_BAD;
+    layout lies;
+    if (!read_header(&from, (char)file->bytes[1], decoded, &lies)) {
+        return refuse(reason, "its header is not that of a picture of up to 16 bits");
     }
-    if (!read_pnm_header(&from, kind, decoded) || (binary && !scanner_one_blank(&from))) {
-        return refuse_pnm(reason, "its header is not that of a picture of up to 16 bits");
+    if (!fits(&from, decoded, &lies)) {
+        return refuse(reason, "it ends before its last sample");
     }
-    /* In ASCII a sample has at least a digit and a blank; the last one needs no blank. */
-    size_t left = (size_t)(from.end - from.at) + (binary ? 0 : 1);
-    if (!fits(decoded, left, binary && decoded->maxval <= 255 ? 1 : 2)) {
-        return refuse_pnm(reason, "it ends before its last sample");
+    size_t row = (size_t)row_bytes(decoded, &lies);
+    const char *wrong = lies.binary ? scanner_samples(&from, decoded->height * row, row) : NULL;
+    if (wrong != NULL) {
+        return refuse(reason, wrong);
     }
-    return read_samples(&from, binary, decoded, reason);
+    if (!picture_allocate(decoded)) {
+        return PICTURE_NO_MEMORY;
+    }
+    wrong = read_samples(&from, &lies, decoded);
+    if (wrong != NULL) {
+        picture_free(decoded);
+        return refuse(reason, wrong);
+    }
+    return PICTURE_OK;
+}
+
+size_t pnm_header(const picture *encoded, uint8_t header[HEADER_SIZE])
+{
+    return (size_t)snprintf((char *)header, HEADER_SIZE, "P%c\n%zu %zu\n%lu\n",
+                            encoded->channels == 3 ? '6' : '5', encoded->width, encoded->height,
+                            (unsigned long)encoded->maxval);
+}
+
+size_t pnm_pack(const uint16_t *samples, size_t count, uint32_t maxval, uint8_t *bytes)
+{
+    uint8_t *at = bytes;
+    for (size_t i = 0; i < count; i++) {
+        if (maxval > 255) {
+            *at++ = (uint8_t)(samples[i] >> 8);
+        }
+        *at++ = (uint8_t)samples[i];
+    }
+    return (size_t)(at - bytes);
 }
 
 picture_status pnm_encode(const picture *encoded, file_bytes *file)
 {
     size_t count = encoded->width * encoded->height * encoded->channels;
-    file->bytes = malloc(64 + 2 * count);
+    file->bytes = malloc(HEADER_SIZE + 2 * count);
     if (file->bytes == NULL) {
         return PICTURE_NO_MEMORY;
     }
-    int header =
-        snprintf((char *)file->bytes, 64, "P%c\n%zu %zu\n%lu\n", encoded->channels == 3 ? '6' : '5',
-                 encoded->width, encoded->height, (unsigned long)encoded->maxval);
-    uint8_t *at = file->bytes + header;
-    for (size_t i = 0; i < count; i++) {
-        if (encoded->maxval > 255) {
-            *at++ = (uint8_t)(encoded->samples[i] >> 8);
-        }
-        *at++ = (uint8_t)encoded->samples[i];
-    }
-    file->size = (size_t)(at - file->bytes);
-    return PICTURE_OK;
-}
-
-bool pfm_is(const file_bytes *file)
-{
-    return file->size >= 2 && file->bytes[0] == 'P' &&
-           (file->bytes[1] == 'f' || file->bytes[1] == 'F');
-}
-
-static picture_status refuse_pfm(char reason[REASON_SIZE], const char *why)
-{
-    (void)snprintf(reason, REASON_SIZE, "is a PFM that cannot be read: %s", why);
-    return PICTURE_BAD;
-}
-
-/* The sign of the scale in the header says the byte order. Its size is a unit, which is ignored,
- * because disparities are in pixels. */
-static bool read_pfm_header(scanner *from, float_picture *decoded, bool *little)
-{
-    uint32_t width, height;
-    char scale[32], *end;
-    if (!scanner_number(from, &width) || !scanner_number(from, &height) ||
-        !scanner_word(from, scale, sizeof scale)) {
-        return false;
-    }
-    double unit = strtod(scale, &end);
-    decoded->width = width;
-    decoded->height = height;
-    *little = unit < 0;
-    return width > 0 && height > 0 && *end == '\0' && isfinite(unit) && unit != 0 &&
-           scanner_one_blank(from);
-}
-
-static float load_float(const uint8_t *bytes, bool little)
-{
-    uint32_t bits = little ? bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 |
-                                 (uint32_t)bytes[3] << 24
-                           : bytes[3] | (uint32_t)bytes[2] << 8 | (uint32_t)bytes[1] << 16 |
-                                 (uint32_t)bytes[0] << 24;
-    float value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
-static void store_float(uint8_t *bytes, float value)
-{
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    for (unsigned i = 0; i < 4; i++) {
-        bytes[i] = (uint8_t)(bits >> 8 * i);
-    }
-}
-
-/* The place of pixel i of the file, whose rows go from the bottom, if rows go from the top. */
-static size_t upside_down(const float_picture *flipped, size_t i)
-{
-    return (flipped->height - 1 - i / flipped->width) * flipped->width + i % flipped->width;
-}
-
-picture_status pfm_decode(const file_bytes *file, float_picture *decoded, char reason[REASON_SIZE])
-{
-    scanner from = scanner_start(file);
-    bool little;
-    if (file->bytes[1] == 'F') {
-        return refuse_pfm(reason, "it has three values per pixel, but a map has one");
-    }
-    if (!read_pfm_header(&from, decoded, &little)) {
-        return refuse_pfm(reason, "its header is damaged");
-    }
-    size_t left = (size_t)(from.end - from.at);
-    if (decoded->height > left / 4 / decoded->width) {
-        return refuse_pfm(reason, "it ends before its last value");
-    }
-    size_t count = decoded->width * decoded->height;
-    if (count * 4 != left) {
-        return refuse_pfm(reason, "there are bytes after its last value");
-    }
-    decoded->values = malloc(count * sizeof *decoded->values);
-    if (decoded->values == NULL) {
-        return PICTURE_NO_MEMORY;
-    }
-    for (size_t i = 0; i < count; i++) {
-        decoded->values[upside_down(decoded, i)] = load_float(from.at + 4 * i, little);
-    }
-    return PICTURE_OK;
-}
-
-picture_status pfm_encode(const float_picture *encoded, file_bytes *file)
-{
-    size_t count = encoded->width * encoded->height;
-    file->bytes = malloc(64 + 4 * count);
-    if (file->bytes == NULL) {
-        return PICTURE_NO_MEMORY;
-    }
-    int header =
-        snprintf((char *)file->bytes, 64, "Pf\n%zu %zu\n-1.0\n", encoded->width, encoded->height);
-    for (size_t i = 0; i < count; i++) {
-        store_float(file->bytes + header + 4 * i, encoded->values[upside_down(encoded, i)]);
-    }
-    file->size = (size_t)header + 4 * count;
+    file->size = pnm_header(encoded, file->bytes);
+    file->size += pnm_pack(encoded->samples, count, encoded->maxval, file->bytes + file->size);
     return PICTURE_OK;
 }

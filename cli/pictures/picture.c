@@ -4,11 +4,18 @@
 
 #include "qstereo.h"
 
+uint64_t picture_bytes(const picture *of)
+{
+    uint64_t row = (uint64_t)of->width * of->channels * sizeof *of->samples;
+    return of->height <= UINT64_MAX / row ? row * of->height : UINT64_MAX;
+}
+
 bool picture_allocate(picture *made)
 {
+    uint64_t size = picture_bytes(made);
     made->samples = NULL;
-    if (made->height <= SIZE_MAX / sizeof *made->samples / made->channels / made->width) {
-        made->samples = malloc(made->width * made->height * made->channels * sizeof *made->samples);
+    if (size <= SIZE_MAX) {
+        made->samples = malloc((size_t)size);
     }
     return made->samples != NULL;
 }

@@ -23,6 +23,7 @@ typedef struct picture {
 typedef struct float_picture {
     size_t width, height;
     float *values; /* from malloc */
+    bool whole; /* they are whole numbers, as those of an integer type */
 } float_picture;
 
 /* What reading or writing a picture comes to. */
@@ -33,6 +34,9 @@ typedef enum picture_status {
 } picture_status;
 
 enum { REASON_SIZE = 240 };
+
+/* The bytes of all samples. */
+uint64_t picture_bytes(const picture *of);
 
 /* Allocates the samples. Returns false if there is no memory. */
 bool picture_allocate(picture *made);

@@ -32,16 +32,28 @@ static const char *known_format(const file_bytes *file)
     return "not a picture that can be read here";
 }
 
+static picture_status refuse(const file_bytes *file, char reason[REASON_SIZE])
+{
+    (void)snprintf(reason, REASON_SIZE,
+                   "is %s: this build reads PGM and PPM, PBM, PAM, and PFM maps. Convert it, or "
+                   "build qstereo with "
+                   "OpenCV (make OPENCV=1) for PNG, JPEG, TIFF, BMP and WebP",
+                   known_format(file));
+    return PICTURE_BAD;
+}
+
 picture_status picture_library_decode(const file_bytes *file, picture *decoded,
                                       char reason[REASON_SIZE])
 {
     (void)decoded;
-    (void)snprintf(
-        reason, REASON_SIZE,
-        "is %s: this build reads PGM and PPM (P2, P3, P5, P6), and PFM maps. Convert it, or build "
-        "qstereo with OpenCV (make OPENCV=1) for PNG, JPEG and TIFF",
-        known_format(file));
-    return PICTURE_BAD;
+    return refuse(file, reason);
+}
+
+picture_status picture_library_decode_floats(const file_bytes *file, float_picture *decoded,
+                                             char reason[REASON_SIZE])
+{
+    (void)decoded;
+    return refuse(file, reason);
 }
 
 picture_status picture_library_encode_png(const picture *encoded, file_bytes *file)

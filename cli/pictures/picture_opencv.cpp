@@ -96,11 +96,10 @@ template <typename Sample> static void copy_samples(const cv::Mat &from, picture
 static picture_status copy_picture(const cv::Mat &from, picture *to, char *reason)
 {
     if (from.empty() || (from.depth() != CV_8U && from.depth() != CV_16U) || from.channels() > 4) {
-        std::snprintf(
-            reason, REASON_SIZE, "%s",
-            from.empty()
-                ? "is not a picture that can be read (PNG, JPEG, TIFF, PGM, PPM), or a damaged one"
-                : "is a picture of another kind than 8 or 16 bits, grey or RGB");
+        std::snprintf(reason, REASON_SIZE, "%s",
+                      from.empty() ? "is not a picture that can be read (PNG, JPEG, TIFF, BMP, "
+                                     "WebP or Netpbm), or a damaged one"
+                                   : "is a picture of another kind than 8 or 16 bits, grey or RGB");
         return PICTURE_BAD;
     }
     to->width = static_cast<size_t>(from.cols);
@@ -118,6 +117,42 @@ static picture_status copy_picture(const cv::Mat &from, picture *to, char *reaso
     return PICTURE_OK;
 }
 
+static picture_status copy_floats(const cv::Mat &from, float_picture *to, char *reason)
+{
+    if (from.empty() || from.channels() != 1) {
+        std::snprintf(reason, REASON_SIZE, "%s",
+                      from.empty() ? "is not a TIFF that can be read, or a damaged one"
+                                   : "has more than one value per pixel");
+        return PICTURE_BAD;
+    }
+    to->width = static_cast<size_t>(from.cols);
+    to->height = static_cast<size_t>(from.rows);
+    to->whole = from.depth() != CV_32F && from.depth() != CV_64F;
+    to->values = static_cast<float *>(std::malloc(from.total() * sizeof *to->values));
+    if (to->values == nullptr) {
+        return PICTURE_NO_MEMORY;
+    }
+    cv::Mat values(from.rows, from.cols, CV_32F, to->values);
+    from.convertTo(values, CV_32F);
+    return PICTURE_OK;
+}
+
+template <typename Picture>
+static picture_status decode(const file_bytes *file, Picture *decoded, char *reason,
+                             picture_status (*copy)(const cv::Mat &, Picture *, char *))
+{
+    try {
+        const Silence silence;
+        const cv::_InputArray bytes(file->bytes, static_cast<int>(file->size));
+        return copy(cv::imdecode(bytes, cv::IMREAD_UNCHANGED), decoded, reason);
+    } catch (const std::bad_alloc &) {
+        return PICTURE_NO_MEMORY;
+    } catch (const cv::Exception &refused) {
+        std::snprintf(reason, REASON_SIZE, "cannot be read: %s", refused.err.c_str());
+        return PICTURE_BAD;
+    }
+}
+
 picture_status picture_library_decode(const file_bytes *file, picture *decoded,
                                       char reason[REASON_SIZE])
 {
@@ -125,16 +160,13 @@ picture_status picture_library_decode(const file_bytes *file, picture *decoded,
         std::snprintf(reason, REASON_SIZE, "is a JPEG that is cut short: its end is missing");
         return PICTURE_BAD;
     }
-    try {
-        const Silence silence;
-        const cv::_InputArray bytes(file->bytes, static_cast<int>(file->size));
-        return copy_picture(cv::imdecode(bytes, cv::IMREAD_UNCHANGED), decoded, reason);
-    } catch (const std::bad_alloc &) {
-        return PICTURE_NO_MEMORY;
-    } catch (const cv::Exception &refused) {
-        std::snprintf(reason, REASON_SIZE, "cannot be read: %s", refused.err.c_str());
-        return PICTURE_BAD;
-    }
+    return decode(file, decoded, reason, copy_picture);
+}
+
+picture_status picture_library_decode_floats(const file_bytes *file, float_picture *decoded,
+                                             char reason[REASON_SIZE])
+{
+    return decode(file, decoded, reason, copy_floats);
 }
 
 static std::vector<uint8_t> to_png(const picture *encoded)

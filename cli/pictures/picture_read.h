@@ -1,6 +1,6 @@
 /* Reading pictures of any kind.
  *
- * PGM, PPM and PFM are read and written by qstereo itself in every build, so that every build
+ * The Netpbm formats are read and written by qstereo itself in every build, so that every build
  * makes the same bytes. All other formats are left to the picture library of the build
  * (picture_library.h). Each function returns an exit status: DONE, BAD_INPUT or NO_RESOURCE. It
  * has printed why it failed. */
@@ -9,14 +9,16 @@
 
 #include "files.h"
 #include "pictures/picture.h"
+#include "qstereo.h"
 
-/* Reads and decodes a picture; picture_free frees it. */
-int picture_read(const char *path, picture *read);
+/* Decodes the bytes of a file, if the work fits the budget; picture_free frees the picture, which
+ * is not taken from the budget. */
+int picture_decode(const char *path, const file_bytes *file, const budget *limit, picture *decoded);
 
-/* The two halves of that: the bytes of the file, and the picture that they hold. `owner` becomes
- * the owner of the bytes: budget_free frees them, also after a failure. */
-int picture_read_file(const char *path, budget *owner, file_bytes *file);
-int picture_decode(const char *path, const file_bytes *file, picture *decoded);
+/* Reads a picture as grey, 8 bits a pixel, which the budget owns.
+ *
+ * bits  of a file of 16 bits: white is 2^bits - 1; 0 = it is what the file says */
+int picture_read_grey(const char *path, unsigned bits, budget *limit, qs_image *grey);
 
 /* Turns a picture_status into an exit status, and prints the reason of a failure. */
 int picture_fail(const char *path, picture_status status, const char *reason);

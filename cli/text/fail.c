@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "text/plain.h"
+
 static const char *current_command;
 
 void fail_as(const char *name)
@@ -20,8 +22,17 @@ static void begin(const char *place)
     }
     fputs(": ", stderr);
     if (place != NULL) {
-        fprintf(stderr, "%s: ", place);
+        plain_print(stderr, place, strlen(place));
+        fputs(": ", stderr);
     }
+}
+
+/* A message names what it is about, so text from outside is in it. One that is too long is cut. */
+PRINTF_LIKE(1, 0) static void print_reason(const char *format, va_list arguments)
+{
+    char text[8192];
+    (void)vsnprintf(text, sizeof text, format, arguments);
+    plain_print(stderr, text, strlen(text));
 }
 
 int fail(int status, const char *place, const char *format, ...)
@@ -29,10 +40,21 @@ int fail(int status, const char *place, const char *format, ...)
     va_list arguments;
     begin(place);
     va_start(arguments, format);
-    vfprintf(stderr, format, arguments);
+    print_reason(format, arguments);
     va_end(arguments);
     fputc('\n', stderr);
     return status;
+}
+
+void warn(const char *place, const char *format, ...)
+{
+    va_list arguments;
+    begin(place);
+    fputs("warning: ", stderr);
+    va_start(arguments, format);
+    print_reason(format, arguments);
+    va_end(arguments);
+    fputc('\n', stderr);
 }
 
 int fail_usage(const char *format, ...)
@@ -40,7 +62,7 @@ int fail_usage(const char *format, ...)
     va_list arguments;
     begin(NULL);
     va_start(arguments, format);
-    vfprintf(stderr, format, arguments);
+    print_reason(format, arguments);
     va_end(arguments);
     if (current_command != NULL) {
         fprintf(stderr, " (help: qstereo %s --help)\n", current_command);

@@ -41,6 +41,9 @@ int fail(int status, const char *place, const char *format, ...) PRINTF_LIKE(3, 
 /* A wrong command line: prints the reason and how to get help. Returns BAD_USAGE. */
 int fail_usage(const char *format, ...) PRINTF_LIKE(1, 2);
 
+/* Says something that may be a mistake, but does not stop the command. */
+void warn(const char *place, const char *format, ...) PRINTF_LIKE(2, 3);
+
 /* The system refused something: prints what was being done and what errno says. Returns
  * NO_RESOURCE, as fail_memory does. */
 int fail_system(const char *place, const char *doing);

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "text/numbers.h"
+#include "text/plain.h"
 
 /* The number of the set of keys, not that of the file format. */
 enum { SCHEMA = 1 };
@@ -71,19 +72,41 @@ void json_raw(const char *key, const char *json, size_t size)
     (void)fwrite(json, 1, size, stdout);
 }
 
+/* JSON is UTF-8: in the place of a stray byte stands the character for that. */
+static void write_character(const char *text, const character *of)
+{
+    if (of->plain) {
+        (void)fwrite(text, 1, of->length, stdout);
+    } else {
+        printf("\\u%04lx", of->stray ? 0xFFFDUL : (unsigned long)of->code);
+    }
+}
+
+void json_object(const char *key, const char *json, size_t size)
+{
+    write_key(key);
+    for (size_t at = 0; at < size;) {
+        character next = character_at(json + at, size - at);
+        if (next.code < 0x20) {
+            putchar(json[at]); /* a blank between tokens: in a string there is none */
+        } else {
+            write_character(json + at, &next);
+        }
+        at += next.length;
+    }
+}
+
 void json_text(const char *key, const char *text, size_t size)
 {
     write_key(key);
     putchar('"');
-    for (size_t i = 0; i < size; i++) {
-        unsigned char c = (unsigned char)text[i];
-        if (c < 0x20) {
-            printf("\\u%04x", c);
-        } else if (c == '"' || c == '\\') {
-            printf("\\%c", c);
-        } else {
-            putchar(c);
+    for (size_t at = 0; at < size;) {
+        character next = character_at(text + at, size - at);
+        if (next.code == '"' || next.code == '\\') {
+            putchar('\\');
         }
+        write_character(text + at, &next);
+        at += next.length;
     }
     putchar('"');
 }

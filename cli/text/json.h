@@ -10,7 +10,7 @@
 void json_begin(void);
 void json_end(void);
 
-/* One key with its value. */
+/* One key with its value. What plain.h does not show as it is, is escaped. */
 void json_text(const char *key, const char *text, size_t size);
 void json_name(const char *key, const char *text); /* ends with a 0 byte; NULL is null */
 void json_count(const char *key, uint64_t number);
@@ -19,6 +19,7 @@ void json_real(const char *key, double number); /* reads back as the same double
 void json_null(const char *key);
 void json_truth(const char *key, bool truth);
 void json_raw(const char *key, const char *json, size_t size); /* a value that is JSON already */
+void json_object(const char *key, const char *json, size_t size); /* and comes from a file */
 
 /* units / scale, an energy or coefficient in real units, without rounding. */
 void json_units(const char *key, int64_t units, uint32_t scale);

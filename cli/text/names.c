@@ -48,6 +48,29 @@ const char *encoding_at(size_t index)
     return index < QS_ENCODINGS ? encoding_name((qs_encoding)(index + 1)) : NULL;
 }
 
+void encodings_write(encoding_belongs *belongs, const void *context, char list[ENCODING_LIST_SIZE])
+{
+    int used = 0;
+    list[0] = '\0';
+    for (int i = 1; i <= QS_ENCODINGS; i++) {
+        if (belongs((qs_encoding)i, context)) {
+            used += snprintf(list + used, ENCODING_LIST_SIZE - (size_t)used, "%s%s",
+                             used > 0 ? ", " : "", encoding_name((qs_encoding)i));
+        }
+    }
+}
+
+static bool has_model(qs_encoding encoding, const void *context)
+{
+    (void)context;
+    return qs_encoding_facts_of(encoding)->has_model;
+}
+
+void encodings_with_model_write(char list[ENCODING_LIST_SIZE])
+{
+    encodings_write(has_model, NULL, list);
+}
+
 int encoding_read(const char *text, qs_encoding *encoding)
 {
     named names[QS_ENCODINGS];

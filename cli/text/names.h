@@ -3,6 +3,7 @@
 #ifndef NAMES_H
 #define NAMES_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "qstereo.h"
@@ -36,6 +37,14 @@ const char *name_at(const name_table *table, size_t index);
 const char *encoding_name(qs_encoding encoding);
 int encoding_read(const char *text, qs_encoding *encoding);
 const char *encoding_at(size_t index);
+
+/* Writes the encodings for which `belongs` returns true as a list: "one-hot, domain-wall". */
+enum { ENCODING_LIST_SIZE = 128 };
+typedef bool encoding_belongs(qs_encoding encoding, const void *context);
+void encodings_write(encoding_belongs *belongs, const void *context, char list[ENCODING_LIST_SIZE]);
+
+/* Those that the solvers on this machine read. */
+void encodings_with_model_write(char list[ENCODING_LIST_SIZE]);
 
 /* Finds the name that a mistyped one was probably meant to be: suggest_for, then suggest_offer for
  * each known name. */

@@ -63,7 +63,7 @@ int number_read(const char *option, const char *text, uint32_t least, uint32_t m
     return status;
 }
 
-/* Reads a finite decimal number that is not negative. */
+/* Reads a finite decimal number. */
 static bool read_real(const char *text, double *number)
 {
     char *end;
@@ -72,13 +72,30 @@ static bool read_real(const char *text, double *number)
         return false;
     }
     *number = strtod(text, &end);
-    return end != text && *end == '\0' && *number >= 0 && isfinite(*number);
+    return end != text && *end == '\0' && isfinite(*number);
 }
 
 int threshold_read(const char *option, const char *text, double *threshold)
 {
-    return read_real(text, threshold) ? DONE
-                                      : fail_usage("%s %s is not a number from 0", option, text);
+    return read_real(text, threshold) && *threshold >= 0
+               ? DONE
+               : fail_usage("%s %s is not a number from 0", option, text);
+}
+
+int real_read(const char *option, const char *text, double *number)
+{
+    return read_real(text, number) ? DONE : fail_usage("%s %s is not a number", option, text);
+}
+
+int percent_read(const char *option, const char *text, double *percent)
+{
+    char number[32];
+    size_t length = strlen(text);
+    length -= length > 0 && text[length - 1] == '%';
+    (void)snprintf(number, sizeof number, "%.*s", (int)length, text);
+    return length < sizeof number && read_real(number, percent) && *percent >= 0
+               ? DONE
+               : fail_usage("%s %s is not a percentage from 0, such as 0.1%%", option, text);
 }
 
 int seconds_read(const char *option, const char *text, int64_t *microseconds)

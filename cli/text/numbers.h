@@ -22,6 +22,12 @@ int number64_read(const char *option, const char *text, uint64_t least, uint64_t
 /* Reads a threshold: a finite decimal number from 0. */
 int threshold_read(const char *option, const char *text, double *threshold);
 
+/* Reads any finite decimal number. */
+int real_read(const char *option, const char *text, double *number);
+
+/* Reads a percentage from 0: a decimal number, with or without %. */
+int percent_read(const char *option, const char *text, double *percent);
+
 /* Reads seconds, a finite decimal number above 0, and returns microseconds. */
 int seconds_read(const char *option, const char *text, int64_t *microseconds);
 

@@ -5,7 +5,7 @@ import concurrent.futures
 import json
 import shutil
 import sys
-import time
+import threading
 
 import dwave.embedding
 import dwave.graphs
@@ -303,16 +303,18 @@ def test_a_seed_passes_the_cache_by(cache, monkeypatch):
 @pytest.mark.parametrize("seed, copies", [(None, 1), (71, 1), (None, 3), (72, 3)])
 def test_threads_search_a_graph_once(seed, copies, cache, monkeypatch):
     source, chip = embedding.Source.of(grid(2, 2, 3, dense=True)), embedding.Chip.named("zephyr:3")
-    searches, search = [], embedding.search
+    searches, search, all_here = [], embedding.search, threading.Barrier(4)
 
-    def slow(*given, **hints):
+    def counted(*given, **hints):
         searches.append(given[2])
-        time.sleep(0.2)
         return search(*given, **hints)
-    monkeypatch.setattr(embedding, "search", slow)
+
+    def one(_):
+        all_here.wait()
+        return embedding.obtain(source, chip, seed, copies=copies)
+    monkeypatch.setattr(embedding, "search", counted)
     with concurrent.futures.ThreadPoolExecutor(4) as pool:
-        found = list(pool.map(lambda _: embedding.obtain(source, chip, seed, copies=copies),
-                              range(4)))
+        found = list(pool.map(one, range(4)))
     assert len(searches) == copies and all(one == found[0] for one in found)
 
 

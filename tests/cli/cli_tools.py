@@ -31,12 +31,23 @@ class Result:
         self.err = process.stderr.decode()
 
 
+# Seconds. No test is this slow, however busy the machine is: only one that hangs.
+LONG = 600
+
+
 def run(*arguments, program=None, **options):
     """Runs qstereo and returns its Result."""
-    options = {"capture_output": True, "timeout": 60, "stdin": subprocess.DEVNULL, **options}
+    options = {"capture_output": True, "timeout": LONG, "stdin": subprocess.DEVNULL, **options}
     if "input" in options:
         del options["stdin"]
     return Result(subprocess.run([program or PROGRAM, *map(str, arguments)], **options))
+
+
+def succeed(*arguments, **options):
+    """Runs qstereo, which has to succeed, and returns its Result."""
+    done = run(*arguments, **options)
+    assert done.status == 0, done.err
+    return done
 
 
 def has_opencv():
@@ -67,6 +78,34 @@ def read_pfm(data):
     assert kind == b"Pf" and float(scale) < 0
     width, height = map(int, size.split())
     return np.frombuffer(pixels, "<f4").reshape(height, width)[::-1]
+
+
+def tiff(values, tile=None):
+    """A little-endian TIFF of one value a pixel without compression, in one strip or in tiles."""
+    height, width = values.shape
+    kind = {"u": 1, "i": 2, "f": 3}[values.dtype.kind]
+    side_y, side_x = (tile, tile) if tile else values.shape
+    padded = np.zeros((-(-height // side_y) * side_y, -(-width // side_x) * side_x), values.dtype)
+    padded[:height, :width] = values
+    parts = [
+        padded[y : y + side_y, x : x + side_x].tobytes()
+        for y in range(0, padded.shape[0], side_y)
+        for x in range(0, padded.shape[1], side_x)
+    ]
+    size, count = len(parts[0]), len(parts)
+    offsets = [8 + i * size for i in range(count)]
+    end = 8 + count * size
+    lists = struct.pack(f"<{2 * count}I", *offsets, *[size] * count)
+    places = (offsets[0], size) if count == 1 else (end, end + 4 * count)
+    tags = [(256, width), (257, height), (258, 8 * values.itemsize), (259, 1), (262, 1), (277, 1)]
+    tags += [(322, tile), (323, tile)] if tile else [(278, height)]
+    tags += [(339, kind)]
+    rows = [(tag, 4, 1, value) for tag, value in tags]
+    names = (324, 325) if tile else (273, 279)
+    rows += [(name, 4, count, place) for name, place in zip(names, places)]
+    folder = b"".join(struct.pack("<HHII", *row) for row in sorted(rows))
+    head = struct.pack("<2sHI", b"II", 42, end + len(lists))
+    return head + b"".join(parts) + lists + struct.pack("<H", len(rows)) + folder + bytes(4)
 
 
 def random_pair(folder, width, height, seed=1):
@@ -230,7 +269,7 @@ def on_terminal(*arguments, interrupt_at=None):
     except OSError:  # Linux ends a terminal that nobody has open with EIO
         pass
     os.close(master)
-    return process.wait(60), shown.decode()
+    return process.wait(LONG), shown.decode()
 
 
 def reseal(data):

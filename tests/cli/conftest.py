@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import cli_tools
 import numpy as np
 import pytest
-from cli_tools import energy, has_opencv, one_hot, random_pair, run, write_qsf
+from cli_tools import energy, has_opencv, one_hot, random_pair, succeed, write_qsf
 
 # A shell ignores these signals for what it starts in the background, and so would every command
 # that a test starts. The tests send them and expect what a user at a terminal sees.
@@ -27,10 +27,9 @@ def solved(tmp_path, pair):
     feasible and better.
     """
     problem = tmp_path / "p.qcf"
-    done = run(
+    done = succeed(
         "encode", *pair.paths, "-o", problem, "--disparity", "1:4", "--lambda", "2.5", "--json"
     )
-    assert done.status == 0, done.err
     facts = json.loads(done.out)
     flat = np.full((5, 8), 3)
     steps = flat.copy()
@@ -83,7 +82,7 @@ def large(tmp_path_factory):
     """A problem of 385 x 300 sites and 16 labels that no solver finishes in a second."""
     folder = tmp_path_factory.mktemp("large")
     *_, left, right = random_pair(folder, 400, 300)
-    assert run("encode", left, right, "-o", folder / "large.qcf").status == 0
+    succeed("encode", left, right, "-o", folder / "large.qcf")
     return folder / "large.qcf"
 
 

@@ -7,12 +7,15 @@ import signal
 import numpy as np
 import pytest
 from cli_tools import (
+    LONG,
     ROOT,
     SOLVERS,
     random_pair,
     run,
     signal_at_output,
     started,
+    succeed,
+    with_chunk,
     without_chunk,
     write_pgm,
     write_qsf,
@@ -38,8 +41,7 @@ KEYS = {
 
 
 def compare(problem, *options):
-    done = run("compare", problem, "--json", *options)
-    assert done.status == 0, done.err
+    done = succeed("compare", problem, "--json", *options)
     facts = json.loads(done.out)
     assert set(facts) == {"schema", "lower_bound", "results"} and all(
         set(result) == KEYS for result in facts["results"]
@@ -86,10 +88,8 @@ def test_all_solvers_and_a_samples_file(tmp_path, folder, solved, truth):
         scored = json.loads(
             run("score", tmp_path / "m.pgm", truth, "--truth-scale", "16", "--json").out
         )
-        assert scored == {
-            "schema": 1,
-            **{key: result[key] for key in ("pixels", "rms", "bad_0_5", "bad_1_0")},
-        }
+        errors = ("pixels", "rms", "bad_0_5", "bad_1_0")
+        assert {key: scored[key] for key in errors} == {key: result[key] for key in errors}
         bounds += [alone["lower_bound"]] * (alone["lower_bound"] is not None)
     assert facts["lower_bound"] == max(bounds)
     for result in facts["results"]:
@@ -289,7 +289,7 @@ def test_a_signal_leaves_no_folder(folder, large):
         folder / "maps",
     )
     signal_at_output(process, folder, 2, signal.SIGINT)
-    out, _ = process.communicate(timeout=20)
+    out, _ = process.communicate(timeout=LONG)
     assert (process.returncode, out) == (130, b"")
     assert not list(folder.iterdir())
 
@@ -324,7 +324,7 @@ def test_a_truth_that_does_not_fit(tmp_path, solved):
 
 def test_memory_limit(tmp_path):
     _, _, *paths = random_pair(tmp_path, 400, 300)
-    assert run("encode", *paths, "-o", tmp_path / "p.qcf").status == 0
+    succeed("encode", *paths, "-o", tmp_path / "p.qcf")
     done = run("compare", tmp_path / "p.qcf", "--solvers", "icm", "--memory-limit", "10")
     assert (done.status, done.out, "raise --memory-limit" in done.err) == (4, b"", True)
 
@@ -363,3 +363,33 @@ def test_too_many_results(solved):
     )
     done = run("compare", solved.problem, *["--samples", solved.samples] * 257)
     assert (done.status, "more than 256 options" in done.err) == (2, True)
+
+
+def test_maps_of_a_solver_with_a_long_name(tmp_path, folder, solved, pnm_only):
+    """A solver's name may have 255 bytes, as the name of a file may with its ending."""
+    for letter in "ab":
+        with_chunk(solved.samples, "SOLV", b"x" * 254 + letter.encode(), tmp_path / letter)
+    options = ["--solvers", "icm", "--samples", tmp_path / "a", "--samples", tmp_path / "b"]
+    done = run("compare", solved.problem, *options, "--maps", folder, program=pnm_only)
+    assert done.status == 0, done.err
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "icm.pgm",
+        "x" * 200 + "-2.pgm",
+        "x" * 200 + ".pgm",
+    ]
+
+
+def test_names_of_solvers_cannot_steer_a_terminal(tmp_path, solved):
+    """The format forbids C0 in them, but not the marks that turn the direction of writing."""
+    samples = with_chunk(
+        solved.samples, "SOLV", "a\u202eb\u2066c".encode(), tmp_path / "named.qsf"
+    )
+    for line in (
+        ["compare", solved.problem, "--solvers", "icm", "--samples", samples],
+        ["validate", solved.problem, samples],
+        ["info", samples],
+    ):
+        for options in ([], ["--json"]):
+            text = run(*line, *options).out.decode()
+            assert "a\\u202eb\\u2066c" in text or (line[0], options) == ("validate", ["--json"])
+            assert not {"\u202e", "\u2066"} & set(text)

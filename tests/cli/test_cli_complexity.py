@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from cli_tools import ROOT, bits_of, random_pair, run, without_chunk
+from cli_tools import ROOT, bits_of, random_pair, run, succeed, without_chunk
 
 FORMS = [
     ("one-hot", "local"),
@@ -24,15 +24,13 @@ HELD = {
 
 
 def call(*arguments):
-    done = run(*arguments, "--json")
-    assert done.status == 0, done.err
-    return json.loads(done.out)
+    return json.loads(succeed(*arguments, "--json").out)
 
 
 @pytest.mark.parametrize("smoothness", HELD)
 def test_rows_are_those_of_the_files(folder, pair, smoothness):
     options = ["--disparity", "0:3", "--lambda", "2.5", "--smoothness", smoothness]
-    assert run("encode", *pair.paths, "-o", folder / "p.qcf", *options).status == 0
+    succeed("encode", *pair.paths, "-o", folder / "p.qcf", *options)
     rows = call("info", folder / "p.qcf", "--complexity")["encodings"]
     assert [(row["encoding"], row["penalty"], row["truncated"]) for row in rows] == [
         (*form, cut) for form in FORMS for cut in (False, True)
@@ -67,18 +65,9 @@ def test_counts_of_the_cuts_are_given_for_potts_too(folder, pair):
     """By the formulas; with linear smoothness the same numbers are measured."""
     counts = {}
     for smoothness in ("potts", "linear"):
-        assert (
-            run(
-                "encode",
-                *pair.paths,
-                "-o",
-                folder / "p.qcf",
-                "--disparity",
-                "0:3",
-                "--smoothness",
-                smoothness,
-            ).status
-            == 0
+        succeed(
+            "encode", *pair.paths, "-o", folder / "p.qcf", "--disparity", "0:3", "--smoothness",
+            smoothness
         )
         rows = call("info", folder / "p.qcf", "--complexity")["encodings"][-4:]
         counts[smoothness] = [
@@ -142,12 +131,7 @@ def test_of_a_reduced_problem(folder, pair):
     """The labels that are left, in each encoding; the formulas of the whole grid no longer hold
     for the cuts.
     """
-    assert (
-        run(
-            "encode", *pair.paths, "-o", folder / "p.qcf", "--disparity", "0:3", "--lambda", "60"
-        ).status
-        == 0
-    )
+    succeed("encode", *pair.paths, "-o", folder / "p.qcf", "--disparity", "0:3", "--lambda", "60")
     facts = call(
         "reduce",
         folder / "p.qcf",
@@ -169,7 +153,7 @@ def test_of_a_reduced_problem(folder, pair):
 
 def test_an_encoding_that_does_not_fit_is_said_so(folder, tmp_path):
     _, _, left, right = random_pair(tmp_path, 120, 80)
-    assert run("encode", left, right, "-o", folder / "p.qcf", "--smoothness", "linear").status == 0
+    succeed("encode", left, right, "-o", folder / "p.qcf", "--smoothness", "linear")
     rows = call("info", folder / "p.qcf", "--complexity", "--memory-limit", "24")["encodings"]
     fits = {row["encoding"]: row["why_not"] for row in rows}
     assert fits["domain-wall"] is None and fits["st-cut-arcs"].startswith("over the memory limit")
@@ -194,10 +178,7 @@ def test_an_encoding_that_does_not_fit_is_said_so(folder, tmp_path):
 )
 def test_variables_are_counted_without_room_for_the_qubo(folder, tmp_path, options):
     _, _, left, right = random_pair(tmp_path, 240, 160)
-    assert (
-        run("encode", left, right, "-o", folder / "p.qcf", "--disparity", "0:3", *options).status
-        == 0
-    )
+    succeed("encode", left, right, "-o", folder / "p.qcf", "--disparity", "0:3", *options)
     whole, rows = (
         call("info", folder / "p.qcf", "--complexity", *limit)["encodings"]
         for limit in ([], ["--memory-limit", "9"])

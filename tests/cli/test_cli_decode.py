@@ -4,14 +4,23 @@ import json
 
 import numpy as np
 import pytest
-from cli_tools import energy, one_hot, random_pair, read_pfm, read_pnm, run, write_pgm, write_qsf
+from cli_tools import (
+    energy,
+    one_hot,
+    random_pair,
+    read_pfm,
+    read_pnm,
+    run,
+    succeed,
+    write_pgm,
+    write_qsf,
+)
 
 
 def decode(solved, output, *options, samples=None):
-    done = run(
+    done = succeed(
         "decode", solved.problem, samples or solved.samples, "-o", output, "--json", *options
     )
-    assert done.status == 0, done.err
     return json.loads(done.out)
 
 
@@ -93,14 +102,11 @@ def test_png_without_opencv(folder, solved, pnm_only):
 
 def test_disparity_0_is_held_as_1(tmp_path):
     _, _, left, right = random_pair(tmp_path, 2, 1)
-    assert (
-        run("encode", left, right, "-o", tmp_path / "p.qcf", "--disparity", "0:1", "--json").status
-        == 0
-    )
+    succeed("encode", left, right, "-o", tmp_path / "p.qcf", "--disparity", "0:1", "--json")
     samples = write_qsf(tmp_path / "s.qsf", tmp_path / "p.qcf", [1, 0], [0])
     facts = json.loads(run("validate", tmp_path / "p.qcf", samples, "--json").out)
     samples = write_qsf(tmp_path / "s.qsf", tmp_path / "p.qcf", [1, 0], [facts["best_energy"]])
-    assert run("decode", tmp_path / "p.qcf", samples, "-o", tmp_path / "m.pgm").status == 0
+    succeed("decode", tmp_path / "p.qcf", samples, "-o", tmp_path / "m.pgm")
     assert read_pnm((tmp_path / "m.pgm").read_bytes())[0].tolist() == [[0, 1]]
 
 
@@ -197,22 +203,14 @@ def test_repair_takes_the_best_wherever_it_stands(tmp_path, folder, solved):
 def test_memory_limit(tmp_path, folder):
     """The map is of the whole picture, however small the window is."""
     grey = write_pgm(tmp_path / "g.pgm", np.zeros((700, 700), int))
-    assert (
-        run(
-            "encode", grey, grey, "-o", tmp_path / "p.qcf", "--disparity", "0:0", "--roi", "0,0,2,1"
-        ).status
-        == 0
+    succeed(
+        "encode", grey, grey, "-o", tmp_path / "p.qcf", "--disparity", "0:0", "--roi", "0,0,2,1"
     )
     samples = write_qsf(tmp_path / "s.qsf", tmp_path / "p.qcf", [1, 1], [0])
     done = run("decode", tmp_path / "p.qcf", samples, "-o", folder / "m.pgm", "--memory-limit", "1")
     assert (done.status, "raise --memory-limit" in done.err) == (4, True)
     assert not list(folder.iterdir())
-    assert (
-        run(
-            "decode", tmp_path / "p.qcf", samples, "-o", folder / "m.pgm", "--memory-limit", "2"
-        ).status
-        == 0
-    )
+    succeed("decode", tmp_path / "p.qcf", samples, "-o", folder / "m.pgm", "--memory-limit", "2")
 
 
 def test_a_wrong_energy(tmp_path, folder, solved):
@@ -229,7 +227,7 @@ def test_a_wrong_energy(tmp_path, folder, solved):
 
 
 def test_samples_of_another_problem(tmp_path, folder, pair, solved):
-    assert run("encode", *pair.paths, "-o", tmp_path / "q.qcf", "--disparity", "1:4").status == 0
+    succeed("encode", *pair.paths, "-o", tmp_path / "q.qcf", "--disparity", "1:4")
     done = run("decode", tmp_path / "q.qcf", solved.samples, "-o", folder / "m.pgm")
     assert (done.status, "samples of another problem" in done.err) == (3, True)
     assert not list(folder.iterdir())
@@ -267,11 +265,11 @@ def test_standard_output_is_a_pgm(folder, solved):
 def test_a_window_inside_the_picture(tmp_path):
     left, right, left_path, right_path = random_pair(tmp_path, 12, 7)
     options = ["--roi", "5,2,4,3", "--disparity", "2:3"]
-    assert run("encode", left_path, right_path, "-o", tmp_path / "p.qcf", *options).status == 0
+    succeed("encode", left_path, right_path, "-o", tmp_path / "p.qcf", *options)
     chosen = np.random.default_rng(3).integers(2, 4, (3, 4))
     exact = energy(left[2:5, :9], right[2:5, :9], chosen, 20)
     samples = write_qsf(tmp_path / "s.qsf", tmp_path / "p.qcf", one_hot(chosen - 2, 2), [exact])
-    assert run("decode", tmp_path / "p.qcf", samples, "-o", tmp_path / "m.pgm").status == 0
+    succeed("decode", tmp_path / "p.qcf", samples, "-o", tmp_path / "m.pgm")
     expected = np.zeros((7, 12), int)
     expected[2:5, 5:9] = 8 * chosen
     assert (read_pnm((tmp_path / "m.pgm").read_bytes())[0] == expected).all()

@@ -13,15 +13,14 @@ from cli_tools import (
     random_pair,
     read_pnm,
     run,
+    succeed,
     write_pgm,
     write_qsf,
 )
 
 
 def encode(pair, output, *options):
-    done = run("encode", *pair.paths, "-o", output, "--json", *options)
-    assert done.status == 0, done.err
-    return json.loads(done.out)
+    return json.loads(succeed("encode", *pair.paths, "-o", output, "--json", *options).out)
 
 
 SMOOTH = {
@@ -65,8 +64,7 @@ def test_energies_are_those_of_F(tmp_path, pair, smoothness, truncation, encodin
         [one_hot(m - 1, 4) for m in maps],
         np.multiply(energies, 2),
     )
-    done = run("validate", tmp_path / "p.qcf", samples, "--json")
-    assert done.status == 0, done.err
+    done = succeed("validate", tmp_path / "p.qcf", samples, "--json")
     assert json.loads(done.out)["best_energy"] == min(energies)
     assert (facts["encoding"], facts["smoothness"], facts["scale"], facts["lambda"]) == (
         encoding,
@@ -122,15 +120,13 @@ def test_every_encoding_has_the_energies_of_F(tmp_path, pair, encoding, smoothne
     )
     assert (facts["sites"], facts["sites_open"], facts["truncated"]) == (40, 40, bool(truncate))
     samples = write_qsf(tmp_path / "s.qsf", tmp_path / "p.qcf", bits, np.multiply(energies, 2))
-    done = run("validate", tmp_path / "p.qcf", samples, "--json")
-    assert done.status == 0, done.err
+    done = succeed("validate", tmp_path / "p.qcf", samples, "--json")
     assert json.loads(done.out)["feasible"] == len(maps) and json.loads(done.out)[
         "best_energy"
     ] == min(energies)
-    done = run(
+    done = succeed(
         "decode", tmp_path / "p.qcf", samples, "-o", tmp_path / "m.pgm", "--scale", "2", "--json"
     )
-    assert done.status == 0, done.err
     assert json.loads(done.out)["energy"] == min(energies)
     assert (
         read_pnm((tmp_path / "m.pgm").read_bytes())[0][:, 4:] // 2 == maps[int(np.argmin(energies))]
@@ -320,7 +316,7 @@ def test_the_best_sample_is_that_of_the_least_F(tmp_path, pair):
 def test_lambda_is_exact(tmp_path, text, value):
     """The scale is the denominator of lambda in lowest terms."""
     _, _, left, right = random_pair(tmp_path, 3, 1)
-    done = run(
+    done = succeed(
         "encode",
         left,
         right,
@@ -332,7 +328,6 @@ def test_lambda_is_exact(tmp_path, text, value):
         "0:1",
         "--json",
     )
-    assert done.status == 0, done.err
     facts = json.loads(done.out)
     assert facts["scale"] == Fraction(text).denominator
     assert facts["lambda"] == value
@@ -453,7 +448,7 @@ def test_memory_limit(folder, limit):
             True,
         )
         assert not list(folder.iterdir())
-    assert run("encode", wide, wide, "-o", folder / "p.qcf", "--memory-limit", "1").status == 0
+    succeed("encode", wide, wide, "-o", folder / "p.qcf", "--memory-limit", "1")
 
 
 def test_other_encodings_to_standard_output(tmp_path, pair):
@@ -594,7 +589,7 @@ USAGE = {
     "target zero": (["--reduce", "--target", "0"], "--target 0 is not a whole number from 1"),
     "target of a cut": (
         ["--reduce", "--target", "9", "--encoding", "multiway-cut"],
-        "--target goes with --encoding one-hot",
+        "--target does not go with --encoding multiway-cut, but with these: one-hot, ",
     ),
     "time limit": (["--reduce", "--time-limit", "0"], "--time-limit 0"),
     "memory": (["--memory-limit", "0"], "--memory-limit 0 is not a whole number from 1"),
@@ -644,7 +639,14 @@ BAD_PICTURES = {
     "maxval 0": b"P5\n1 1\n0\n\0",
     "maxval 65536": b"P5\n1 1\n65536\n\0\0",
     "negative": b"P5\n-1 4\n255\n",
-    "bitmap": b"P1\n2 1\n0 1\n",
+    "bitmap with letters": b"P1\n2 1\n0 x\n",
+    "pam without depth": b"P7\nWIDTH 1\nHEIGHT 1\nMAXVAL 255\nENDHDR\n\0",
+    "pam without an end": b"P7\nWIDTH 1\nHEIGHT 1\nDEPTH 1\nMAXVAL 255\n",
+    "pam with 5 channels": b"P7\nWIDTH 1\nHEIGHT 1\nDEPTH 5\nMAXVAL 255\nENDHDR\n\0\0\0\0\0",
+    "a row of blanks": b"P5\n4 1\n255\n\1\1\1\1    ",
+    "a row like a line end": b"P5\n2 1\n255\n\1\1\r\n",
+    "a row like a line feed": b"P5\n1 1\n255\n\1\n",
+    "a comment behind": b"P5\n2 1\n255\n\1\1# no\n",
     "pfm": b"Pf\n1 1\n-1.0\n\0\0\0\0",
     "huge number": b"P5\n99999999999999999999 1\n255\n\0",
 }

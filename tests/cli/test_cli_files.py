@@ -1,5 +1,6 @@
 """Outputs appear whole or not at all, whatever goes wrong; standard streams."""
 
+import json
 import os
 import pty
 import resource
@@ -9,7 +10,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from cli_tools import random_pair, run, signal_at_output, started, write_pgm
+from cli_tools import LONG, random_pair, run, signal_at_output, started, succeed, write_pgm
 
 ENCODE = ["--disparity", "0:3"]
 
@@ -32,19 +33,14 @@ class TestOutputs:
         output = folder / f"out{ending}"
         output.write_text("as it was")
         output.chmod(0o640)
-        assert run(name, *arguments, "-o", output).status == 0
+        succeed(name, *arguments, "-o", output)
         assert output.read_bytes()[:2] in (b"\x89Q", b"P5")
         assert stat.S_IMODE(output.stat().st_mode) == 0o640
         assert list(folder.iterdir()) == [output]
 
     def test_new_files_obey_the_umask(self, commands, folder, name):
         arguments, ending = commands[name]
-        assert (
-            run(
-                name, *arguments, "-o", folder / f"out{ending}", preexec_fn=lambda: os.umask(0o027)
-            ).status
-            == 0
-        )
+        succeed(name, *arguments, "-o", folder / f"out{ending}", preexec_fn=lambda: os.umask(0o027))
         assert stat.S_IMODE((folder / f"out{ending}").stat().st_mode) == 0o640
 
     def test_follows_links(self, commands, folder, name):
@@ -52,14 +48,14 @@ class TestOutputs:
         (folder / "real").write_text("as it was")
         link = folder / f"link{ending}"
         link.symlink_to("real")
-        assert run(name, *arguments, "-o", link).status == 0
+        succeed(name, *arguments, "-o", link)
         assert link.is_symlink() and (folder / "real").read_bytes() != b"as it was"
 
     def test_replaces_links_that_lead_nowhere(self, commands, folder, name):
         arguments, ending = commands[name]
         link = folder / f"link{ending}"
         link.symlink_to("none")
-        assert run(name, *arguments, "-o", link).status == 0
+        succeed(name, *arguments, "-o", link)
         assert link.is_file() and list(folder.iterdir()) == [link] and not link.is_symlink()
 
     @pytest.mark.parametrize("operand", [0, -1])
@@ -123,8 +119,8 @@ class TestOutputs:
 
     def test_a_full_device(self, commands, name):
         arguments, _ = commands[name]
-        done = run(name, *arguments, "-o", "/dev/full")
-        assert done.status == 4
+        done = run(name, *arguments, "-o", "/dev/full", "--json")
+        assert (done.status, done.out) == (4, b"")
         assert (
             done.err == f"qstereo {name}: /dev/full: cannot be written: No space left on device\n"
         )
@@ -176,6 +172,25 @@ class TestOutputs:
         os.close(master)
         assert (done.status, "terminal" in done.err) == (2, True)
 
+    def test_a_result_that_cannot_be_printed_brings_the_old_file_back(
+        self, commands, folder, name
+    ):
+        arguments, ending = commands[name]
+        output = folder / f"out{ending}"
+        output.write_text("as it was")
+        with open("/dev/full", "w") as full:
+            done = run(
+                name,
+                *arguments,
+                "-o",
+                output,
+                stdout=full,
+                stderr=subprocess.PIPE,
+                capture_output=False,
+            )
+        assert done.status == 4
+        assert list(folder.iterdir()) == [output] and output.read_text() == "as it was"
+
     def test_closed_standard_output(self, commands, folder, name):
         arguments, ending = commands[name]
         output = folder / f"out{ending}"
@@ -208,6 +223,10 @@ def test_full_standard_output(arguments):
         (signal.SIGHUP, 129),
         (signal.SIGQUIT, 131),
         (signal.SIGPIPE, 141),
+        (signal.SIGALRM, 142),
+        (signal.SIGUSR1, 138),
+        (signal.SIGUSR2, 140),
+        (signal.SIGXCPU, 152),
     ],
 )
 def test_a_signal_while_reading(folder, pair, number, status):
@@ -218,7 +237,7 @@ def test_a_signal_while_reading(folder, pair, number, status):
         writer.write(b"P5\n12 5\n")
         writer.flush()
         process.send_signal(number)
-        assert process.wait(20) == status
+        assert process.wait(LONG) == status
     assert not list(folder.iterdir())
 
 
@@ -230,6 +249,10 @@ def test_a_signal_while_reading(folder, pair, number, status):
         (signal.SIGHUP, 129),
         (signal.SIGQUIT, 131),
         (signal.SIGPIPE, 141),
+        (signal.SIGALRM, 142),
+        (signal.SIGUSR1, 138),
+        (signal.SIGUSR2, 140),
+        (signal.SIGXCPU, 152),
     ],
 )
 def test_a_signal_while_writing(folder, number, status):
@@ -242,7 +265,7 @@ def test_a_signal_while_writing(folder, number, status):
     (folder / "p.qcf").write_text("as it was")
     process = started("encode", *paths, "-o", folder / "p.qcf", "--disparity", "0:255")
     signal_at_output(process, folder, 2, number)
-    assert process.wait(20) == status
+    assert process.wait(LONG) == status
     assert [path.name for path in folder.iterdir()] == ["p.qcf"]
     assert (folder / "p.qcf").read_text() == "as it was"
 
@@ -263,7 +286,7 @@ def test_an_ignored_signal_stays_ignored(folder, pair):
     with open(fifo, "wb") as writer:
         process.send_signal(signal.SIGHUP)
         writer.write(pair.paths[0].read_bytes())
-    assert process.wait(20) == 0
+    assert process.wait(LONG) == 0
     process.stdout.close()
 
 
@@ -289,6 +312,71 @@ def test_refuses_inputs_that_are_no_operands(tmp_path, solved):
 def test_names_that_look_like_options(tmp_path):
     left, right, left_path, right_path = random_pair(tmp_path, 5, 2)
     left_path.rename(tmp_path / "--left.pgm")
-    done = run("encode", "-o", "p.qcf", *ENCODE, "--", "--left.pgm", "right.pgm", cwd=tmp_path)
-    assert done.status == 0, done.err
+    done = succeed("encode", "-o", "p.qcf", *ENCODE, "--", "--left.pgm", "right.pgm", cwd=tmp_path)
     assert (tmp_path / "p.qcf").exists()
+
+
+def test_two_outputs_are_both_written_or_none(folder, pair):
+    for name in ("m.pgm", "m.color.ppm"):
+        (folder / name).write_text(name)
+    line = ["match", *pair.paths, "-o", folder / "m.pgm", "--color", *ENCODE]
+    with open("/dev/full", "w") as full:
+        done = run(*line, stdout=full, stderr=subprocess.PIPE, capture_output=False)
+    assert done.status == 4
+    assert {path.name: path.read_text() for path in folder.iterdir()} == {
+        name: name for name in ("m.pgm", "m.color.ppm")
+    }
+    assert run(*line).status == 0
+    assert sorted(path.name for path in folder.iterdir()) == ["m.color.ppm", "m.pgm"]
+    assert (folder / "m.color.ppm").read_bytes()[:2] == b"P6"
+
+
+def test_a_temporary_has_the_mode_of_its_target(folder, tmp_path):
+    *_, left, right = random_pair(tmp_path, 400, 300)
+    (folder / "m.pgm").write_text("secret")
+    (folder / "m.pgm").chmod(0o600)
+    line = ["match", left, right, "-o", folder / "m.pgm", "--solver", "anneal"]
+    process = started(*line, "--iterations", 10**9)
+    signal_at_output(process, folder, 2, signal.SIGSTOP)
+    modes = {stat.S_IMODE(path.stat().st_mode) for path in folder.iterdir()}
+    process.send_signal(signal.SIGTERM)
+    process.send_signal(signal.SIGCONT)
+    assert process.wait(20) == 143
+    process.communicate()
+    assert modes == {0o600}
+    assert [path.read_text() for path in folder.iterdir()] == ["secret"]
+
+
+STEERING = "a\x1b[2Jb\x07c\x7fd\u0085e\u202ef\u2066g"
+
+
+@pytest.mark.parametrize("json_asked", [False, True])
+def test_names_cannot_steer_a_terminal(folder, pair, json_asked):
+    name = folder / f"{STEERING}\u00e4.pgm"
+    line = ["match", *pair.paths, "-o", name, *ENCODE, *(["--json"] if json_asked else [])]
+    done = run(*line)
+    assert done.status == 0
+    text = done.out.decode()
+    assert not set(STEERING) - set("abcdefg[2J") & set(text)
+    assert "\u00e4" in text  # a letter stays one
+    if json_asked:
+        assert json.loads(text)["map"] == str(name)
+    else:
+        assert "a\\x1b[2Jb\\x07c\\x7fd\\u0085e\\u202ef\\u2066g" in text
+
+
+def test_messages_cannot_steer_a_terminal(folder):
+    for name in (STEERING, b"\xff\x1b"):
+        done = run("info", os.fsdecode(name) if isinstance(name, bytes) else name)
+        assert done.status == 4
+        assert not set(STEERING) - set("abcdefg[2J") & set(done.err)
+        assert "\\x1b" in done.err
+    assert "\\xff" in done.err
+    assert "\\x1b" in run("info", "--\x1bx").err
+
+
+def test_a_name_that_is_no_utf8_is_still_json(folder, pair):
+    name = os.fsencode(folder) + b"/\xffm.pgm"
+    done = run("match", *pair.paths, "-o", os.fsdecode(name), *ENCODE, "--json")
+    assert done.status == 0
+    assert json.loads(done.out.decode())["map"].endswith("/\ufffdm.pgm")

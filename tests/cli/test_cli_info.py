@@ -7,7 +7,7 @@ from hashlib import sha256
 
 import numpy as np
 import pytest
-from cli_tools import random_pair, reseal, run, with_chunk, write_pgm, write_qsf
+from cli_tools import random_pair, reseal, run, succeed, with_chunk, write_pgm, write_qsf
 
 
 def test_problem_of_two_sites(tmp_path):
@@ -175,7 +175,7 @@ def statuses(folder, variants):
 def smallest(tmp_path):
     _, _, left, right = random_pair(tmp_path, 2, 1)
     problem = tmp_path / "p.qcf"
-    assert run("encode", left, right, "-o", problem, "--disparity", "0:0").status == 0
+    succeed("encode", left, right, "-o", problem, "--disparity", "0:0")
     samples = write_qsf(tmp_path / "s.qsf", problem, [[1, 1]], [0])
     return {"qcf": problem.read_bytes(), "qsf": samples.read_bytes()}
 
@@ -222,7 +222,7 @@ def block_of(rows, columns):
 @pytest.mark.parametrize("rows, columns, status", [(2, 2, 0), (2, 3, 3), (3, 2, 3), (3, 3, 3)])
 def test_a_block_that_fits_no_groups(tmp_path, rows, columns, status):
     _, _, left, right = random_pair(tmp_path, 3, 1)
-    assert run("encode", left, right, "-o", tmp_path / "p.qcf", "--disparity", "0:1").status == 0
+    succeed("encode", left, right, "-o", tmp_path / "p.qcf", "--disparity", "0:1")
     done = run(
         "info", with_chunk(tmp_path / "p.qcf", "BLKS", block_of(rows, columns), tmp_path / "q.qcf")
     )
@@ -301,8 +301,7 @@ BAD_JSON = [
 @pytest.mark.parametrize("text", GOOD_JSON)
 def test_the_solvers_json_is_passed_on(tmp_path, solved, text):
     samples = write_qsf(tmp_path / "i.qsf", solved.problem, solved.bits, [0, 0], info=text.encode())
-    done = run("info", samples, "--json")
-    assert done.status == 0, done.err
+    done = succeed("info", samples, "--json")
     assert json.loads(done.out)["info"] == json.loads(text)
 
 

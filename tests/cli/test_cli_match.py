@@ -6,6 +6,7 @@ import signal
 import numpy as np
 import pytest
 from cli_tools import (
+    LONG,
     SOLVERS,
     random_pair,
     read_pfm,
@@ -13,6 +14,7 @@ from cli_tools import (
     run,
     signal_at_output,
     started,
+    succeed,
     write_pgm,
 )
 
@@ -34,9 +36,7 @@ KEYS = {
 
 
 def match(paths, output, *options):
-    done = run("match", *paths, "-o", output, "--json", *options)
-    assert done.status == 0, done.err
-    return json.loads(done.out)
+    return json.loads(succeed("match", *paths, "-o", output, "--json", *options).out)
 
 
 @pytest.fixture
@@ -58,7 +58,7 @@ PROBLEMS = [
 def test_the_same_as_the_three_commands(tmp_path, folder, pair, options, solver):
     search = ["--solver", solver, "--seed", "3", "--iterations", "20"]
     problem, samples = tmp_path / "p.qcf", tmp_path / "s.qsf"
-    assert run("encode", *pair.paths, "-o", problem, *options).status == 0
+    succeed("encode", *pair.paths, "-o", problem, *options)
     solved = json.loads(run("solve", problem, "-o", samples, "--json", *search).out)
     decoded = json.loads(
         run(
@@ -271,7 +271,7 @@ def test_a_signal_while_solving(folder, tmp_path):
         10**9,
     )
     signal_at_output(process, folder, 2, signal.SIGINT)
-    assert process.wait(20) == 130
+    assert process.wait(LONG) == 130
     process.communicate()
     assert not list(folder.iterdir())
 
@@ -284,3 +284,50 @@ def test_costs_that_are_too_large(folder, tmp_path):
     assert f"{left}: its costs overflow what the solvers can hold" in done.err
     assert "choose a smaller --lambda or --truncation" in done.err
     assert not list(folder.iterdir())
+
+
+def moved(shift, height=40, width=90, seed=7):
+    """A pair whose every pixel moves by `shift`, right of its left margin."""
+    scene = np.random.default_rng(seed).integers(0, 256, (height, width + shift))
+    return scene[:, :width], scene[:, shift:]
+
+
+def hints(folder, left, right, *options):
+    paths = [
+        write_pgm(folder.parent / f"{name}.pgm", picture)
+        for name, picture in (("l", left), ("r", right))
+    ]
+    done = run("match", *paths, "-o", folder / "m.pgm", "--solver", "icm", *options)
+    assert done.status == 0, done.err
+    return done.err
+
+
+def test_a_range_that_is_too_small_is_suspected(folder):
+    err = hints(folder, *moved(5), "--disparity", "0:5")
+    assert "100 % of the pixels have the largest disparity, 5: raise the MAX" in err
+    assert hints(folder, *moved(5), "--disparity", "0:9") == ""
+
+
+def test_swapped_pictures_are_suspected(folder):
+    left, right = moved(5)
+    assert "are left and right swapped?" in hints(folder, right, left, "--disparity", "0:9")
+
+
+def test_a_truth_beyond_the_range_is_suspected(folder, tmp_path):
+    truth = write_pgm(tmp_path / "t.pgm", np.full((40, 90), 160))
+    err = hints(folder, *moved(5), "--disparity", "0:9", "--truth", truth)
+    assert "100 % of its disparities are above 9" in err and "wrong by more than 1" in err
+    err = hints(folder, *moved(5), "--disparity", "0:9", "--truth", truth, "--truth-scale", "32")
+    assert err == ""
+
+
+def test_what_overflows_by_decimals_asks_for_fewer(folder, tmp_path):
+    """The same lambda, within a millionth, but in finer units."""
+    *_, left, right = random_pair(tmp_path, 580, 40)
+    line = ["match", left, right, "-o", folder / "m.pgm", "--disparity", "0:511"]
+    line += ["--smoothness", "quadratic", "--solver", "icm", "--iterations", 1, "--lambda"]
+    done = run(*line, "2000.000001")
+    assert done.status == 3
+    assert "give --lambda fewer decimals, or choose a smaller --lambda" in done.err
+    assert not list(folder.iterdir())
+    assert run(*line, "2000").status == 0

@@ -4,16 +4,15 @@ import io
 
 import numpy as np
 import pytest
-from cli_tools import run, write_pgm
+from cli_tools import run, succeed, tiff, write_pgm
 from PIL import Image
 
 
 def problem(picture, **options):
     """The .qcf of a picture beside itself."""
-    done = run(
+    done = succeed(
         "encode", picture, picture, "-o", "-", "--disparity", "0:3", "--roi", "3,0,5,3", **options
     )
-    assert done.status == 0, done.err
     return done.out
 
 
@@ -55,16 +54,27 @@ def alpha(samples):
     return np.dstack([samples, RANDOM.integers(0, 256, (4, 8, 1)).astype(samples.dtype)])
 
 
+def pam(samples, kind):
+    depth = samples.size // GREY.size
+    head = f"P7\n# a comment\nWIDTH 8\nHEIGHT 4\nDEPTH {depth}\nMAXVAL 255\n"
+    head += f"TUPLTYPE {kind}\nENDHDR\n"
+    return head.encode() + samples.tobytes()
+
+
 PNM_GREY = {
     "P2": ascii_pnm("P2", GREY),
     "P2 of 16 bits": ascii_pnm("P2", GREY.astype(int) * 257, 65535),
     "P5 of 16 bits": binary_pnm("P5", GREY.astype(int) * 257, 65535, ">u2"),
     "P3 of grey": ascii_pnm("P3", np.dstack([GREY] * 3)),
+    "PAM": pam(GREY, "GRAYSCALE"),
+    "PAM with alpha": pam(alpha(GREY), "GRAYSCALE_ALPHA"),
 }
 PNM_RGB = {
     "P3": ascii_pnm("P3", RGB),
     "P6": binary_pnm("P6", RGB, 255, "u1"),
     "P6 of 16 bits": binary_pnm("P6", RGB.astype(int) * 257, 65535, ">u2"),
+    "PAM": pam(RGB, "RGB"),
+    "PAM with alpha": pam(alpha(RGB), "RGB_ALPHA"),
 }
 OTHER_GREY = {
     "PNG": saved(GREY, "PNG"),
@@ -181,3 +191,93 @@ def test_versions_name_the_library(pnm_only):
         run("--version", program=pnm_only).out
         == b"qstereo 0.1.0 (file format 1, pictures: PNM only)\n"
     )
+
+
+LINE_ENDS = {
+    "CR LF": b"P5\r\n8 4\r\n255\r\n%s",
+    "CR": b"P5\r8 4\r255\r%s",
+    "blank": b"P5 8 4 255 %s",
+    "comment that touches maxval": b"P5\n8 4\n255# a comment\n%s",
+    "comment and CR LF": b"P5\r\n# one\r\n8 4\r\n255# another\r\n%s",
+    "LF behind": b"P5\n8 4\n255\n%s\n",
+    "CR LF behind": b"P5\r\n8 4\r\n255\r\n%s\r\n",
+}
+
+
+@pytest.mark.parametrize("first", [b"\n", b"\r", b" ", b"#", b"\x08"])
+@pytest.mark.parametrize("last", [b"\n", b" ", b"#", b"\x08"])
+@pytest.mark.parametrize("name", LINE_ENDS)
+def test_line_ends_of_a_binary_header(tmp_path, name, first, last):
+    """Samples that look like blanks or comments are samples. A lone CR before a sample of 10 reads
+    as CR LF only where the file is longer by that byte.
+    """
+    samples = first + GREY.tobytes()[1:-1] + last
+    (tmp_path / "picture").write_bytes(LINE_ENDS[name].replace(b"%s", samples))
+    expected = write_pgm(tmp_path / "plain.pgm", np.frombuffer(samples, "u1").reshape(4, 8))
+    assert problem(tmp_path / "picture") == problem(expected)
+
+
+@pytest.mark.parametrize("kind", ["P5", "P6"])
+def test_line_ends_of_other_headers(tmp_path, kind):
+    data = PNM_GREY["P5 of 16 bits"] if kind == "P5" else PNM_RGB["P6"]
+    start = len(data) - GREY.size * (2 if kind == "P5" else 3)
+    head, pixels = data[:start], data[start:]
+    pixels = b"\n" + pixels[1:-1] + b" "
+    (tmp_path / "lf").write_bytes(head + pixels)
+    (tmp_path / "crlf").write_bytes(head.replace(b"\n", b"\r\n") + pixels)
+    assert problem(tmp_path / "crlf") == problem(tmp_path / "lf")
+
+
+@pytest.mark.parametrize("kind", ["P1", "P4"])
+def test_bitmaps(tmp_path, kind):
+    """1 is black. A binary row begins a byte."""
+    black = RANDOM.integers(0, 2, (4, 9))
+    text = "\n".join("".join(map(str, row)) for row in black).encode()
+    data = {"P1": text, "P4": np.packbits(black, axis=1).tobytes()}[kind]
+    (tmp_path / "picture").write_bytes(kind.encode() + b"\n# a comment\n9 4\n" + data)
+    expected = write_pgm(tmp_path / "expected.pgm", (1 - black) * 255)
+    assert problem(tmp_path / "picture") == problem(expected)
+
+
+@pytest.mark.parametrize("kind", ["f4", "i2", "u2"])
+def test_tiffs_of_other_numbers(tmp_path, opencv, kind):
+    """Floats are greys from 0 to 255, whole numbers of 16 bits from 0 to 65535."""
+    samples = GREY.astype(kind)
+    if kind != "f4":
+        samples = (GREY.astype(int) * (257 if kind == "u2" else 128)).astype(kind)
+    (tmp_path / "p.tiff").write_bytes(tiff(samples))
+    grey = GREY if kind == "f4" else (samples.astype(int) * 255 + 32767) // 65535
+    assert problem(tmp_path / "p.tiff") == problem(write_pgm(tmp_path / "p.pgm", grey))
+
+
+def test_numbers_that_are_no_greys(tmp_path, opencv):
+    for values, words in (
+        (GREY.astype("f4") / 255, "floats up to 1"),
+        (GREY.astype("f4") * 2, "but a grey picture has 0 to 255"),
+        (-GREY.astype("i2"), "but a grey picture has 0 to 65535"),
+    ):
+        (tmp_path / "p.tiff").write_bytes(tiff(values))
+        line = ["encode", tmp_path / "p.tiff", tmp_path / "p.tiff", "-o", "-"]
+        done = run(*line, "--disparity", "0:3")
+        assert (done.status, words in done.err, done.out) == (3, True, b"")
+
+
+@pytest.mark.parametrize("bits", [10, 12])
+def test_bits(tmp_path, folder, bits):
+    """10 or 12 bits in a file of 16 look black; --bits says where white is."""
+    samples = RANDOM.integers(0, 2**bits, (4, 8))
+    samples[0, 0] = 2**bits - 1
+    deep = write_pgm(tmp_path / "deep.pgm", samples, 65535)
+    plain = write_pgm(tmp_path / "plain.pgm", samples, 2**bits - 1)
+    line = ["encode", deep, deep, "-o", folder / "p.qcf", "--disparity", "0:3"]
+    done = run(*line)
+    assert (done.status, f"add --bits {bits}" in done.err) == (0, True)
+    done = run(*line, "--bits", bits)
+    assert (done.status, done.err) == (0, "")
+    made = (folder / "p.qcf").read_bytes()
+    assert run("encode", plain, plain, "-o", folder / "q.qcf", "--disparity", "0:3").status == 0
+    assert made == (folder / "q.qcf").read_bytes()
+    done = run(*line, "--bits", bits - 1)
+    assert (done.status, f"more than --bits {bits - 1} can hold" in done.err) == (3, True)
+    done = run("encode", plain, plain, "-o", folder / "r.qcf", "--disparity", "0:3", "--bits", bits)
+    assert (done.status, "leave out --bits" in done.err) == (3, True)

@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from cli_tools import QSTEREO, ROOT, SOLVERS
+from cli_tools import LONG, QSTEREO, ROOT, SOLVERS
 
 
 def reproduce(*arguments):
@@ -20,7 +20,7 @@ def reproduce(*arguments):
         ],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=LONG,
     )
 
 
@@ -78,3 +78,16 @@ def test_no_scenes(tmp_path):
     assert done.returncode == 1 and "make reproduce DATA=folder" in done.stderr
     done = reproduce(tmp_path)
     assert done.returncode == 1 and "holds no scene" in done.stderr
+
+
+def test_scenes_json_says_scale_and_range(scenes):
+    """The same truth at another scale gives another error; the range is that of the file."""
+    found = []
+    for facts in ({}, {"disparity_max": 4}, {"disparity_max": 4, "truth_scale": 40}):
+        (scenes / "scenes.json").write_text(json.dumps({"noise": facts}))
+        done = reproduce("--json", "--time-limit", "0.02", scenes)
+        assert (done.returncode, done.stderr) == (0, "")
+        found.append(json.loads(done.stdout)["problems"][0])
+    assert [of["labels"] for of in found] == [20, 5, 5]
+    icm = [{r["solver"]: r for r in of["results"]}["icm"] for of in found]
+    assert icm[1]["energy"] == icm[2]["energy"] and icm[1]["rms"] > 2 * icm[2]["rms"]

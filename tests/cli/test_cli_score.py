@@ -5,13 +5,11 @@ import struct
 
 import numpy as np
 import pytest
-from cli_tools import run, write_pgm
+from cli_tools import run, succeed, tiff, write_pgm
 
 
 def score(*arguments):
-    done = run("score", *arguments, "--json")
-    assert done.status == 0, done.err
-    return json.loads(done.out)
+    return json.loads(succeed("score", *arguments, "--json").out)
 
 
 def write_pfm(path, values, order="<"):
@@ -36,6 +34,10 @@ def test_errors(maps):
         "rms": pytest.approx(np.sqrt((0.25 + 0.5625 + 4) / 4), rel=1e-15),
         "bad_0_5": 50,
         "bad_1_0": 25,
+        "bad_2_0": 0,
+        "average": pytest.approx(3.25 / 4, rel=1e-15),
+        "d1": 0,
+        "density": 80,
     }
     text = run("score", *maps, "--truth-scale", "16").out.decode()
     assert (
@@ -63,6 +65,12 @@ def test_against_numpy(tmp_path):
     assert facts["rms"] == pytest.approx(np.sqrt((error**2).mean()), rel=1e-12)
     assert facts["bad_0_5"] == pytest.approx(100 * (error > 0.5).mean(), rel=1e-12)
     assert facts["bad_1_0"] == pytest.approx(100 * (error > 1).mean(), rel=1e-12)
+    assert facts["bad_2_0"] == pytest.approx(100 * (error > 2).mean(), rel=1e-12)
+    assert facts["average"] == pytest.approx(error.mean(), rel=1e-12)
+    true = np.where(truth == 1, 0, truth)[both] / 1024
+    assert facts["d1"] == pytest.approx(100 * ((error > 3) & (error > true / 20)).mean(), rel=1e-12)
+    assert 0 < facts["d1"] < facts["bad_2_0"]
+    assert facts["density"] == pytest.approx(100 * both.sum() / (truth > 0).sum(), rel=1e-12)
 
 
 def test_disparity_0(tmp_path):
@@ -90,6 +98,18 @@ def test_floats_are_rounded_to_the_nearest(tmp_path):
     assert score(found, truth)["rms"] == pytest.approx(
         np.sqrt((1 + 0 + 49 + 64) / 4) / 65536, rel=1e-12
     )
+
+
+@pytest.mark.parametrize("behind", [b"", b"\n", b"\r\n"])
+@pytest.mark.parametrize("end", [b"\n", b"\r\n"])
+def test_line_ends_of_a_pfm(tmp_path, end, behind):
+    values = np.frombuffer(b"\n \r#" + struct.pack("<f", 2) + b"#\n\r\n", "<f4")[None]
+    whole = write_pfm(tmp_path / "m.pfm", values)
+    (tmp_path / "n.pfm").write_bytes(
+        b"Pf" + end + b"3 1" + end + b"-1.0" + end + values.tobytes() + behind
+    )
+    assert score(tmp_path / "n.pfm", whole)["pixels"] == 3
+    assert score(tmp_path / "n.pfm", whole)["rms"] == 0
 
 
 @pytest.mark.parametrize(
@@ -127,6 +147,10 @@ def test_no_pixel_in_common(tmp_path):
         "rms": None,
         "bad_0_5": None,
         "bad_1_0": None,
+        "bad_2_0": None,
+        "average": None,
+        "d1": None,
+        "density": None,
     }
 
 
@@ -139,7 +163,7 @@ def test_truth_of_another_size(tmp_path, maps):
 
 def test_maps_in_colours(tmp_path, maps):
     colours = tmp_path / "c.ppm"
-    colours.write_bytes(b"P6\n6 1\n255\n" + bytes(18))
+    colours.write_bytes(b"P6\n6 1\n255\n" + bytes(17) + b"\1")
     done = run("score", colours, maps[1])
     assert (done.status, "is a picture in colours: give a grey one" in done.err) == (3, True)
     (tmp_path / "c.pfm").write_bytes(b"PF\n1 1\n-1.0\n" + bytes(12))
@@ -175,7 +199,7 @@ def test_round_trip(folder, solved):
     """A map scores 0 against itself in each format, and its own error against another sample."""
     for sample in ("1", "2"):
         for name in (f"{sample}.pgm", f"{sample}.pfm"):
-            done = run(
+            done = succeed(
                 "decode",
                 solved.problem,
                 solved.samples,
@@ -186,15 +210,121 @@ def test_round_trip(folder, solved):
                 "--scale",
                 "16",
             )
-            assert done.status == 0, done.err
     assert score(folder / "1.pgm", folder / "1.pfm", "--scale", "16") == {
         "schema": 1,
         "pixels": 40,
         "rms": 0,
         "bad_0_5": 0,
         "bad_1_0": 0,
+        "bad_2_0": 0,
+        "average": 0,
+        "d1": 0,
+        "density": 100,
     }
     error = np.abs(solved.maps[0] - solved.maps[1])
     facts = score(folder / "1.pfm", folder / "2.pgm", "--truth-scale", "16")
     assert facts["rms"] == pytest.approx(np.sqrt((error**2).mean()))
     assert facts["bad_1_0"] == 100 * (error > 1).mean()
+
+
+def test_d1_is_relative_too(tmp_path):
+    """4 pixels are wrong at a true disparity of 60, but not at 100."""
+    found = write_pfm(tmp_path / "m.pfm", np.array([[64, 104, 63, 57]]))
+    truth = write_pfm(tmp_path / "t.pfm", np.array([[60, 100, 60, 60]]))
+    assert score(found, truth)["d1"] == 25
+
+
+def png(path, picture, mode=None):
+    image = picture if mode is None else picture.convert(mode)
+    image.save(path, "PNG")
+    return path
+
+
+def test_maps_as_other_programs_write_them(tmp_path, opencv):
+    """A palette of greys, grey with alpha, R = G = B, and a picture in tiles."""
+    from PIL import Image
+
+    held = np.random.default_rng(3).integers(0, 256, (20, 40)).astype("u1")
+    grey = write_pgm(tmp_path / "grey.pgm", held)
+    image = Image.fromarray(held)
+    palette = Image.fromarray(held, "P")
+    palette.putpalette([value for level in range(256) for value in (level,) * 3])
+    maps = [png(tmp_path / f"{mode}.png", image, mode) for mode in ("LA", "RGB", "RGBA")]
+    maps.append(png(tmp_path / "P.png", palette))
+    for name, data in (
+        ("u8.tiff", tiff(held)),
+        ("u16.tiff", tiff(held.astype("u2"))),
+        ("i16.tiff", tiff(held.astype("i2"))),
+        ("tiles32.tiff", tiff(held, tile=32)),
+    ):
+        (tmp_path / name).write_bytes(data)
+        maps.append(tmp_path / name)
+    for other in maps:
+        facts = score(other, grey)
+        assert (facts["rms"], facts["pixels"]) == (0, (held > 0).sum()), other
+        assert facts["density"] == 100
+
+
+def test_a_map_of_stereo_sgbm(tmp_path, opencv):
+    """OpenCV's int16 of 16 x disparity; -16 says no value, and 0 is disparity 0."""
+    (tmp_path / "m.tiff").write_bytes(tiff(np.array([[-16, 0, 16, 40, -8]], "i2")))
+    truth = write_pfm(tmp_path / "t.pfm", np.array([[5, 0, 2, 2.5, -0.5]]))
+    facts = score(tmp_path / "m.tiff", truth, "--scale", "16", "--no-value", "-16")
+    assert (facts["pixels"], facts["average"], facts["density"]) == (4, 0.25, 80)
+    assert score(tmp_path / "m.tiff", truth, "--scale", "16")["pixels"] == 2
+
+
+def test_a_map_of_floats(tmp_path, opencv):
+    values = np.array([[1.25, -1, np.nan, -7, 3]], "f4")
+    (tmp_path / "m.tiff").write_bytes(tiff(values))
+    whole = write_pfm(tmp_path / "m.pfm", values)
+    truth = write_pfm(tmp_path / "t.pfm", np.zeros((1, 5)))
+    plain = score(tmp_path / "m.tiff", truth)
+    assert plain == score(whole, truth) and plain["pixels"] == 4
+    for value, pixels in (("-1", 2), ("-2", 3), ("3", 3)):
+        facts = score(tmp_path / "m.tiff", truth, "--no-value", value)
+        assert facts == score(whole, truth, "--no-value", value)
+        assert facts["pixels"] == pixels
+
+
+def test_no_value_of_the_truth(tmp_path):
+    found = write_pgm(tmp_path / "m.pgm", np.array([[0, 8, 16, 255]]))
+    truth = write_pgm(tmp_path / "t.pgm", np.array([[0, 8, 255, 255]]))
+    assert score(found, truth, "--truth-no-value", "255")["pixels"] == 1
+    assert score(found, truth, "--truth-no-value", "255", "--no-value", "255")["pixels"] == 2
+    assert score(found, truth)["pixels"] == 3
+    done = run("score", found, truth, "--no-value", "x")
+    assert (done.status, "--no-value x is not a number" in done.err) == (2, True)
+
+
+def test_mask(tmp_path, maps):
+    """Only the white pixels of the mask count, in the density too."""
+    for white, kind in ((255, "pgm"), (1, "pbm")):
+        mask = tmp_path / f"mask.{kind}"
+        if kind == "pbm":
+            mask.write_bytes(b"P1\n6 1\n1 0 0 1 0 1\n")
+        else:
+            write_pgm(mask, np.array([[128, 255, 255, 0, 255, 254]]))
+        facts = score(*maps, "--truth-scale", "16", "--mask", mask)
+        assert (facts["pixels"], facts["average"]) == (2, 0.625)
+        assert facts["density"] == pytest.approx(200 / 3)
+    small = write_pgm(tmp_path / "small.pgm", np.full((2, 2), 255))
+    done = run("score", *maps, "--mask", small)
+    assert (done.status, "is 2 x 2 pixels, but the truth is 6 x 1" in done.err) == (3, True)
+
+
+@pytest.mark.parametrize("limit, status", [("80", 0), ("80.1", 1)])
+def test_min_density(maps, limit, status):
+    done = run("score", *maps, "--truth-scale", "16", "--min-density", limit)
+    assert done.status == status
+    assert ("density is 80, below 80.1" in done.err) == (status == 1)
+    assert b"density  80.00 %" in done.out
+
+
+def test_a_wrong_scale_is_suspected(tmp_path):
+    held = np.full((10, 10), 80)
+    right = write_pgm(tmp_path / "m.pgm", held), write_pgm(tmp_path / "t.pgm", 2 * held)
+    done = run("score", *right)
+    assert done.status == 0
+    assert "warning: 100 % of the pixels are wrong by more than 1: are the scales" in done.err
+    assert run("score", *right, "--truth-scale", "16").err == ""

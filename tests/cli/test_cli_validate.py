@@ -3,7 +3,7 @@
 import json
 
 import numpy as np
-from cli_tools import one_hot, run, write_pgm, write_qsf
+from cli_tools import one_hot, run, succeed, write_pgm, write_qsf
 
 
 def test_samples(solved):
@@ -66,12 +66,7 @@ def test_a_wrong_energy(tmp_path, solved):
 
 
 def test_samples_of_another_problem(tmp_path, pair, solved):
-    assert (
-        run(
-            "encode", *pair.paths, "-o", tmp_path / "q.qcf", "--disparity", "1:4", "--lambda", "2"
-        ).status
-        == 0
-    )
+    succeed("encode", *pair.paths, "-o", tmp_path / "q.qcf", "--disparity", "1:4", "--lambda", "2")
     done = run("validate", tmp_path / "q.qcf", solved.samples)
     assert (done.status, done.out) == (3, b"")
     assert (
@@ -82,10 +77,10 @@ def test_samples_of_another_problem(tmp_path, pair, solved):
 def test_memory_limit(tmp_path):
     """The index of a problem takes more than its file."""
     grey = write_pgm(tmp_path / "g.pgm", np.zeros((400, 400), int))
-    assert run("encode", grey, grey, "-o", tmp_path / "p.qcf", "--disparity", "0:0").status == 0
+    succeed("encode", grey, grey, "-o", tmp_path / "p.qcf", "--disparity", "0:0")
     samples = write_qsf(
         tmp_path / "s.qsf", tmp_path / "p.qcf", one_hot(np.zeros(160000, int), 1), [0]
     )
     done = run("validate", tmp_path / "p.qcf", samples, "--memory-limit", "1")
     assert (done.status, "raise --memory-limit" in done.err) == (4, True)
-    assert run("validate", tmp_path / "p.qcf", samples).status == 0
+    succeed("validate", tmp_path / "p.qcf", samples)

@@ -136,7 +136,7 @@ def test_every_encoding_of_random_pictures(seed, run, tmp_path):
 
 
 def resealed(data, changes):
-    """A .qcf with the payloads of some chunks replaced and every check made anew."""
+    """A .qcf with the payloads of some chunks replaced and every checksum mended."""
     body, at = b"", 64
     while at < len(data):
         name, length = data[at:at + 4], int.from_bytes(data[at + 8:at + 16], "little")

@@ -157,7 +157,8 @@ def test_a_new_measurement_is_seen(pages):
     assert run("figures", "--check", "--root", pages)[0] == 1
 
 
-@pytest.mark.parametrize("name", ["README.md", "docs/DESIGN.md"])
+@pytest.mark.parametrize("name", ["README.md", "docs/DESIGN.md", "docs/DWAVE.md",
+                                  "docs/EMBEDDING.md"])
 def test_no_measurement_stands_outside_the_blocks(name):
     text = re.sub(r"<!-- figures: .*?<!-- end of figures -->", "", (ROOT / name).read_text(),
                   flags=re.S)

@@ -67,6 +67,8 @@ def test_folders_of_ones_own_and_no_symbols(tmp_path):
     texts = "".join(path.read_text() for path in (*HEADERS, ROOT / "docs" / "qstereo.1"))
     named = set(re.findall(r"\b(?:docs/)?([A-Z]+\.md)\b", texts))
     assert "FORMAT.md" in named and {f"documents/docs/{name}" for name in named} <= installed
+    assert {f"documents/examples/{path.name}" for path in (ROOT / "examples").glob("*.c")} <= (
+        installed)
     for name in ("bin/qstereo", "lib/machine/libqstereo.so", "lib/machine/libqstereo.a"):
         sections = said_by("objdump", "-h", tmp_path / "usr" / name)
         assert ".text" in sections and ".debug" not in sections, name

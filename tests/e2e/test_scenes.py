@@ -1,4 +1,4 @@
-"""Real scenes, where they are at hand (a folder `shared/data/middlebury` beside the project)."""
+"""Real scenes, if they are there (a folder `shared/data/middlebury` beside the project)."""
 
 import numpy as np
 import pytest

@@ -72,7 +72,7 @@ static void caught(int signal_number, siginfo_t *about, void *context)
         r[REG_RAX] = -reason;
         return;
     }
-    /* A close that fails has closed all the same, as on Linux. */
+    /* As on Linux, a close that fails closes the file nevertheless. */
     long result =
         straight(about->si_syscall, r[REG_RDI], r[REG_RSI], r[REG_RDX], r[REG_R10], r[REG_R8]);
     r[REG_RAX] = due ? -reason : result;

@@ -52,7 +52,7 @@ def test_same_files(tmp_path):
         capture_output=True,
         text=True,
         stdin=subprocess.DEVNULL,
-        timeout=120,
+        timeout=600,
     )
     print(done.stderr + done.stdout)
     assert done.returncode == 0, done.stderr + done.stdout

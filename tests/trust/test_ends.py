@@ -88,7 +88,7 @@ def test_signals_while_writing(line, inputs, tmp_path):
 
 @pytest.mark.parametrize("line", COMMANDS)
 def test_a_full_disk(line, inputs, tmp_path):
-    """A file may have no more than so many bytes: for each size but the whole one the command
+    """The size of files is limited. With every limit below the size of the whole file the command
     fails and leaves nothing."""
     folder, target = tmp_path / "work", target_of(line)
     shutil.copytree(inputs, folder)
@@ -136,7 +136,7 @@ def test_a_small_address_space(line, inputs, tmp_path):
             cwd=folder,
             capture_output=True,
             stdin=subprocess.DEVNULL,
-            timeout=60,
+            timeout=600,
             preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (kib << 10, kib << 10)),
         )
         if (

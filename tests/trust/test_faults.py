@@ -71,7 +71,7 @@ def with_fault(line, folder, call, k, reason=28, killed=False):
         env=variables,
         capture_output=True,
         stdin=subprocess.DEVNULL,
-        timeout=60,
+        timeout=600,
     )
     counted = 0
     if not killed:
@@ -132,7 +132,7 @@ def test_the_bridge(inputs):
         [sys.executable, Path(__file__).with_name("bridge_faults.py"), FAULTS, small],
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=600,
         env={**os.environ, "DWAVE_CONFIG_FILE": "/dev/null"},
     )
     assert done.returncode == 0, done.stderr

@@ -44,7 +44,7 @@ def test_replay(target, tmp_path):
         [f"{FUZZ}/replay-{target}", tmp_path],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
         env={**os.environ, "ASAN_OPTIONS": "allocator_may_return_null=1"},
     )
     print(done.stdout)

@@ -126,7 +126,7 @@ def outputs(program, folder):
                 cwd=folder,
                 capture_output=True,
                 stdin=subprocess.DEVNULL,
-                timeout=120,
+                timeout=600,
             )
             found[line] = (
                 done.returncode,

@@ -45,10 +45,10 @@ typedef enum qs_encoding {
 
 #define QS_ENCODINGS 6 /* encodings 1 .. QS_ENCODINGS */
 
-/* The penalty of what is no labelling. With S the number of a site's variables
- * that are 1, the one-hot encodings add
+/* The penalty of a state that is not a labelling. With S the number of a site's
+ * variables that are 1, the one-hot encodings add
  *     a (1 - S) + b S (S - 1) / 2
- * for each site, a domain wall adds kappa for each u_i = 0 before a u_i+1 = 1.
+ * for each site. A domain wall adds kappa for each u_i = 0 before a u_i+1 = 1.
  * Below, w is the sum of the weights of a site's edges, and W is the most that
  * these edges can cost:
  *     W = max_d sum_q weight_pq max_e V(d, e);

@@ -36,7 +36,7 @@ typedef struct qs_pairwise {
  * neighbours. */
 typedef struct qs_grid {
     uint32_t width, height;
-    /* width x height bytes: 0 = the cell is no site. NULL = all are sites. */
+    /* width x height bytes, 0 = the cell is not a site. NULL = all are. */
     const uint8_t *mask;
     /* width x height weights of the edges from each cell to its right
      * neighbour (the last column is not used), and to its lower neighbour (the
@@ -45,7 +45,7 @@ typedef struct qs_grid {
     const int32_t *right, *down;
 } qs_grid;
 
-/* An edge of a problem that is no grid. */
+/* An edge of a problem that is not a grid. */
 typedef struct qs_edge {
     uint32_t first, second; /* sites, first < second */
     int32_t weight; /* at least 0 */

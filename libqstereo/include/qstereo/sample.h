@@ -9,7 +9,7 @@
 extern "C" {
 #endif
 
-/* How much of a sample is no labelling. 0 = the sample is feasible.
+/* How much of a sample is not a labelling. 0 = the sample is feasible.
  *
  * In a file with labels this is the number of undecided sites whose variables
  * stand for no label, and of terminals, sources and sinks that do not have
@@ -24,7 +24,7 @@ uint32_t qs_sample_infeasible(const qs_index *index, const uint8_t *bits);
  *
  * Returns
  *   QS_OK
- *   QS_E_INFEASIBLE   the sample is no labelling
+ *   QS_E_INFEASIBLE   the sample is not a labelling
  *   QS_E_UNSUPPORTED  the file does not say what its variables mean */
 QS_MUST_CHECK qs_status qs_sample_decode(const qs_index *index,
                                          const uint8_t *bits,

@@ -24,7 +24,7 @@ extern "C" {
  * Returns
  *   QS_OK
  *   QS_E_ARGUMENT  a null pointer, or a label that there is not
- *   QS_E_GEOMETRY  the problem is no grid, or its window leaves the picture
+ *   QS_E_GEOMETRY  the problem is not a grid, or its window leaves the picture
  *   QS_E_OVERFLOW  the largest disparity is above 2^31 - 1 */
 QS_MUST_CHECK qs_status qs_map_of_labelling(const qs_labels *labels,
                                             const uint16_t *labelling,
@@ -55,12 +55,21 @@ typedef struct qs_map {
  * (7)). With e = 1 / (map.scale * truth.scale) pixel:
  *     rms     = e * sqrt(squares / pixels)
  *     bad-0.5 = 100 bad_half / pixels
- *     bad-1.0 = 100 bad_one / pixels */
+ *     bad-1.0 = 100 bad_one / pixels
+ *     bad-2.0 and D1 likewise
+ *     average = e * sum / pixels
+ *     density = 100 pixels / truths */
 typedef struct qs_score {
     uint64_t pixels; /* with a value in both maps: only these count */
     uint64_t squares_high, squares_low; /* sum of squared errors in units of
                                            e^2: high * 2^64 + low */
     uint64_t bad_half, bad_one; /* pixels off by more than 0.5 and 1.0 */
+    uint64_t bad_two; /* off by more than 2.0 */
+    uint64_t sum_high, sum_low; /* sum of absolute errors in units of e:
+                                   high * 2^64 + low */
+    uint64_t d1; /* off by more than 3 pixels and by more than a twentieth of
+                    the truth: KITTI's D1 (Menze and Geiger 2015) */
+    uint64_t truths; /* pixels with a value in the truth */
 } qs_score;
 
 /* Compares a map with the truth.

@@ -25,6 +25,12 @@ typedef struct qs_progress {
  * possible. */
 typedef bool qs_watch(void *context, const qs_progress *progress);
 
+/* Asked within an iteration, often, by expansion, trws and best, whose
+ * iterations are long. Returns false to stop the solver at once. What it has
+ * then is the best of its labellings so far, or the winner's if there is
+ * none. */
+typedef bool qs_going(void *context);
+
 /* All zero = the defaults. */
 typedef struct qs_solve_options {
     uint64_t iterations; /* at most; 0 = the solver's own default, which its
@@ -32,7 +38,8 @@ typedef struct qs_solve_options {
     uint64_t seed; /* of the solvers that draw random numbers */
     qs_watch *watch; /* NULL = nobody. It is called at least once in each
                         iteration. There may be none: in swap with one label */
-    void *context; /* of watch */
+    void *context; /* of watch and going */
+    qs_going *going; /* NULL = nobody */
 } qs_solve_options;
 
 typedef struct qs_solution {
@@ -88,12 +95,13 @@ QS_MUST_CHECK qs_status qs_anneal(const qs_model *model,
                                   uint16_t *labelling, qs_solution *solution);
 size_t qs_anneal_workspace(const qs_model *model);
 
-/* Alpha-expansion (Boykov, Veksler and Zabih 2001): for each label in turn the
- * best move, in which any sites may change to that label, found by a minimum
- * cut; until no move lowers the energy. Where the pairwise cost is no metric,
- * terms of a move are cut down as far as a cut needs (Rother, Kumar, Kolmogorov
- * and Blake 2005): the move is then not always the best one, but never a rise.
- * An iteration is a cycle over the labels; default: no limit. */
+/* Alpha-expansion (Boykov, Veksler and Zabih 2001). For each label in turn it
+ * makes the best move in which any sites may change to that label; a minimum
+ * cut finds it. It ends when no move lowers the energy. If the pairwise cost is
+ * not a metric, terms of a move are lowered as far as a cut needs (Rother,
+ * Kumar, Kolmogorov and Blake 2005). Then the move is not always the best one,
+ * but it never raises the energy. An iteration is a cycle over the labels;
+ * default: no limit. */
 QS_MUST_CHECK qs_status qs_expansion(const qs_model *model,
                                      const qs_solve_options *options,
                                      void *workspace, size_t workspace_size,
@@ -101,10 +109,10 @@ QS_MUST_CHECK qs_status qs_expansion(const qs_model *model,
                                      qs_solution *solution);
 size_t qs_expansion_workspace(const qs_model *model);
 
-/* Alpha-beta-swap (the same paper): the same with moves in which sites of two
- * labels may change to the other one. Terms are cut down where the pairwise
- * cost is no semi-metric (V(a, b) = V(b, a), V(a, a) = 0). An iteration is a
- * cycle over the pairs of labels; default: no limit. */
+/* Alpha-beta-swap (the same paper): like expansion, with moves in which each
+ * site of two labels may change to the other one. Terms are lowered if the
+ * pairwise cost is not a semi-metric (V(a, b) = V(b, a), V(a, a) = 0). An
+ * iteration is a cycle over the pairs of labels; default: no limit. */
 QS_MUST_CHECK qs_status qs_swap(const qs_model *model,
                                 const qs_solve_options *options,
                                 void *workspace, size_t workspace_size,
@@ -136,44 +144,45 @@ QS_MUST_CHECK qs_status qs_trws(const qs_model *model,
                                 uint16_t *labelling, qs_solution *solution);
 size_t qs_trws_workspace(const qs_model *model);
 
-/* The optimum by minimum cuts, proven unless a watch or a limit stops it, for
- * costs that cuts solve; else QS_E_ENCODING. V must be submodular:
+/* The optimum by minimum cuts. It is proven, unless a watch or a limit stops
+ * the solver. V must be submodular, for all labels
  *
- *     V(a, b) + V(a + 1, b + 1) <= V(a + 1, b) + V(a, b + 1)
+ *     V(a, b) + V(a + 1, b + 1) <= V(a + 1, b) + V(a, b + 1),
  *
- * for all labels. Potts is with two labels, linear and quadratic are where they
- * are not truncated (or beyond the labels), and so are many tables. Then
+ * else QS_E_ENCODING. These are submodular: linear and quadratic costs without
+ * truncation (or with one that no two labels reach), Potts with two labels, and
+ * many tables. There are two ways:
  *
- * - where V(a, b) = g(a - b) and the unary costs are convex too: steepest
- *   descent by cuts (Murota 2003; Kolmogorov and Shioura 2009). It starts from
- *   the labelling; about 40 bytes a site. An iteration is a cut.
- * - else one cut of a graph with a node for each site and label (Boykov and
+ * - If V(a, b) = g(a - b) and the unary costs are convex too: steepest descent
+ *   by cuts (Murota 2003; Kolmogorov and Shioura 2009). It starts from the
+ *   labelling and takes about 40 bytes a site. An iteration is a cut.
+ * - Else one cut of a graph with a node for each site and label (Boykov and
  *   Jolly 2001 for two labels; Ishikawa 2003; Schlesinger and Flach 2006). On a
- *   grid with linear costs about 50 bytes a node; where V couples many pairs of
- *   labels, as quadratic costs do, 40 bytes for each of them and each edge. On
- *   grids with linear costs messages go before the flow (a few iterations of
- *   TRW-S), which leave little for it to do. Its one iteration is the cut;
- *   stopped, it returns the messages' labelling or, without them, that which
- *   it was given, and the bound that it has reached.
+ *   grid with linear costs it takes about 50 bytes a node. If V couples many
+ *   pairs of labels, as quadratic costs do, it takes 40 bytes for each of them
+ *   and each edge. On grids with linear costs a few iterations of TRW-S come
+ *   first and leave little flow to find. The cut is the only iteration. If the
+ *   watch stops it, it returns the labelling of the messages (without messages,
+ *   the labelling that it was given) and the bound that it has reached.
  *
- * The workspace is SIZE_MAX where that graph would have 2^32 nodes or arcs; 0
- * where V is not submodular. QS_E_OVERFLOW: a cost, or what the edges of a site
- * can cost, times the number of labels, comes to 2^28 or more (of the descent,
- * without the number of labels). */
+ * The workspace is SIZE_MAX if that graph would have 2^32 nodes or arcs, and 0
+ * if V is not submodular. QS_E_OVERFLOW: a cost, or what the edges of a site
+ * can cost, times the number of labels, is 2^28 or more. (The descent does not
+ * multiply by the number of labels.) */
 QS_MUST_CHECK qs_status qs_min_cut(const qs_model *model,
                                    const qs_solve_options *options,
                                    void *workspace, size_t workspace_size,
                                    uint16_t *labelling, qs_solution *solution);
 size_t qs_min_cut_workspace(const qs_model *model);
 
-/* The best of these together: TRW-S, and after its iterations 8, 16, 32 and so
- * on moves that improve its labelling: expansion, or, where the pairwise cost
- * is no metric, jumps of the labels and moves to each; until the bound proves
- * the best labelling. TRW-S comes first because in any given time it gets lower
- * than expansion from the winner's labelling. What a cut decides quickly is
- * left to qs_min_cut: two labels, convex costs, linear costs on a grid. Works
- * with every pairwise cost. An iteration is one of TRW-S, or of qs_min_cut;
- * default 2000. */
+/* The best of these together. It runs TRW-S. After iterations 8, 16, 32 and so
+ * on, moves improve the labelling that TRW-S has reached: expansion, or, if the
+ * pairwise cost is not a metric, jumps of all labels and moves to each label.
+ * It ends when the bound proves the best labelling. TRW-S comes first because
+ * in any given time it gets lower than expansion from the winner's labelling.
+ * What a cut decides quickly is left to qs_min_cut: two labels, convex costs,
+ * and linear costs on a grid. Works with every pairwise cost. An iteration is
+ * one of TRW-S, or of qs_min_cut; default 2000. */
 QS_MUST_CHECK qs_status qs_best(const qs_model *model,
                                 const qs_solve_options *options,
                                 void *workspace, size_t workspace_size,

@@ -42,7 +42,7 @@ typedef enum qs_status {
     QS_E_GEOMETRY = 10,
     /* The encoding, or the solver, cannot handle this pairwise cost. */
     QS_E_ENCODING = 11,
-    /* The sample is no labelling. */
+    /* The sample is not a labelling. */
     QS_E_INFEASIBLE = 12
 } qs_status;
 

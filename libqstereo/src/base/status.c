@@ -13,7 +13,7 @@ static const char *const texts[] = {
     [QS_E_IO] = "cannot be written",
     [QS_E_GEOMETRY] = "pictures, window and labels do not fit each other",
     [QS_E_ENCODING] = "the encoding cannot hold this pairwise cost",
-    [QS_E_INFEASIBLE] = "the sample is no labelling",
+    [QS_E_INFEASIBLE] = "the sample is not a labelling",
 };
 
 const char *qs_status_text(qs_status status)

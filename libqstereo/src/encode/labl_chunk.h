@@ -7,8 +7,8 @@
 
 /* Puts the chunk.
  *
- * cells  of a grid as a problem has it, a byte for each cell, 0 = it is no site; NULL = the mask is
- *        labels->mask, whose bits are those of the file */
+ * cells  the mask as qs_grid has it, a byte for each cell; NULL = labels->mask, which has the bits
+ *        of the file */
 void qs_put_labl(qs_writer *writer, const qs_labels *labels, const uint8_t *cells);
 
 #endif

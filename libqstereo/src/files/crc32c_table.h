@@ -1,4 +1,4 @@
-/* CRC-32C of each byte followed by 0 to 7 zero bytes: table[z][byte]. A test computes it anew.
+/* CRC-32C of each byte followed by 0 to 7 zero bytes: table[z][byte]. A test computes it again.
  * With QS_SMALL there is one of half bytes, 64 bytes instead of 8 KiB. */
 #ifndef QS_CRC32C_TABLE_H
 #define QS_CRC32C_TABLE_H

@@ -13,7 +13,7 @@ static size_t sample_bytes(uint32_t variables)
     return ((size_t)variables + 7) / 8;
 }
 
-/* Bytes of a UTF-8 character that begins with this one; 0 = none does. */
+/* Bytes of a UTF-8 character that begins with `first`; 0 = no character does. */
 static size_t character_size(uint8_t first)
 {
     if (first < 0x80) {

@@ -158,7 +158,7 @@ bool qs_couplings_agree(const qs_building *b)
 }
 
 /* A whole problem without couplings has its table all the same: it is block 0, which no coupling
- * has led to. Returns false if that is no table of costs. */
+ * has led to. Returns false if that is not a table of costs. */
 static bool note_lone_table(const qs_building *b)
 {
     const qs_index *index = b->index;

@@ -155,7 +155,7 @@ static bool read_kept(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q, bool
 
 /* ---- trnc ---- */
 
-/* `counted` = the file has been seen to be large enough for the sites that labl and kept name. */
+/* `counted`: it is known that the file is large enough for the sites that labl and kept name. */
 static bool read_trnc(qs_reader *reader, const qs_chunk *chunk, qs_labels *l, bool counted)
 {
     if (!counted || l->trimmed || chunk->length < QS_TRNC_HEAD) {

@@ -8,7 +8,7 @@
 #include "../base/bytes.h"
 #include "../files/qcf_layout.h"
 
-/* Returns true if a cell of a grid is no site. `mask` as in qs_labels; NULL = every cell is one. */
+/* Returns true if a cell of a grid is masked. `mask` as in qs_labels; NULL = none is. */
 static inline bool qs_is_masked(const uint8_t *mask, uint32_t cell)
 {
     return mask && !qs_bit(mask, cell);

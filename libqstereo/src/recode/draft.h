@@ -51,7 +51,7 @@ typedef struct qs_draft {
     const void *blocks; /* context of both */
 } qs_draft;
 
-/* Takes a draft's memory. In a counting pass the draft that is returned is of no use. */
+/* Takes a draft's memory. In a counting pass the returned draft must not be used. */
 qs_draft qs_draft_take(qs_arena *arena, qs_draft_sizes sizes);
 
 /* Appends `count` groups of `size` variables each, with the penalty (a, b). */

@@ -58,8 +58,8 @@ typedef struct qs_remaining {
 qs_remaining qs_remaining_take(qs_arena *arena, const qs_model *model,
                                const qs_remaining_counts *counts, bool truncate);
 
-/* Fills it in. The costs are truncated if there is room for what is trimmed. Where `overflow` comes
- * out true nothing else is of use. */
+/* Fills it in. The costs are truncated if there is room for what is trimmed. If `overflow` comes
+ * out true, nothing else in it may be used. */
 void qs_remaining_fill(qs_remaining *rest, const uint8_t *kept);
 
 /* Labels left to an undecided site. */

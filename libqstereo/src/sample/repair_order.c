@@ -185,7 +185,7 @@ static void change_edge(const search *s, uint32_t own_count, uint32_t other_coun
 }
 
 /* All terms of an ambiguous site and of its edges. The edge to a lower-numbered neighbour is left
- * out if that neighbour has seen to it: if it is ambiguous and has the candidate `label` (the
+ * out if that neighbour changes its terms: if it is ambiguous and has the candidate `label` (the
  * number of labels = any). */
 static void change_terms(const search *s, uint32_t site, uint32_t label, bool add)
 {

@@ -50,11 +50,20 @@ static bool watch_moves(void *context, const qs_progress *progress)
     return !s->stopped;
 }
 
-/* Improves a labelling by expansion, where the pairwise cost is no metric by fusion moves, and
+static bool watch_rows(void *context)
+{
+    supervisor *s = context;
+    s->stopped = s->stopped || !s->options->going(s->options->context);
+    return !s->stopped;
+}
+
+/* Improves a labelling by expansion, where the pairwise cost is not a metric by fusion moves, and
  * where the costs are too large for cuts by icm. */
 static qs_status improve(supervisor *s, uint16_t *labelling)
 {
-    qs_solve_options options = {.watch = watch_moves, .context = s};
+    bool asked = s->options && s->options->going;
+    qs_solve_options options = {
+        .watch = watch_moves, .context = s, .going = asked ? watch_rows : NULL};
     qs_solution moved;
     qs_status status =
         s->metric ? qs_expansion(s->model, &options, s->moves, s->moves_size, labelling, &moved)
@@ -162,6 +171,9 @@ static qs_status solve(supervisor *s)
     qs_solve_options own = {.iterations = iterations > 0 ? iterations : ITERATIONS,
                             .watch = watch_messages,
                             .context = s};
+    if (options && options->going && !s->guest) { /* a guest needs whole iterations */
+        own.going = watch_rows;
+    }
     qs_solution ended;
     qs_status status =
         qs_trws_watched(s->model, &own, s->messages, s->messages_size, s->found, &ended, &s->state);

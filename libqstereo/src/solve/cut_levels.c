@@ -11,7 +11,7 @@
 
 #define RANGE ((int64_t)1 << 30) /* of an excess, whatever flows, and of capacities */
 
-enum { FINEST = 12, PASSES = 20, DECODE_EVERY = 5 };
+enum { FINEST = 12, PASSES = 20, LABEL_EVERY = 5 };
 
 /* Levels i of an edge's first site and j of its second that gain by being 1 together. */
 typedef struct product {
@@ -45,7 +45,7 @@ static int64_t gain_of(const qs_model *model, uint32_t i, uint32_t j)
            qs_model_pairwise(model, i, j) - qs_model_pairwise(model, i + 1, j + 1);
 }
 
-/* The next product from levels i, j on; of linear costs no more than the diagonal is looked at. */
+/* The next product from levels i, j on. Linear costs have products on the diagonal only. */
 static bool next_product(const qs_model *model, product *next)
 {
     bool diagonal = model->pairwise.smoothness == QS_TRUNCATED_LINEAR;
@@ -206,7 +206,7 @@ static bool in_range(const levels *l, int64_t largest)
     return true;
 }
 
-/* The finest scale at which messages and flow fit; false where none does. */
+/* Chooses the finest scale at which messages and flow fit. Returns false if there is none. */
 static bool choose_scale(levels *l)
 {
     int64_t largest = largest_sum(l);
@@ -363,9 +363,8 @@ static void load(levels *l)
 
 /* ---- The flow. ---- */
 
-/* Sends what flow there can be between the levels of each site, each excess to the nearest levels
- * that want it: first all down, as far as there is a want; then what is left back to where it came
- * from. */
+/* Sends flow between the levels of each site, from each excess to the nearest levels that have a
+ * want. First all of it goes down, as far as there are wants. Then what is left goes back. */
 static void settle_sites(levels *l)
 {
     uint32_t sites = l->model->sites;
@@ -392,10 +391,10 @@ static bool watch_cut(void *context)
     return qs_report_progress(l->options, l->solution);
 }
 
-/* What a message of an edge from q back to p, p < q, says as a flow. It charges p with m(a) more
- * and q with m(a) less. Of level i of p that is m(i) - m(i + 1) more of excess: as much flows there
- * from level i of q. A message of linear costs differs by no more from label to label than the arc
- * holds. */
+/* Turns a message m of an edge from q back to p, p < q, into a flow. The message adds m(a) to the
+ * cost of p and takes it from that of q. For level i of p this means an excess that is larger by
+ * m(i) - m(i + 1): so much flows there from level i of q. With linear costs the arc always holds
+ * that much. */
 static void take_message(levels *l, const int32_t *message, uint32_t p, uint32_t way)
 {
     size_t nodes = l->cut.nodes;
@@ -413,7 +412,7 @@ static void take_message(levels *l, const int32_t *message, uint32_t p, uint32_t
 }
 
 /* What the messages say of the labels, where that is better: a stopped solver has it. */
-static void take_decoded(levels *l, const qs_trws_state *state, uint16_t *labelling)
+static void take_messages_labelling(levels *l, const qs_trws_state *state, uint16_t *labelling)
 {
     uint16_t *trial = (uint16_t *)l->cut.queue; /* not in use yet, and twice as long or more */
     qs_trws_grid_labels(state, false, trial);
@@ -436,8 +435,8 @@ static bool send_messages(levels *l, uint16_t *labelling)
     memset(l->messages, 0, sizeof *l->messages * (padding + (size_t)qs_trws_messages(model)));
     for (int i = 1; i <= PASSES; i++) {
         qs_trws_iterate(&state, 1);
-        if (i % DECODE_EVERY == 0) {
-            take_decoded(l, &state, labelling);
+        if (i % LABEL_EVERY == 0) {
+            take_messages_labelling(l, &state, labelling);
         }
         if (!watch_cut(l)) {
             return false;

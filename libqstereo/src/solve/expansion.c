@@ -48,7 +48,16 @@ typedef struct expansion {
     int32_t *label_height, *label_dual; /* the label's rows of height and dual */
     int32_t *row; /* V(label, .) */
     uint32_t *loaded, loaded_count; /* the chunks that have been loaded */
+    const qs_solve_options *options; /* its `going` may stop a cut */
+    bool stopped;
 } expansion;
+
+static bool ask_in_cut(void *context)
+{
+    expansion *e = context;
+    e->stopped = !e->options->going(e->options->context);
+    return !e->stopped;
+}
 
 static uint64_t edge_count(const qs_model *model)
 {
@@ -131,7 +140,7 @@ static void start_graph_edges(expansion *e)
     }
 }
 
-/* Sets all duals anew, from the present labelling. Every chunk counts as changed. */
+/* Sets all duals from the present labelling. Every chunk counts as changed. */
 static void start_duals(expansion *e)
 {
     const qs_model *model = e->m.model;
@@ -406,7 +415,8 @@ static void find_sources(expansion *e)
     }
 }
 
-/* Makes the best move to the label. Returns true if it lowered the energy. */
+/* Makes the best move to the label. Returns true if it lowered the energy. A move that is
+ * stopped is not made, and no other may follow it. */
 static bool expand(expansion *e, uint16_t label)
 {
     const qs_model *model = e->m.model;
@@ -420,7 +430,9 @@ static bool expand(expansion *e, uint16_t label)
     }
     qs_cut_begin(&e->m.cut);
     find_sources(e);
-    qs_cut_run(&e->m.cut);
+    if (!qs_cut_run(&e->m.cut)) {
+        return false;
+    }
     for (uint32_t i = 0; i < e->loaded_count; i++) {
         store_chunk(e, e->loaded[i]);
     }
@@ -451,7 +463,12 @@ static void expand_all(expansion *e, const qs_solve_options *options, int64_t ti
                 start_duals(e);
                 reached = 2;
             }
-            failed = expand(e, (uint16_t)a) ? 0 : failed + 1;
+            bool lowered = expand(e, (uint16_t)a);
+            if (e->stopped) {
+                going = false;
+                break;
+            }
+            failed = lowered ? 0 : failed + 1;
             e->m.now++;
             solution->energy = e->m.energy;
             going = qs_report_progress(options, solution);
@@ -482,9 +499,11 @@ qs_status qs_expansion(const qs_model *model, const qs_solve_options *options, v
     take_expansion(&e, model, workspace);
     qs_mover_start(&e.m);
     e.m.cut.load = load;
+    e.m.cut.going = options && options->going ? ask_in_cut : NULL;
     e.m.cut.context = &e;
+    e.options = options;
     start_duals(&e);
-    *solution = (qs_solution){.lower_bound = QS_NO_BOUND};
+    *solution = (qs_solution){.energy = e.m.energy, .lower_bound = QS_NO_BOUND};
     expand_all(&e, options, times, solution);
     solution->energy -= qs_take_kept_everywhere(model, labelling);
     return QS_OK;

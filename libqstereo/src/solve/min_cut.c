@@ -76,7 +76,7 @@ QS_KERNEL uint16_t farther(uint16_t distance)
     return (uint16_t)(distance + (distance < UINT16_MAX));
 }
 
-/* Pushes as much flow as the path from the root through p to q takes. q wants flow. */
+/* Pushes as much flow as the path from the root through p to q takes. q has a want. */
 QS_KERNEL void augment(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint32_t q)
 {
     const qs_cut_node *node = cut->node;
@@ -187,7 +187,7 @@ QS_KERNEL void adopt(qs_cut *cut, uint32_t ways, uint32_t p)
     node[p].distance = (uint16_t)(nearest + 1 < UINT16_MAX ? nearest + 1 : UINT16_MAX);
 }
 
-/* The clock can go no further: the tree begins anew from its roots. */
+/* The counter is at its end: the tree starts again from its roots. */
 static void restart(qs_cut *cut)
 {
     cut->time = 0;
@@ -223,8 +223,8 @@ QS_KERNEL void adopt_all(qs_cut *cut, uint32_t ways)
     }
 }
 
-/* Looks along arc `a` of p, which is in the tree. The node there may want flow; it may enter the
- * tree; or it is in the tree, and its way to a root gets shorter through p. */
+/* Looks along arc `a` of p, which is in the tree. The node there may have a want. Or it may
+ * enter the tree. Or it is in the tree, and its way to a root gets shorter through p. */
 QS_KERNEL void grow(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a)
 {
     qs_cut_node *node = cut->node;

@@ -7,8 +7,8 @@
  *
  * First most of the flow is spread in sweeps over the nodes, as TRW-S spreads messages; what is
  * left is local. Then augmenting paths are searched as Boykov and Kolmogorov (2004) do, but with
- * one tree only, that of the source. For in moves nearly every node that is not in this tree wants
- * flow, so that a search ends at once. A node enters the tree only when it wants nothing. */
+ * one tree only, that of the source. In moves nearly every node that is not in this tree has a
+ * want, so that a search ends at once. A node enters the tree only when it has no want. */
 #ifndef QS_MIN_CUT_H
 #define QS_MIN_CUT_H
 

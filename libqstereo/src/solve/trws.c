@@ -121,12 +121,13 @@ static int64_t take_from_neighbours(const qs_model *model, uint32_t site, uint16
 }
 
 /* Goes over the sites until none changes. Returns by how much the energy falls. */
-static int64_t improve(const qs_model *model, uint16_t *labelling)
+static int64_t improve(const qs_trws_state *state, uint16_t *labelling)
 {
+    const qs_model *model = state->model;
     int64_t all = 0, gain = 1;
     while (gain > 0) {
         gain = 0;
-        for (uint32_t p = 0; p < model->sites; p++) {
+        for (uint32_t p = 0; p < model->sites && qs_trws_goes_on_at(state, p); p++) {
             if (model->width == 0 || !is_inside(model, p, labelling)) {
                 gain += take_from_neighbours(model, p, labelling);
             }
@@ -146,7 +147,7 @@ static void try_labelling(const qs_trws_state *state, bool forward, uint16_t *tr
         qs_trws_graph_labels(state, forward, trial);
     }
     int64_t energy = qs_model_energy(state->model, trial);
-    energy -= improve(state->model, trial);
+    energy -= improve(state, trial);
     if (energy < s->energy) {
         s->energy = energy;
         memcpy(labelling, trial, sizeof *labelling * state->model->sites);
@@ -170,7 +171,12 @@ static void solve(const qs_trws_state *state, const qs_solve_options *options, u
         bool last = qs_limit_reached(options, s, DEFAULT_ITERATIONS);
         for (int way = 0; way < 2; way++) {
             bool forward = way == 0;
-            raise_bound(state, pass(state, forward), s);
+            int64_t bound = pass(state, forward);
+            if (!qs_trws_goes_on(state)) {
+                s->iterations--; /* not done; and the bound is that of a part of the sites */
+                return;
+            }
+            raise_bound(state, bound, s);
             if (is_due(s->iterations, last, forward)) {
                 try_labelling(state, !forward, trial, labelling, s);
             }
@@ -205,7 +211,16 @@ qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options
     }
     memset(workspace, 0, size);
     qs_solution s = {.energy = INT64_MAX, .lower_bound = QS_NO_BOUND};
+    bool stopped = false;
+    state->going = options ? options->going : NULL;
+    state->context = options ? options->context : NULL;
+    state->stopped = &stopped;
     solve(state, options, trial, labelling, &s);
+    state->going = NULL;
+    if (s.energy == INT64_MAX) {
+        qs_model_winner(model, labelling);
+        s.energy = qs_model_energy(model, labelling);
+    }
     s.energy -= qs_take_kept_everywhere(model, labelling);
     *solution = s;
     return QS_OK;

@@ -72,12 +72,12 @@ QS_WIDE int64_t pass(const qs_trws_state *state, uint32_t labels, bool forward, 
     uint32_t width = model->width, y = 0, last = model->sites - 1;
     int64_t bound = 0;
     if (state->visits) {
-        for (uint32_t at = 0; at < state->visit_count; at++) {
+        for (uint32_t at = 0; at < state->visit_count && qs_trws_goes_on_at(state, at); at++) {
             bound += site(state, qs_trws_site(state, at, forward), labels, forward, row, column);
         }
         return bound;
     }
-    for (; y + 1 < model->height; y += 2) {
+    for (; y + 1 < model->height && qs_trws_goes_on(state); y += 2) {
         uint32_t first = y * width, second = first + width;
         bound += two_rows(state, labels, forward, forward ? first : last - first,
                           forward ? second : last - second, row, column);

@@ -112,7 +112,7 @@ static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward,
 int64_t qs_trws_graph_pass(const qs_trws_state *state, bool forward)
 {
     int64_t bound = 0;
-    for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
+    for (uint32_t at = 0; at < qs_trws_visits(state) && qs_trws_goes_on_at(state, at); at++) {
         bound += visit(state, qs_trws_site(state, at, forward), forward, NULL);
     }
     return bound;

@@ -33,7 +33,7 @@ QS_KERNEL int64_t potts_pass(const qs_trws_state *state, bool forward)
     uint32_t labels = model->labels;
     int32_t *row = state->scratch, *column = row + labels;
     int64_t bound = 0;
-    for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
+    for (uint32_t at = 0; at < qs_trws_visits(state) && qs_trws_goes_on_at(state, at); at++) {
         qs_visit v = qs_visit_of(state, qs_trws_site(state, at, forward), labels, forward);
         qs_visit_charge(&v, state->scale, labels, row, column);
         bound += send_potts(row, v.row_out, labels, v.row_weight);
@@ -48,7 +48,7 @@ static int64_t other_pass(const qs_trws_state *state, bool forward)
     uint32_t labels = model->labels;
     int32_t *row = state->scratch, *column = row + labels, *rest = column + labels;
     int64_t bound = 0;
-    for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
+    for (uint32_t at = 0; at < qs_trws_visits(state) && qs_trws_goes_on_at(state, at); at++) {
         qs_visit v = qs_visit_of(state, qs_trws_site(state, at, forward), labels, forward);
         qs_visit_charge(&v, state->scale, labels, row, column);
         bound += qs_message_send(model, v.row_weight, forward, row, v.row_out, rest);

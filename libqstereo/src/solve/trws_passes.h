@@ -31,6 +31,7 @@
 #ifndef QS_TRWS_PASSES_H
 #define QS_TRWS_PASSES_H
 
+#include "../../include/qstereo/solve.h"
 #include "messages.h"
 
 /* The state between passes. */
@@ -46,7 +47,26 @@ typedef struct qs_trws_state {
      * that costs 0: they add nothing to the bound. */
     const uint32_t *visits;
     uint32_t visit_count;
+    /* Asked after every few rows of a pass, which ends there if it says no; NULL = nobody. */
+    qs_going *going;
+    void *context;
+    bool *stopped;
 } qs_trws_state;
+
+static inline bool qs_trws_goes_on(const qs_trws_state *state)
+{
+    if (state->going && !*state->stopped) {
+        *state->stopped = !state->going(state->context);
+    }
+    return !state->going || !*state->stopped;
+}
+
+/* The same between two sites, but not asked of each. */
+static inline bool qs_trws_goes_on_at(const qs_trws_state *state, uint32_t at)
+{
+    enum { SITES = 1024 };
+    return at % SITES != 0 || qs_trws_goes_on(state);
+}
 
 /* How many sites a pass visits. */
 static inline uint32_t qs_trws_visits(const qs_trws_state *state)

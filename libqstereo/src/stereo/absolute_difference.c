@@ -6,7 +6,7 @@
 #include "../base/minmax.h"
 
 /* Costs are computed for TILE pixels at a time, label by label: so the least cost of each pixel is
- * the minimum of some rows. Then they are turned round, to stand pixel by pixel. Both stay in the
+ * the minimum of some rows. Then they are transposed, to stand pixel by pixel. Both stay in the
  * first cache for all usual numbers of labels. */
 #ifdef QS_SMALL
 enum { TILE = 4, GROUP = 16, HALF = 8 };

@@ -43,6 +43,7 @@ qs_status qs_score_map(const qs_map *map, const qs_map *truth, qs_score *score)
     uint64_t one = (uint64_t)map->scale * truth->scale; /* a pixel, in units of e */
     for (size_t i = 0; i < map->width * map->height; i++) {
         int64_t d = map->values[i], t = truth->values[i];
+        s.truths += t != QS_NO_DISPARITY;
         if (d == QS_NO_DISPARITY || t == QS_NO_DISPARITY) {
             continue;
         }
@@ -51,6 +52,10 @@ qs_status qs_score_map(const qs_map *map, const qs_map *truth, qs_score *score)
         s.pixels++;
         s.bad_half += 2 * e > one;
         s.bad_one += e > one;
+        s.bad_two += e > 2 * one;
+        s.d1 += e > 3 * one && 20 * (int64_t)e > (t < 0 ? -t : t) * map->scale;
+        s.sum_low += e;
+        s.sum_high += s.sum_low < e;
         add_square(&s, e);
     }
     *score = s;

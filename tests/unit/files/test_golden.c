@@ -3,7 +3,7 @@
  *
  *     QSTEREO_WRITE_GOLDEN=1 build/unit/files/test_golden
  *
- * writes them anew; then see with git what has changed, and why. */
+ * writes them again; then see with git what has changed, and why. */
 #include "tiny.h"
 
 #include <stdio.h>

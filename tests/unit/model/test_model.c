@@ -111,8 +111,8 @@ static void strange_models(void **unused)
     }
 }
 
-/* Energies of all labellings of the labels left are the problem's; the others are told, and cost
- * more than their site's edges can. */
+/* Labellings of labels that are left have the problem's energies. The other labels are marked in
+ * `kept`, and cost more than the edges of their site can. */
 static void reduced_models_have_the_problems_energy(void **unused)
 {
     (void)unused;

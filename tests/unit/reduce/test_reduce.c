@@ -9,6 +9,7 @@
 #include "base/simd.h"
 #include "model/neighbours.h"
 #include "solve/trws.h"
+#include "wide_grid.h"
 
 enum { ROUNDS = 2000, BITS = 18, MEMORY = 1 << 17, WORK = 1 << 23 };
 
@@ -341,25 +342,25 @@ static qs_trws_state state_of(void)
     return s;
 }
 
-/* The bound and the excess of each label, beside the least energy with that label; the messages are
- * those of an iteration without. On a chain of which all is in the row both meet, once an iteration
- * was made. */
-static void check_excess(uint64_t *random, bool chain)
+/* The bound plus the marginal of a label is not above the least energy with that label. On a single
+ * chain the two are equal after one iteration. The messages are those of an iteration that finds no
+ * marginals. */
+static void check_marginals(uint64_t *random, bool chain)
 {
-    static uint32_t excess[MEMORY / 4];
+    static uint32_t marginal[MEMORY / 4];
     static int32_t once[2 * TINY_SITES * TINY_LABELS];
     b.model.kept = b.model.kept ? b.model.kept : memset(b.kept, 1, sizeof b.kept);
     qs_trws_state s = state_of();
     uint32_t iterations = tiny_random(random, 10) + chain;
     size_t size = sizeof *once * qs_trws_messages(&b.model);
-    assert_true(sizeof(uint32_t) * qs_trws_marginal_numbers(&b.model) <= sizeof excess);
+    assert_true(sizeof(uint32_t) * qs_trws_marginal_numbers(&b.model) <= sizeof marginal);
     qs_trws_iterate(&s, iterations + 1);
     memcpy(once, s.messages, size);
     s = state_of();
     qs_trws_iterate(&s, iterations);
-    memset(excess, 0xa5, sizeof excess);
+    memset(marginal, 0xa5, sizeof marginal);
     int64_t bound = 0, shares[TINY_SITES];
-    qs_trws_marginals(&s, excess, shares);
+    qs_trws_marginals(&s, marginal, shares);
     for (uint32_t p = 0; p < b.model.sites; p++) {
         bound += shares[p];
     }
@@ -369,7 +370,7 @@ static void check_excess(uint64_t *random, bool chain)
             if (!is_there(p, d) || is_masked(p)) {
                 continue;
             }
-            int64_t above = bound + excess[p * b.model.labels + d],
+            int64_t above = bound + marginal[p * b.model.labels + d],
                     scaled = (b.least[p][d] - b.model.constant) * ((int64_t)1 << s.scale.shift);
             assert_true(above <= scaled);
             assert_true(!chain || above == scaled ||
@@ -378,18 +379,18 @@ static void check_excess(uint64_t *random, bool chain)
     }
 }
 
-static void excess_is_below_what_labels_cost(void **unused)
+static void marginals_are_below_what_labels_cost(void **unused)
 {
     (void)unused;
     uint64_t state = 33;
     for (int round = 0; round < 2 * ROUNDS; round++) {
         make(&state);
-        check_excess(&state, false);
+        check_marginals(&state, false);
     }
 }
 
 /* One row, or a list of edges from each site to the next. */
-static void excess_is_exact_on_chains(void **unused)
+static void marginals_are_exact_on_chains(void **unused)
 {
     (void)unused;
     uint64_t state = 34;
@@ -412,13 +413,13 @@ static void excess_is_exact_on_chains(void **unused)
         }
         build();
         enumerate();
-        check_excess(&state, true);
+        check_marginals(&state, true);
     }
 }
 
-/* What is charged at each site to the row (or column) in a pass forward from `before` to `after`,
- * as trws.h says: two halves where two chains go through, else all to the one that goes on, to the
- * row where none does. */
+/* What each site charges to its row (or column) in a pass forward from `before` to `after`, as
+ * trws.h says. If both its chains go on, each gets a half. If one goes on, it gets all. If none
+ * does, the row gets all. */
 static void charge(const int32_t *before, const int32_t *after, bool column, qs_scale scale,
                    int32_t charged[TINY_SITES][TINY_LABELS])
 {
@@ -442,11 +443,11 @@ static void charge(const int32_t *before, const int32_t *after, bool column, qs_
     }
 }
 
-/* Adds to the excess of each label of a line of sites what the best labelling of the line with it
+/* Adds to the marginal of each label of a line of sites what the best labelling of the line with it
  * costs above the line's best. */
 static void add_line(int32_t charged[TINY_SITES][TINY_LABELS], uint32_t first, uint32_t length,
                      uint32_t by, const int32_t *weight, unsigned shift,
-                     int64_t excess[TINY_SITES][TINY_LABELS])
+                     int64_t marginal[TINY_SITES][TINY_LABELS])
 {
     uint32_t labels = b.model.labels, labelling[TINY_SITES] = {0};
     int64_t least[TINY_SITES][TINY_LABELS], all = INT64_MAX;
@@ -472,15 +473,15 @@ static void add_line(int32_t charged[TINY_SITES][TINY_LABELS], uint32_t first, u
     }
     for (uint32_t i = 0; i < length; i++) {
         for (uint32_t d = 0; d < labels; d++) {
-            excess[first + i * by][d] += least[i][d] - all;
+            marginal[first + i * by][d] += least[i][d] - all;
         }
     }
 }
 
-static void excess_by_definition(void **unused)
+static void marginals_by_definition(void **unused)
 {
     (void)unused;
-    static uint32_t excess[MEMORY / 4];
+    static uint32_t marginal[MEMORY / 4];
     static int32_t before[2 * TINY_SITES * TINY_LABELS];
     static int32_t charged[TINY_SITES][TINY_LABELS];
     uint64_t state = 38;
@@ -494,7 +495,7 @@ static void excess_by_definition(void **unused)
         qs_trws_state s = state_of();
         qs_trws_iterate(&s, tiny_random(&state, 10));
         memcpy(before, s.messages, sizeof *before * qs_trws_messages(&b.model));
-        qs_trws_grid_marginals(&s, excess, shares);
+        qs_trws_grid_marginals(&s, marginal, shares);
         charge(before, s.messages, false, s.scale, charged);
         for (uint32_t y = 0; y < b.model.height; y++) {
             add_line(charged, y * b.model.width, b.model.width, 1, b.model.right, s.scale.shift,
@@ -507,7 +508,7 @@ static void excess_by_definition(void **unused)
         }
         for (uint32_t p = 0; p < b.model.sites; p++) {
             for (uint32_t d = 0; d < b.model.labels; d++) {
-                assert_int_equal(excess[p * b.model.labels + d], expected[p][d]);
+                assert_int_equal(marginal[p * b.model.labels + d], expected[p][d]);
             }
         }
     }
@@ -527,9 +528,9 @@ static uint32_t links_of(uint32_t site, bool later, uint32_t i, const qs_link **
     return count;
 }
 
-/* Follows chain `i` from where it begins, part by part, and adds its excess. */
+/* Follows chain `i` from where it begins, part by part, and adds its marginal. */
 static void add_chain(const int32_t *before, const int32_t *after, qs_scale scale, uint32_t site,
-                      uint32_t i, int64_t excess[TINY_SITES][TINY_LABELS])
+                      uint32_t i, int64_t marginal[TINY_SITES][TINY_LABELS])
 {
     static int32_t charged[TINY_SITES][TINY_LABELS];
     int64_t line[TINY_SITES][TINY_LABELS] = {{0}};
@@ -571,15 +572,15 @@ static void add_chain(const int32_t *before, const int32_t *after, qs_scale scal
     add_line(charged, 0, length, 1, weights, scale.shift, line);
     for (uint32_t at = 0; at < length; at++) {
         for (uint32_t d = 0; d < labels; d++) {
-            excess[sites[at]][d] += line[at][d];
+            marginal[sites[at]][d] += line[at][d];
         }
     }
 }
 
-static void graph_excess_by_definition(void **unused)
+static void graph_marginals_by_definition(void **unused)
 {
     (void)unused;
-    static uint32_t excess[MEMORY / 4];
+    static uint32_t marginal[MEMORY / 4];
     static int32_t before[TINY_EDGES * TINY_LABELS];
     uint64_t state = 43;
     for (int round = 0; round < 4 * ROUNDS; round++) {
@@ -592,7 +593,7 @@ static void graph_excess_by_definition(void **unused)
         qs_trws_state s = state_of();
         qs_trws_iterate(&s, tiny_random(&state, 10));
         memcpy(before, s.messages, sizeof *before * qs_trws_messages(&b.model));
-        qs_trws_graph_marginals(&s, excess, shares);
+        qs_trws_graph_marginals(&s, marginal, shares);
         for (uint32_t p = 0; p < b.model.sites; p++) {
             const qs_link *link = NULL;
             uint32_t lower = links_of(p, false, 0, &link), higher = links_of(p, true, 0, &link);
@@ -602,7 +603,7 @@ static void graph_excess_by_definition(void **unused)
         }
         for (uint32_t p = 0; p < b.model.sites; p++) {
             for (uint32_t d = 0; d < b.model.labels; d++) {
-                assert_int_equal(excess[p * b.model.labels + d], expected[p][d]);
+                assert_int_equal(marginal[p * b.model.labels + d], expected[p][d]);
             }
         }
     }
@@ -729,70 +730,6 @@ static void huge_costs(void **unused)
         without += r.lower_bound == QS_NO_BOUND;
     }
     assert_true(without > ROUNDS / 50);
-}
-
-/* Grids too large for all labellings, of labels enough for AVX2: three columns, so that all
- * labellings of three sites in a row, the frontier, are few. */
-enum { COLUMNS = 3, ROWS = 5, WIDE_LABELS = 9, FRONTIER = WIDE_LABELS * WIDE_LABELS * WIDE_LABELS };
-
-typedef struct wide_grid {
-    qs_model model;
-    int32_t unary[COLUMNS * ROWS * WIDE_LABELS], right[COLUMNS * ROWS], down[COLUMNS * ROWS];
-} wide_grid;
-
-static void make_wide(wide_grid *g, uint64_t *state)
-{
-    uint32_t kind = tiny_random(state, 3);
-    g->model = (qs_model){.sites = COLUMNS * ROWS,
-                          .labels = WIDE_LABELS,
-                          .constant = 5,
-                          .unary = g->unary,
-                          .pairwise_max = 1};
-    g->model.width = COLUMNS;
-    g->model.height = ROWS;
-    g->model.right = g->right;
-    g->model.down = g->down;
-    for (uint32_t p = 0; p < g->model.sites; p++) {
-        g->right[p] = (p + 1) % COLUMNS != 0 ? 3 + (int32_t)tiny_random(state, 6) : 0;
-        g->down[p] = p + COLUMNS < g->model.sites ? 3 + (int32_t)tiny_random(state, 6) : 0;
-        for (uint32_t d = 0; d < WIDE_LABELS; d++) {
-            g->unary[p * WIDE_LABELS + d] = (int32_t)tiny_random(state, kind == 0 ? 3 : 25);
-        }
-        g->unary[p * WIDE_LABELS + tiny_random(state, WIDE_LABELS)] = 0;
-    }
-}
-
-/* The least energy of all labellings with a label at a site (or of all: site = the number of
- * sites), site by site: `least` is that of the sites before with each labelling of the last three
- * of them. */
-static int64_t least_with(const wide_grid *g, uint32_t site, uint32_t label)
-{
-    static int64_t least[2][FRONTIER];
-    memset(least[0], 0, sizeof least[0]);
-    for (uint32_t p = 0; p < g->model.sites; p++) {
-        int64_t *from = least[p % 2], *to = least[1 - p % 2];
-        for (uint32_t i = 0; i < FRONTIER; i++) {
-            to[i] = INT64_MAX / 2;
-        }
-        for (uint32_t i = 0; i < FRONTIER;
-             i++) { /* digits: the site above, the one after it, the one to the left */
-            uint32_t above = i / WIDE_LABELS / WIDE_LABELS, before = i % WIDE_LABELS,
-                     rest = i % (WIDE_LABELS * WIDE_LABELS);
-            for (uint32_t d = 0; d < WIDE_LABELS; d++) {
-                int64_t cost = from[i] + g->unary[p * WIDE_LABELS + d] +
-                               (p % COLUMNS > 0 && before != d ? g->right[p - 1] : 0) +
-                               (p >= COLUMNS && above != d ? g->down[p - COLUMNS] : 0) +
-                               (p == site && d != label ? INT32_MAX : 0);
-                int64_t *there = &to[rest * WIDE_LABELS + d];
-                *there = cost < *there ? cost : *there;
-            }
-        }
-    }
-    int64_t all = INT64_MAX;
-    for (uint32_t i = 0; i < FRONTIER; i++) {
-        all = least[g->model.sites % 2][i] < all ? least[g->model.sites % 2][i] : all;
-    }
-    return all + g->model.constant;
 }
 
 static void no_optimum_of_larger_grids_is_lost(void **unused)
@@ -985,7 +922,7 @@ static void visits_leave_nothing_out(void **unused)
     }
 }
 
-/* With sets of labels there is room for a label that leaves, and for the excess. */
+/* With sets of labels there is room for a label that leaves, and for the marginal. */
 static void scale_has_room(void **unused)
 {
     (void)unused;
@@ -1078,10 +1015,10 @@ int main(void)
         cmocka_unit_test(no_optimum_is_lost),
         cmocka_unit_test(stopped_anywhere),
         cmocka_unit_test(parts_are_solved),
-        cmocka_unit_test(excess_is_below_what_labels_cost),
-        cmocka_unit_test(excess_is_exact_on_chains),
-        cmocka_unit_test(excess_by_definition),
-        cmocka_unit_test(graph_excess_by_definition),
+        cmocka_unit_test(marginals_are_below_what_labels_cost),
+        cmocka_unit_test(marginals_are_exact_on_chains),
+        cmocka_unit_test(marginals_by_definition),
+        cmocka_unit_test(graph_marginals_by_definition),
         cmocka_unit_test(goldstein_by_definition),
         cmocka_unit_test(huge_costs),
         cmocka_unit_test(no_optimum_of_larger_grids_is_lost),

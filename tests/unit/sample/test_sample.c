@@ -63,7 +63,7 @@ static uint32_t variables_of(uint32_t size)
                                               : size;
 }
 
-/* By that table: how much is no labelling; the labels of what is. */
+/* By that table: how much is not a labelling; the labels of what is. */
 static uint32_t count_infeasible(const uint8_t *bits, uint16_t *labelling)
 {
     uint32_t at = 0, wrong = 0, open = 0, labels = t.problem.labels;

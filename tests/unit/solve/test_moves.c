@@ -105,8 +105,9 @@ static void field_make(field *f, uint64_t *state, bool grid, qs_smoothness smoot
     }
 }
 
-/* The plainest maximum flow: from each excess in turn the nearest want is searched by breadth,
- * until it reaches none; later paths do not enter what it reaches, so it never will. */
+/* A simple maximum flow. From each excess in turn, a search by breadth looks for the nearest want,
+ * until there is none that it can reach. No later path enters the nodes that it reached last, so
+ * there never will be one. */
 typedef struct plain {
     uint32_t arcs, mark, count;
     uint32_t to[4 * MOST_EDGES], next[4 * MOST_EDGES], first[MANY], marked[MANY], by[MANY],

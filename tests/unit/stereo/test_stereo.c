@@ -182,12 +182,28 @@ static void scores(void **unused)
     assert_int_equal(s.pixels, 5);
     assert_int_equal(s.bad_half, 3);
     assert_int_equal(s.bad_one, 1);
+    assert_int_equal(s.bad_two, 0);
+    assert_int_equal(s.truths, 6);
+    assert_int_equal(s.sum_high, 0);
+    assert_int_equal(s.sum_low, 0 + 16 + 20 + 32 + 36);
     assert_int_equal(s.squares_high, 0);
     assert_int_equal(s.squares_low, (0 + 16 * 16 + 20 * 20 + 32 * 32 + 36 * 36));
     b.width = 6;
     assert_int_equal(qs_score_map(&a, &b, &s), QS_E_GEOMETRY);
     b = (qs_map){truth, 7, 1, 0};
     assert_int_equal(qs_score_map(&a, &b, &s), QS_E_ARGUMENT);
+}
+
+/* D1 counts what is off by more than 3 pixels and by more than a twentieth of the truth. */
+static void d1(void **unused)
+{
+    (void)unused;
+    const int32_t map[6] = {63, 64, 104, 106, 2, 3}, truth[6] = {60, 60, 100, 100, 0, 0};
+    qs_score s;
+    qs_map a = {map, 6, 1, 1}, b = {truth, 6, 1, 1};
+    assert_int_equal(qs_score_map(&a, &b, &s), QS_OK);
+    assert_int_equal(s.d1, 2);
+    assert_int_equal(s.bad_two, 5);
 }
 
 /* Squares beyond 64 bits: (2^31 - 1) px at scale 65536 against -(2^31 - 1) at 65536, three times.
@@ -249,6 +265,7 @@ int main(void)
         cmocka_unit_test(windows),
         cmocka_unit_test(grey),
         cmocka_unit_test(scores),
+        cmocka_unit_test(d1),
         cmocka_unit_test(large_squares),
         cmocka_unit_test(held_disparities),
         cmocka_unit_test(texts),

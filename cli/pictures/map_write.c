@@ -1,0 +1,168 @@
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "pictures/disparity_map.h"
+#include "pictures/netpbm.h"
+#include "pictures/picture_library.h"
+#include "pictures/picture_read.h"
+#include "text/fail.h"
+
+static int fail_too_large(const char *path, uint32_t disparity, uint32_t scale)
+{
+    if (disparity > 65535 / 2) {
+        return fail(BAD_INPUT, path,
+                    "disparity %" PRIu32 " does not fit 16 bits at any --scale: write a .pfm",
+                    disparity);
+    }
+    return fail(BAD_INPUT, path,
+                "disparity %" PRIu32 " does not fit 16 bits at --scale %" PRIu32 ": %" PRIu32
+                " is the largest scale that does",
+                disparity, scale, 65535 / disparity);
+}
+
+/* How a map becomes a picture. */
+typedef struct drawing {
+    const pixel_map *map;
+    bool coloured;
+    uint32_t scale; /* of grey */
+} drawing;
+
+static int32_t largest_of(const pixel_map *map)
+{
+    int32_t largest = 0; /* QS_NO_DISPARITY is less */
+    for (size_t i = 0; i < (size_t)map->width * map->height; i++) {
+        largest = map->disparities[i] > largest ? map->disparities[i] : largest;
+    }
+    return largest;
+}
+
+/* The size and depth of the picture, whose samples are not made yet. */
+static int plan(const drawing *from, const char *path, picture *made)
+{
+    *made = (picture){from->map->width, from->map->height, from->coloured ? 3 : 1, 255, NULL};
+    if (!from->coloured) {
+        uint32_t largest = (uint32_t)largest_of(from->map);
+        uint64_t most = qs_disparity_hold(largest, from->scale);
+        if (most > 65535) {
+            return fail_too_large(path, largest, from->scale);
+        }
+        made->maxval = most > 255 ? 65535 : 255;
+    }
+    return DONE;
+}
+
+/* The colour of `value` on a scale that ends at `most`: straight lines between nine points of a
+ * map after Google's Turbo, in integers, so that every machine draws the same. */
+static void colour_of(uint32_t value, uint32_t most, uint16_t rgb[3])
+{
+    enum { STEPS = 8, PART = 256 };
+    static const uint8_t points[STEPS + 1][3] = {{48, 18, 59},   {70, 107, 227}, {40, 187, 236},
+                                                 {49, 242, 153}, {162, 252, 60}, {237, 208, 58},
+                                                 {251, 128, 34}, {210, 49, 5},   {122, 4, 3}};
+    uint64_t place = most > 0 ? (uint64_t)value * STEPS * PART / most : 0;
+    unsigned step = (unsigned)(place / PART), part = (unsigned)(place % PART);
+    for (unsigned c = 0; c < 3; c++) {
+        unsigned from = points[step][c], to = points[step + (part > 0)][c];
+        rgb[c] = (uint16_t)((from * (PART - part) + to * part + PART / 2) / PART);
+    }
+}
+
+static void draw_row(const drawing *from, size_t y, uint16_t *samples)
+{
+    const pixel_map *map = from->map;
+    for (size_t x = 0; x < map->width; x++) {
+        int32_t disparity = map->disparities[y * map->width + x];
+        if (from->coloured) {
+            memset(samples + 3 * x, 0, 3 * sizeof *samples);
+        }
+        if (disparity == QS_NO_DISPARITY) {
+            samples[from->coloured ? 3 * x : x] = 0;
+        } else if (from->coloured) {
+            colour_of((uint32_t)disparity - map->least, map->most - map->least, samples + 3 * x);
+        } else {
+            samples[x] = (uint16_t)qs_disparity_hold((uint32_t)disparity, from->scale);
+        }
+    }
+}
+
+static int write_pnm(const drawing *from, const picture *made, const char *path, output *out)
+{
+    uint8_t header[HEADER_SIZE];
+    size_t count = made->width * made->channels;
+    uint16_t *samples = malloc(count * sizeof *samples);
+    uint8_t *bytes = malloc(count * 2);
+    int status = samples != NULL && bytes != NULL ? DONE : fail_memory(path);
+    if (status == DONE) {
+        (void)output_write(out, header, pnm_header(made, header));
+    }
+    for (size_t y = 0; y < made->height && status == DONE; y++) {
+        draw_row(from, y, samples);
+        (void)output_write(out, bytes, pnm_pack(samples, count, made->maxval, bytes));
+    }
+    free(samples);
+    free(bytes);
+    return status;
+}
+
+static int write_png(const drawing *from, picture *made, const char *path, output *out)
+{
+    file_bytes file = {NULL, 0};
+    if (!picture_allocate(made)) {
+        return fail_memory(path);
+    }
+    for (size_t y = 0; y < made->height; y++) {
+        draw_row(from, y, made->samples + y * made->width * made->channels);
+    }
+    picture_status encoded = picture_library_encode_png(made, &file);
+    picture_free(made);
+    int status = picture_fail(path, encoded, "cannot be made");
+    if (status == DONE) {
+        output_write_file(out, &file);
+    }
+    file_free(&file);
+    return status;
+}
+
+static int write_pfm(const pixel_map *map, const char *path, output *out)
+{
+    uint8_t header[HEADER_SIZE];
+    float *values = malloc(map->width * sizeof *values);
+    uint8_t *bytes = malloc((size_t)map->width * 4);
+    int status = values != NULL && bytes != NULL ? DONE : fail_memory(path);
+    if (status == DONE) {
+        (void)output_write(out, header, pfm_header(map->width, map->height, header));
+    }
+    for (size_t y = map->height; y-- > 0 && status == DONE;) {
+        for (size_t x = 0; x < map->width; x++) {
+            int32_t disparity = map->disparities[y * map->width + x];
+            values[x] = disparity == QS_NO_DISPARITY ? INFINITY : (float)disparity;
+        }
+        (void)output_write(out, bytes, pfm_pack(values, map->width, bytes));
+    }
+    free(values);
+    free(bytes);
+    return status;
+}
+
+static int write_drawing(const drawing *from, bool png, const char *path, output *out)
+{
+    picture made;
+    TRY(plan(from, path, &made));
+    return png ? write_png(from, &made, path, out) : write_pnm(from, &made, path, out);
+}
+
+int map_write(const pixel_map *map, map_format format, uint32_t scale, const char *path,
+              output *out)
+{
+    const drawing grey = {map, false, scale};
+    return format == MAP_PFM ? write_pfm(map, path, out)
+                             : write_drawing(&grey, format == MAP_PNG, path, out);
+}
+
+int map_write_colour(const pixel_map *map, bool png, const char *path, output *out)
+{
+    const drawing coloured = {map, true, 0};
+    return write_drawing(&coloured, png, path, out);
+}
