@@ -23,7 +23,8 @@ enum {
      * once. */
     FEW = 2,
     NUMBERS_A_LABEL = 8, /* that two passes of messages look at */
-    AT_ONCE = 1 << 28, /* the most work on parts until the watch is called again */
+    LEAST_WORK = 1 << 24, /* on parts that is allowed each time, */
+    AT_ONCE = 1 << 28, /* and the most: until then the watch is not called */
     /* Windows of a grid are solved for the first time after the iteration FIRST_WINDOWS, and then
      * whenever as many again have been done: squares of SIDE cells, at most ROUNDS times. */
     FIRST_WINDOWS = 256,
@@ -119,13 +120,16 @@ static int64_t take_out(reducer *r, qs_trws_state *state, qs_solution *so_far)
     return room;
 }
 
-/* Solves parts. All of them together may take as much work as the messages did up to now, less what
- * parts have taken before. Returns true if anything has changed. */
+/* Solves parts. All of them together may take as much work as the messages did up to now, and a
+ * little more, less what parts have taken before. Returns true if anything has changed. */
 static bool solve_parts(reducer *r, const qs_trws_state *state, const qs_solution *so_far)
 {
     uint64_t iterations = so_far->iterations - r->parts_at;
     r->parts_at = so_far->iterations;
-    r->work += iterations * qs_trws_visits(state) * state->model->labels * NUMBERS_A_LABEL;
+    uint64_t labels = state->model->labels,
+             numbers = qs_trws_visits(state) * labels * NUMBERS_A_LABEL +
+                       2 * labels * labels * state->model->edges;
+    r->work += qs_max_u64(iterations * numbers, LEAST_WORK);
     uint64_t share = qs_min_u64(r->work, AT_ONCE), left = share;
     bool changed = qs_parts_solve(&r->sets, r->marginals, r->parts_size, &left);
     r->work -= share - left;
