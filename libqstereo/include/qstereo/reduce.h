@@ -33,6 +33,8 @@ typedef struct qs_reduce_options {
                    else n. A site of one label has none */
     qs_reduce_watch *watch; /* NULL = nobody */
     void *context; /* of watch */
+    const uint16_t *start; /* labels of the model's sites to begin with; the
+                              result is not above them. NULL = none */
 } qs_reduce_options;
 
 /* Bytes of workspace for qs_reduce. */
@@ -57,7 +59,7 @@ size_t qs_reduce_workspace(const qs_model *model);
  *   QS_OK          also when stopped. Where costs are too large for the
  *                  arithmetic of messages there is no bound (QS_NO_BOUND), and
  *                  Goldstein's criterion alone takes out labels
- *   QS_E_ARGUMENT  a null pointer
+ *   QS_E_ARGUMENT  a null pointer, or a start with a label that there is not
  *   QS_E_WORKSPACE */
 QS_MUST_CHECK qs_status qs_reduce(const qs_model *model,
                                   const qs_reduce_options *options,

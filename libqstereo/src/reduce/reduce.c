@@ -250,9 +250,30 @@ static void solve_windows(reducer *r, const qs_trws_state *state, qs_solution *s
     r->windowed = so_far->energy;
 }
 
+/* Takes over the caller's labelling where it is the best one. Labels of it that have left are
+ * replaced: that is no rise. */
+static void offer_start(reducer *r, qs_solution *so_far)
+{
+    const qs_model *model = &r->sets.model;
+    const uint16_t *start = r->options ? r->options->start : NULL;
+    if (!start) {
+        return;
+    }
+    memcpy(r->trial, start, sizeof *start * model->sites);
+    (void)qs_take_kept_everywhere(model, r->trial);
+    int64_t energy = qs_model_energy(model, r->trial);
+    if (energy < so_far->energy) {
+        so_far->energy = energy;
+        memcpy(r->sets.labelling, r->trial, sizeof *start * model->sites);
+    }
+}
+
 static bool between(void *context, qs_trws_state *state, qs_solution *so_far, bool stopped)
 {
     reducer *r = context;
+    if (so_far->iterations <= 1) {
+        offer_start(r, so_far);
+    }
     if (r->target == 0 && !stopped && so_far->iterations >= r->next_windows &&
         so_far->energy > so_far->lower_bound) {
         solve_windows(r, state, so_far);
@@ -294,6 +315,9 @@ qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, voi
     if (!model || !workspace || !kept || !labelling || !reduction) {
         return QS_E_ARGUMENT;
     }
+    if (options && options->start && !qs_labels_in_range(model, options->start)) {
+        return QS_E_ARGUMENT;
+    }
     reducer r = {.options = options,
                  .next = FIRST,
                  .next_windows = FIRST_WINDOWS,
@@ -313,6 +337,7 @@ qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, voi
     qs_status status =
         qs_best_with(&r.sets.model, &watched, &guest, r.best, r.best_size, labelling, &solution);
     if (status == QS_OK) {
+        offer_start(&r, &solution); /* without messages nobody was called in between */
         r.so_far.upper_bound = solution.energy;
         r.so_far.lower_bound = solution.lower_bound;
         r.so_far.iterations = solution.iterations;

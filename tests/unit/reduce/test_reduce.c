@@ -274,6 +274,34 @@ static void no_optimum_is_lost(void **unused)
     assert_true(ties_only > 2 * ROUNDS * 97 / 100);
 }
 
+/* The result is not above a start: any labelling, or an optimum. */
+static void never_above_the_start(void **unused)
+{
+    (void)unused;
+    uint64_t state = 48;
+    uint32_t kept_start = 0;
+    for (int round = 0; round < ROUNDS; round++) {
+        uint8_t kept[TINY_SITES * TINY_LABELS];
+        uint16_t start[TINY_SITES] = {0}, next[TINY_SITES] = {0};
+        make(&state);
+        for (uint32_t p = 0; p < b.model.sites; p++) {
+            for (; !is_there(p, next[p]); next[p]++) {
+            }
+        }
+        bool best = tiny_random(&state, 2);
+        do {
+            memcpy(start, next, sizeof next);
+        } while (best ? qs_model_energy(&b.model, start) > b.minimum && step(next)
+                      : tiny_random(&state, 20) && step(next));
+        int64_t energy = qs_model_energy(&b.model, start);
+        qs_reduction r = reduce(
+            (qs_reduce_options){.iterations = 1 + tiny_random(&state, 3), .start = start}, 1, kept);
+        assert_true(r.upper_bound <= energy);
+        kept_start += r.upper_bound == energy;
+    }
+    assert_true(kept_start > ROUNDS / 4);
+}
+
 /* Stopped anywhere: at a target, by the watch, by the iterations. */
 static void stopped_anywhere(void **unused)
 {
@@ -1004,6 +1032,10 @@ static void refusals(void **unused)
     assert_int_equal(qs_reduce(&b.model, NULL, memory, size, NULL, labelling, &r), QS_E_ARGUMENT);
     assert_int_equal(qs_reduce(&b.model, NULL, memory, size, kept, NULL, &r), QS_E_ARGUMENT);
     assert_int_equal(qs_reduce(&b.model, NULL, memory, size, kept, labelling, NULL), QS_E_ARGUMENT);
+    uint16_t beyond[TINY_SITES] = {(uint16_t)b.model.labels};
+    assert_int_equal(qs_reduce(&b.model, &(qs_reduce_options){.start = beyond}, memory, size, kept,
+                               labelling, &r),
+                     QS_E_ARGUMENT);
     assert_int_equal(qs_reduce(&b.model, NULL, memory, size - 1, kept, labelling, &r),
                      QS_E_WORKSPACE);
     assert_int_equal(qs_reduce(&b.model, NULL, memory, size, kept, labelling, &r), QS_OK);
@@ -1014,6 +1046,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_optimum_is_lost),
         cmocka_unit_test(stopped_anywhere),
+        cmocka_unit_test(never_above_the_start),
         cmocka_unit_test(parts_are_solved),
         cmocka_unit_test(marginals_are_below_what_labels_cost),
         cmocka_unit_test(marginals_are_exact_on_chains),
