@@ -140,7 +140,8 @@ static bool solve_parts(reducer *r, const qs_trws_state *state, const qs_solutio
 static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
 {
     int64_t room = take_out(r, state, so_far);
-    bool open = so_far->energy > so_far->lower_bound && r->target == 0 && !r->stopped;
+    bool open = so_far->energy > so_far->lower_bound && r->target == 0 && !r->stopped &&
+                so_far->iterations >= FIRST; /* before, messages do more in the same time */
     if (open && solve_parts(r, state, so_far)) {
         list_visits(r, state);
         room = take_out(r, state, so_far);
