@@ -103,7 +103,7 @@ check-python: all examples $(ENV) $(BUILD)/opencv1/qstereo $(BUILD)/opencv0/qste
 
 examples: $(EXAMPLES) ## build the programs of examples/
 
-BENCHES ?= encode bridge upload solvers anneal reduce
+BENCHES ?= encode bridge upload solvers anneal reduce problems
 # Figures for the pages are those of real scenes.
 FIGURES := $(if $(DATA),docs/figures,$(BUILD)/figures)
 
@@ -254,7 +254,7 @@ $(BUILD)/unit/%.o: tests/unit/%.c | $(BUILD)/.cmocka
 
 $(UNIT): $(BUILD)/unit/%: $(BUILD)/unit/%.o $(BUILD)/unit/tiny.o $(BUILD)/unit/slow.o $(UNIT_LIB)
 	$(call say,LINK,$@)
-	$(Q)$(CC) $(SANITIZE) $^ -lcmocka -o $@
+	$(Q)$(CC) $(SANITIZE) $^ -lcmocka -lm -o $@
 
 $(BUILD)/examples/%: examples/%.c $(BUILD)/libqstereo.a
 	@mkdir -p $(@D)

@@ -44,6 +44,10 @@ int job_commit(job *at);
 /* A table of options, and how many there are. */
 #define OPTIONS(table) .options = (table), .option_count = sizeof(table) / sizeof((table)[0])
 
+/* The command encode for the --problem that is given, since each problem has operands and options
+ * of its own. */
+const command *encode_variant(int argc, char **argv);
+
 extern const command cmd_encode;
 extern const command cmd_reduce;
 extern const command cmd_info;
@@ -53,5 +57,11 @@ extern const command cmd_decode;
 extern const command cmd_score;
 extern const command cmd_match;
 extern const command cmd_compare;
+extern const command cmd_restore;
+extern const command cmd_label;
+extern const command cmd_segment;
+extern const command cmd_flow;
+extern const command cmd_register;
+extern const command cmd_detect;
 
 #endif

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "meanings.h"
 #include "text/numbers.h"
 #include "text/plain.h"
 #include "text/json.h"
@@ -88,6 +89,39 @@ static void print_penalties(const penalties *printed, bool walls, uint32_t scale
     }
 }
 
+static void print_displacements(const qs_labels *labels)
+{
+    const qs_meaning *meaning = &labels->meaning;
+    uint32_t rows = (labels->labels + meaning->columns - 1) / meaning->columns;
+    char from[2][DECIMAL_SIZE], to[2][DECIMAL_SIZE];
+    decimal_write(meaning->x, meaning->unit, from[0]);
+    decimal_write((int64_t)meaning->x + meaning->columns - 1, meaning->unit, to[0]);
+    decimal_write(meaning->y, meaning->unit, from[1]);
+    decimal_write((int64_t)meaning->y + rows - 1, meaning->unit, to[1]);
+    printf(", displacements: dx %s to %s, dy %s to %s pixels; a site every %" PRIu32 " pixels\n",
+           from[0], to[0], from[1], to[1], meaning->step);
+}
+
+/* What the labels stand for. */
+static void print_meaning(const qs_labels *labels)
+{
+    uint32_t first = labels->frame.first, last = labels->labels - 1;
+    switch (labels->meaning.kind) {
+    case QS_MEANS_NUMBER: printf(", numbers 0 to %" PRIu32 "\n", last); return;
+    case QS_MEANS_GREY:
+        printf(", greys 0 to %" PRIu64 " in steps of %" PRIu32 "\n",
+               (uint64_t)last * labels->meaning.step, labels->meaning.step);
+        return;
+    case QS_MEANS_CLASS:
+        printf(", classes %" PRIu32 " to %" PRIu64 "\n", first, (uint64_t)first + last);
+        return;
+    case QS_MEANS_DISPLACEMENT: print_displacements(labels); return;
+    case QS_MEANS_KEEP: puts(": 0 drop, 1 keep"); return;
+    case QS_MEANS_DISPARITY: break;
+    }
+    printf(", disparities %" PRIu32 " to %" PRIu64 "\n", first, (uint64_t)first + last);
+}
+
 static void print_labels(const qs_labels *labels)
 {
     char lambda[DECIMAL_SIZE] = "differs by edge";
@@ -106,8 +140,8 @@ static void print_labels(const qs_labels *labels)
         printf("\n%-17s%" PRIu32 ", fixed %" PRIu32, "sites undecided", labels->undecided,
                labels->sites - labels->undecided);
     }
-    printf("\n%-17s%" PRIu32 ", disparities %" PRIu32 " to %" PRIu64 "\n", "labels", labels->labels,
-           frame->first, (uint64_t)frame->first + labels->labels - 1);
+    printf("\n%-17s%" PRIu32, "labels", labels->labels);
+    print_meaning(labels);
     printf("%-17s%s", "smoothness", name_of(&smoothness_names, (int)labels->pairwise.smoothness));
     if (labels->pairwise.truncation > 0) {
         printf(", truncated at %" PRIu32, labels->pairwise.truncation);
@@ -175,8 +209,14 @@ static void json_meaning(const qs_labels *labels)
     json_count("sites", labels->sites);
     json_count("sites_open", labels->undecided);
     json_count("labels", labels->labels);
-    json_count("disparity_min", labels->frame.first);
-    json_count("disparity_max", (uint64_t)labels->frame.first + labels->labels - 1);
+    json_name("meaning", meaning_name(labels->meaning.kind));
+    if (labels->meaning.kind == QS_MEANS_DISPARITY) {
+        json_count("disparity_min", labels->frame.first);
+        json_count("disparity_max", (uint64_t)labels->frame.first + labels->labels - 1);
+    } else {
+        json_null("disparity_min");
+        json_null("disparity_max");
+    }
     json_name("encoding", encoding_name(labels->encoding));
     json_name("smoothness", name_of(&smoothness_names, (int)labels->pairwise.smoothness));
     json_count("truncation", labels->pairwise.truncation);
@@ -189,9 +229,10 @@ static void json_meaning(const qs_labels *labels)
 /* The same keys, all null, for a file that does not say what its variables mean. */
 static void json_no_meaning(void)
 {
-    static const char *const keys[] = {"sites",         "sites_open", "labels",     "disparity_min",
-                                       "disparity_max", "encoding",   "smoothness", "truncation",
-                                       "penalty",       "gap",        "truncated",  "lambda"};
+    static const char *const keys[] = {"sites",         "sites_open",    "labels",   "meaning",
+                                       "disparity_min", "disparity_max", "encoding", "smoothness",
+                                       "truncation",    "penalty",       "gap",      "truncated",
+                                       "lambda"};
     for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
         json_null(keys[i]);
     }

@@ -7,6 +7,7 @@
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -218,6 +219,37 @@ int file_read(const char *path, budget *limit, file_bytes *file)
         return status;
     }
     return own(limit, file->bytes, file->size) ? DONE : fail_memory(name);
+}
+
+/* Maps a regular file that is not empty. Returns false for all others. */
+static bool map_descriptor(int descriptor, file_bytes *file)
+{
+    struct stat about;
+    if (fstat(descriptor, &about) != 0 || !S_ISREG(about.st_mode) || about.st_size <= 0 ||
+        (uint64_t)about.st_size > SIZE_MAX) {
+        return false;
+    }
+    void *bytes = mmap(NULL, (size_t)about.st_size, PROT_READ, MAP_PRIVATE, descriptor, 0);
+    if (bytes == MAP_FAILED) {
+        return false;
+    }
+    remember_read(&about);
+    *file = (file_bytes){bytes, (size_t)about.st_size};
+    return true;
+}
+
+int file_map(const char *path, budget *limit, file_bytes *file)
+{
+    if (strcmp(path, "-") == 0) {
+        return file_read(path, limit, file);
+    }
+    int descriptor = open(path, O_RDONLY);
+    if (descriptor < 0) {
+        return fail_system(input_name(path), "cannot be opened");
+    }
+    bool mapped = map_descriptor(descriptor, file);
+    (void)close(descriptor);
+    return mapped ? DONE : file_read(path, limit, file);
 }
 
 void file_free(file_bytes *file)

@@ -52,6 +52,10 @@ typedef struct file_bytes {
  * NO_RESOURCE. */
 int file_read(const char *path, budget *limit, file_bytes *file);
 
+/* The same, but a regular file is mapped: its bytes are read when they are looked at, and are not
+ * the budget's. It stays mapped until the command ends. Nobody writes to them. */
+int file_map(const char *path, budget *limit, file_bytes *file);
+
 /* Returns true if a path leads to a regular file that file_read has read. */
 bool file_was_read(const char *path);
 

@@ -11,16 +11,18 @@
 #include "text/names.h"
 
 static const command *const commands[] = {
-    &cmd_encode, &cmd_reduce, &cmd_info,  &cmd_solve,   &cmd_validate,
-    &cmd_decode, &cmd_score,  &cmd_match, &cmd_compare,
+    &cmd_encode, &cmd_reduce,  &cmd_info,  &cmd_solve,    &cmd_validate,
+    &cmd_decode, &cmd_score,   &cmd_match, &cmd_compare,  &cmd_restore,
+    &cmd_label,  &cmd_segment, &cmd_flow,  &cmd_register, &cmd_detect,
 };
 enum { COMMANDS = sizeof commands / sizeof commands[0] };
 
 static void print_overview(FILE *file)
 {
     fputs("usage: qstereo COMMAND [ARGUMENT]...\n\n"
-          "Turns stereo matching into QUBOs for quantum annealers, and their samples into\n"
-          "disparity maps.\n\nCommands:\n",
+          "Turns stereo matching and other labelling problems of computer vision into QUBOs\n"
+          "for quantum annealers, and their samples into disparity maps, masks, pictures,\n"
+          "flow fields and boxes.\n\nCommands:\n",
           file);
     for (size_t i = 0; i < COMMANDS; i++) {
         fprintf(file, "  %-10s%s\n", commands[i]->line.name, commands[i]->summary);
@@ -64,7 +66,9 @@ static int run_command(const char *name, int argc, char **argv)
 {
     for (size_t i = 0; i < COMMANDS; i++) {
         if (strcmp(commands[i]->line.name, name) == 0) {
-            return command_run(commands[i], argc, argv);
+            const command *found =
+                commands[i] == &cmd_encode ? encode_variant(argc, argv) : commands[i];
+            return command_run(found, argc, argv);
         }
     }
     return fail_unknown(name);

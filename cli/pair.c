@@ -1,11 +1,15 @@
 #include "pair.h"
 
+#include <inttypes.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "pictures/picture_read.h"
+#include "smoothness.h"
 #include "text/fail.h"
 #include "text/names.h"
 #include "text/numbers.h"
+#include "text/plain.h"
 
 static int read_disparity(const char *text, qs_stereo *stereo)
 {
@@ -26,20 +30,6 @@ static int read_disparity(const char *text, qs_stereo *stereo)
     return DONE;
 }
 
-static int read_lambda(const char *text, qs_stereo *stereo)
-{
-    fraction lambda;
-    decimal_status status = decimal_read(text, INT32_MAX, DECIMAL_DENOMINATOR_MAX, &lambda);
-    if (status != DECIMAL_OK) {
-        return decimal_fail("--lambda", text, status,
-                            "any decimal number from 0 that is n/s in lowest terms, with s up to "
-                            "1000000 and n up to 2147483647");
-    }
-    stereo->scale = lambda.denominator;
-    stereo->weight = (int32_t)lambda.numerator;
-    return DONE;
-}
-
 static int read_roi(const char *text, pair *asked)
 {
     uint32_t roi[4];
@@ -57,36 +47,20 @@ static int read_roi(const char *text, pair *asked)
     return DONE;
 }
 
-static int read_smoothness(const char *name, const char *truncation, qs_pairwise *pairwise)
+int pair_read(const char *const *operands, const char *const *values, void *state)
 {
-    int value;
-    TRY(name_read(&smoothness_names, name, "", &value));
-    pairwise->smoothness = (qs_smoothness)value;
-    if (truncation == NULL) {
-        return DONE;
-    }
-    if (pairwise->smoothness == QS_POTTS) {
-        return fail_usage(
-            "--truncation goes with --smoothness linear or quadratic: potts has nothing to "
-            "truncate");
-    }
-    return number_read("--truncation", truncation, 1, INT32_MAX, &pairwise->truncation);
-}
-
-int pair_read(const char *left, const char *right, const char *const *values, const char *weights,
-              pair *asked)
-{
+    pair *asked = state;
     int cost = QS_COST_AD;
     uint32_t bits = 0;
     memset(asked, 0, sizeof *asked);
-    asked->left = left;
-    asked->right = right;
-    asked->weights = weights;
+    asked->left = operands[0];
+    asked->right = operands[1];
     TRY(read_disparity(values[PAIR_DISPARITY], &asked->stereo));
-    TRY(read_lambda(values[PAIR_LAMBDA], &asked->stereo));
+    TRY(lambda_read(values[PAIR_LAMBDA], DECIMAL_DENOMINATOR_MAX, &asked->stereo.scale,
+                    &asked->stereo.weight));
     TRY(read_roi(values[PAIR_ROI], asked));
     TRY(name_read(&cost_names, values[PAIR_COST], "", &cost));
-    TRY(read_smoothness(values[PAIR_SMOOTHNESS], values[PAIR_TRUNCATION], &asked->pairwise));
+    TRY(smoothness_read(values[PAIR_SMOOTHNESS], values[PAIR_TRUNCATION], &asked->pairwise));
     if (values[PAIR_BITS] != NULL) {
         TRY(number_read("--bits", values[PAIR_BITS], 9, 16, &bits));
     }
@@ -124,59 +98,43 @@ static int check_geometry(const pair *asked)
     return DONE;
 }
 
-static int fail_encode(const pair *asked, qs_status status)
+int pair_open(void *state, budget *limit, made_problem *opened)
 {
-    const char *name = input_name(asked->left);
-    if (status == QS_E_LIMIT) {
-        return fail(
-            BAD_INPUT, name,
-            "sites x labels is more than %u variables: choose a smaller --roi or --disparity",
-            QS_VARIABLES_MAX);
-    }
-    if (status == QS_E_OVERFLOW) {
-        return fail(BAD_INPUT, name,
-                    "the coefficients overflow (their sum is above 2^53): %schoose a smaller %s",
-                    fewer_decimals(asked->weights, asked->stereo.scale), asked->weights);
-    }
-    return fail_status(name, status);
-}
-
-static int make_problem(pair *opened, budget *limit, qs_problem *problem)
-{
-    size_t size = qs_stereo_workspace(&opened->stereo);
-    void *workspace = budget_take(limit, input_name(opened->left), size);
+    pair *asked = state;
+    opened->name = input_name(asked->left);
+    opened->mend = "--lambda or --truncation";
+    TRY(picture_read_grey(asked->left, asked->bits, limit, &asked->stereo.left));
+    TRY(picture_read_grey(asked->right, asked->bits, limit, &asked->stereo.right));
+    TRY(check_geometry(asked));
+    size_t size = qs_stereo_workspace(&asked->stereo);
+    void *workspace = budget_take(limit, opened->name, size);
     if (workspace == NULL) {
         return NO_RESOURCE;
     }
-    qs_status made = qs_stereo_problem(&opened->stereo, workspace, size, problem);
-    if (made != QS_OK) {
-        return fail_encode(opened, made);
+    qs_status status = qs_stereo_problem(&asked->stereo, workspace, size, &opened->problem);
+    if (status != QS_OK) {
+        return made_fail(opened, "choose a smaller --roi or --disparity", status);
     }
-    problem->pairwise = opened->pairwise;
+    opened->problem.pairwise = asked->pairwise;
     return DONE;
 }
 
-int pair_open(pair *opened, budget *limit, qs_problem *problem)
+static void plan(const void *state, qs_problem *planned)
 {
-    TRY(picture_read_grey(opened->left, opened->bits, limit, &opened->stereo.left));
-    TRY(picture_read_grey(opened->right, opened->bits, limit, &opened->stereo.right));
-    TRY(check_geometry(opened));
-    return make_problem(opened, limit, problem);
+    const pair *asked = state;
+    planned->labels = asked->stereo.disparity_max - asked->stereo.disparity_min + 1;
+    planned->scale = asked->stereo.scale;
+    planned->pairwise = asked->pairwise;
 }
 
-int pair_encode(const pair *encoded, const qs_problem *problem, const qs_encode_options *options,
-                budget *limit, const qs_sink *sink, uint64_t *size)
+const maker pair_maker = {sizeof(pair), pair_read, pair_open, plan};
+
+void pair_print_outside(const pair *asked, uint32_t first)
 {
-    size_t workspace_size = qs_encode_workspace(problem);
-    void *workspace = budget_take(limit, input_name(encoded->left), workspace_size);
-    if (workspace == NULL) {
-        return NO_RESOURCE;
+    uint32_t left = asked->whole ? 0 : asked->stereo.x;
+    if (first > left) {
+        printf("%" PRIu32 " column%s on the left %s left out: a match would fall outside %s\n",
+               first - left, plural(first - left), first - left == 1 ? "is" : "are",
+               plain(asked->right));
     }
-    qs_status written = qs_encode(problem, options, sink, workspace, workspace_size, size);
-    return written == QS_OK || written == QS_E_IO ? DONE : fail_encode(encoded, written);
-}
-
-int pair_lay_out(const pair *of, const qs_problem *problem, budget *limit, laid_out *made)
-{
-    return lay_out_problem(input_name(of->left), problem, of->weights, limit, made);
 }

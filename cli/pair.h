@@ -1,9 +1,9 @@
-/* A stereo pair: from its options and the names of two pictures to a labelling problem and its
- * .qcf. Each function that can fail returns an exit status and has printed why. */
+/* A stereo pair: from its options and the names of two pictures to a labelling problem. Each
+ * function that can fail returns an exit status and has printed why. */
 #ifndef PAIR_H
 #define PAIR_H
 
-#include "solving.h"
+#include "made.h"
 
 /* Rows for a table of options, one behind the other. */
 enum {
@@ -32,28 +32,22 @@ enum {
 
 typedef struct pair {
     const char *left, *right; /* names of the pictures */
-    const char *weights; /* the options that coefficients grow with, for messages */
     unsigned bits; /* of the samples of a file of 16; 0 = all */
     bool whole; /* no window was given */
     qs_stereo stereo;
     qs_pairwise pairwise;
 } pair;
 
+extern const maker pair_maker;
+
 /* Reads the arguments of the rows; strings are borrowed. Returns DONE or BAD_USAGE. */
-int pair_read(const char *left, const char *right, const char *const *values, const char *weights,
-              pair *asked);
+int pair_read(const char *const *operands, const char *const *values, void *asked);
 
-/* Reads the pictures and makes the problem, which borrows from the pair and from memory of the
- * budget. Returns DONE, BAD_INPUT or NO_RESOURCE. */
-int pair_open(pair *opened, budget *limit, qs_problem *problem);
+/* Reads the pictures and makes the problem, which borrows from the budget. Returns DONE, BAD_INPUT
+ * or NO_RESOURCE. */
+int pair_open(void *asked, budget *limit, made_problem *opened);
 
-/* Writes the problem as a .qcf; size may be NULL. Returns DONE, BAD_INPUT or NO_RESOURCE. It is no
- * failure here if the sink refuses bytes: the owner of the sink knows it. */
-int pair_encode(const pair *encoded, const qs_problem *problem, const qs_encode_options *options,
-                budget *limit, const qs_sink *sink, uint64_t *size);
-
-/* Lays the problem out for the solvers, without a file between, in memory of the budget. Returns
- * DONE, BAD_INPUT or NO_RESOURCE. */
-int pair_lay_out(const pair *of, const qs_problem *problem, budget *limit, laid_out *made);
+/* Prints which columns are left out. */
+void pair_print_outside(const pair *asked, uint32_t first);
 
 #endif

@@ -153,9 +153,12 @@ bool progress_watch(void *context, const qs_progress *now)
     return has_time(watched, time) && !is_in_gap(watched, now);
 }
 
-bool progress_goes_on(void *context)
+uint32_t progress_spent(void *context)
 {
-    return has_time(context, microseconds());
+    const progress *watched = context;
+    double part =
+        (double)(microseconds() - watched->begin) / (double)(watched->end - watched->begin);
+    return part < 1 ? (uint32_t)(part * QS_ALL_TIME) : QS_ALL_TIME;
 }
 
 bool progress_watch_reduction(void *context, const qs_reduction *now)

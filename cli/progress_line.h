@@ -36,8 +36,8 @@ bool progress_takes_signal(int signal_number);
 /* The qs_watch of a progress: writes the line, and stops the solver when its time is over. */
 bool progress_watch(void *context, const qs_progress *now);
 
-/* The qs_going of a progress: looks at the time and at signals alone. */
-bool progress_goes_on(void *context);
+/* How much of the time is over, for qs_solve_options. There is a limit. */
+uint32_t progress_spent(void *context);
 
 /* The same for a reduction: its qs_reduce_watch. */
 bool progress_watch_reduction(void *context, const qs_reduction *now);

@@ -33,6 +33,7 @@ static const solver solvers[] = {
     {"bp", qs_bp, qs_bp_workspace},
     {"trws", qs_trws, qs_trws_workspace},
     {"cut", qs_min_cut, qs_min_cut_workspace},
+    {"pack", qs_pack, qs_pack_workspace},
     {"best", qs_best, qs_best_workspace},
 };
 enum { SOLVERS = sizeof solvers / sizeof solvers[0] };
@@ -215,26 +216,54 @@ static int check_found(const laid_out *problem, budget *work, solved *found)
                                  : check_labelling(problem, work, found);
 }
 
+/* A first cycle of moves takes long, and from the cheapest label of each site it begins far off. So
+ * where the time is limited, expansion starts from what messages find in a few iterations. */
+static bool starts_from_messages(const solver *by, const search *how)
+{
+    return by->run == qs_expansion && how->time_limit > 0;
+}
+
+/* Room for the solver, and for messages before it. */
+static size_t workspace_of(const solver *by, const qs_model *model)
+{
+    size_t size = by->workspace(model),
+           first = by->run == qs_expansion ? qs_trws_workspace(model) : 0;
+    return first > size ? first : size;
+}
+
 /* Starts from the cheapest label of each site, if the solver starts from a labelling. `work` is for
  * the solver's workspace. */
 static int run_solver(const laid_out *problem, const solver *by, const search *how, budget *work,
                       solved *found)
 {
     const char *name = problem->name;
-    size_t size = by->workspace(&problem->model);
+    const qs_model *model = &problem->model;
+    bool messages = starts_from_messages(by, how);
+    size_t size = workspace_of(by, model);
     void *workspace = budget_take(work, name, size);
     if (workspace == NULL) {
         return NO_RESOURCE;
     }
-    qs_model_winner(&problem->model, found->labelling);
+    qs_model_winner(model, found->labelling);
     progress watched =
         progress_begin(by->name, problem->scale, how->time_limit, how->whole_command);
     watched.gap = how->gap;
     progress_keep_on_interrupt(how->keep_on_interrupt);
-    const qs_solve_options options = {how->iterations, how->seed, progress_watch, &watched,
-                                      progress_goes_on};
-    qs_status ran =
-        by->run(&problem->model, &options, workspace, size, found->labelling, &found->solution);
+    const qs_solve_options options = {.iterations = how->iterations,
+                                      .seed = how->seed,
+                                      .watch = progress_watch,
+                                      .context = &watched,
+                                      .spent = how->time_limit > 0 ? progress_spent : NULL};
+    qs_status ran = QS_OK;
+    if (messages) {
+        enum { FEW = 4 };
+        qs_solve_options few = options;
+        few.iterations = FEW;
+        ran = qs_trws(model, &few, workspace, size, found->labelling, &found->solution);
+    }
+    if (ran == QS_OK) {
+        ran = by->run(model, &options, workspace, size, found->labelling, &found->solution);
+    }
     progress_keep_on_interrupt(false);
     found->microseconds = progress_end(&watched);
     found->out_of_time = watched.out_of_time;
@@ -253,7 +282,7 @@ uint64_t solve_bytes(const laid_out *problem, const solver *by)
     uint64_t labelling = sizeof(uint16_t) * (uint64_t)problem->model.sites;
     uint64_t check = problem->file != NULL ? ((uint64_t)problem->variables + 7) / 8
                                            : qs_problem_workspace(problem->problem);
-    return bytes_sum(by->workspace(&problem->model), labelling + check);
+    return bytes_sum(workspace_of(by, &problem->model), labelling + check);
 }
 
 int solve_problem(const laid_out *problem, const solver *by, const search *how, budget *limit,
@@ -277,7 +306,9 @@ int solved_check(const laid_out *problem, const solved *found)
             found->solver, name_of(&smoothness_names, (int)problem->model.pairwise.smoothness));
     }
     if (found->refusal == QS_E_OVERFLOW) {
-        return fail(BAD_INPUT, name, "its costs are too large for %s: use another solver",
+        return fail(BAD_INPUT, name,
+                    "its costs are too large for %s: use best, or fewer decimals in the costs, for "
+                    "each multiplies all of them by 10",
                     found->solver);
     }
     return DONE;

@@ -54,7 +54,8 @@ const char *solver_at(size_t index);
 
 /* A row for a table of options. */
 #define SOLVER_OPTION                                                                              \
-    {"solver", 0, false, "NAME", "best", "icm, anneal, swap, expansion, bp, trws, cut or best"}
+    {"solver", 0,      false,                                                                      \
+     "NAME",   "best", "icm, anneal, swap, expansion, bp, trws, cut, pack or best"}
 
 /* Reads the argument of --solver, and one name, `length` letters of `text`, of the argument of
  * --solvers. Return DONE or BAD_USAGE. */

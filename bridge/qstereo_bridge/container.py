@@ -1,7 +1,7 @@
 """The container of both file formats: a header of 64 bytes, then chunks, each under a CRC-32C."""
 
+import collections
 import struct
-from dataclasses import dataclass
 
 import google_crc32c
 
@@ -15,6 +15,9 @@ MIB = 1 << 20
 MAX_COUNT = 2**31 - 1
 # Bytes that the work on a file may take, unless the caller says otherwise.
 DEFAULT_LIMIT = 8 << 30
+
+# What both formats' headers have; `fields` are the 36 bytes of the format's own.
+Header = collections.namedtuple("Header", "chunks size fields")
 
 
 class FormatError(Error):
@@ -51,60 +54,44 @@ def check_memory(needed, limit, what):
                         "problem")
 
 
-@dataclass(frozen=True)
-class Header:
-    """What both formats' headers have; `fields` are the 36 bytes of the format's own."""
-
-    chunks: int
-    size: int
-    fields: bytes
-
-
-def read_header(head, magic, suffix):
-    """The Header in the first 64 bytes of a file (fewer where the file is shorter), checked."""
-    if head[:8] != magic[:len(head)]:
-        raise NotOurFormat(f"byte 0: this is no {suffix} file (its first eight bytes are others)")
-    if len(head) < HEADER.size:
-        raise Truncated(f"byte {len(head)}: the file ends inside its header of {HEADER.size} "
+def read_header(data, magic, suffix, length=None):
+    """The Header at the beginning of a file that is `length` bytes long (None: not known)."""
+    if data[:8] != magic[:len(data)]:
+        raise NotOurFormat(f"byte 0: this is not a {suffix} file (it does not begin like one)")
+    if len(data) < HEADER.size:
+        raise Truncated(f"byte {len(data)}: the file ends inside its header of {HEADER.size} "
                         "bytes; copy it again")
-    _, version, chunks, size, fields, crc = HEADER.unpack(head[:HEADER.size])
-    if google_crc32c.value(bytes(head[:HEADER.size - CRC.size])) != crc:
+    _, version, chunks, size, fields, crc = HEADER.unpack_from(data)
+    if google_crc32c.value(bytes(data[:HEADER.size - CRC.size])) != crc:
         raise Corrupt("byte 60: the header's CRC-32C does not agree with the header; copy the "
                       "file again")
     if version != VERSION:
         raise Unsupported(f"byte 8: version {version} of the format; this program reads version "
                           f"{VERSION}")
+    if length is not None and length < size:
+        raise Truncated(f"byte {length}: the file ends here, its header says {size} bytes; copy it "
+                        "again")
+    if length is not None and length > size:
+        raise Corrupt(f"byte {size}: {length - size} bytes after the end that the header gives")
     return Header(chunks, size, fields)
 
 
-def check_size(actual, declared):
-    """Compare a file's size with the size that its header gives."""
-    if actual < declared:
-        raise Truncated(f"byte {actual}: the file ends here, its header says {declared} bytes; "
-                        "copy it again")
-    if actual > declared:
-        raise Corrupt(f"byte {declared}: {actual - declared} bytes after the end that the header "
-                      "gives")
-
-
 def read_stream(stream, magic, suffix, limit):
-    """Read one whole file from a binary stream, of which no more is read than its header admits.
-
-    Returns the bytes. Raises FormatError, OverLimit, OSError.
-    """
-    head = stream.read(HEADER.size)
-    header = read_header(head, magic, suffix)
+    """The bytes of one whole file in a binary stream, of which no more is read than its header
+    admits. Raises FormatError, OverLimit, OSError."""
+    data, length = stream.read(HEADER.size), None
     if stream.seekable():
-        check_size(stream.seek(0, 2), header.size)
-        stream.seek(len(head))
-    check_memory(header.size, limit, "reading the file")
-    data = head + stream.read(max(header.size - len(head), 0) + 1)
-    check_size(len(data), header.size)
+        length = stream.seek(0, 2)
+        stream.seek(len(data))
+    size = read_header(data, magic, suffix, length).size
+    check_memory(size, limit, "reading the file")
+    data += stream.read(max(size - len(data), 0) + 1)
+    read_header(data, magic, suffix, len(data))
     return data
 
 
 def read_chunks(data, header, required):
-    """({type: payload} of the required chunks, [(type, payload)] of the side chunks), checked.
+    """({type: payload} of the required chunks, [(type, bytes)] of the side chunks), checked.
 
     `required` lists the upper-case types in their order. Payloads are memoryviews into `data`.
     """
@@ -125,10 +112,10 @@ def read_chunks(data, header, required):
                           "reserved field in use")
         name, payload = kind.decode("ascii"), view[at + CHUNK_HEAD.size:end]
         if name[0].islower():
-            sides.append((name, payload))
+            sides.append((name, bytes(payload)))
         elif name not in required:
             raise Unsupported(f"byte {at}: chunk {name} is unknown to this program")
-        elif sides or len(found) == len(required) or name != required[len(found)]:
+        elif sides or required[len(found):len(found) + 1] != [name]:
             raise Corrupt(f"byte {at}: chunk {name} is repeated or out of order")
         else:
             found[name] = payload

@@ -4,7 +4,7 @@ import json
 
 import networkx as nx
 
-from . import embedding, runner
+from . import embedding, picture, runner
 from .failure import IO, NO, USAGE, Failure, io
 from .output import Output
 
@@ -13,11 +13,9 @@ SPARSER = {2: None, 3: "one-hot-sparse"}
 
 
 def embed(options):
-    """Embed, draw, print. The embedding's file gets its name last."""
-    picture, drawing = None, None
+    """Embed, draw, print. The embedding's file gets its name before the picture."""
+    drawing = None
     if options.picture:
-        from . import picture
-
         try:
             picture.require()
         except ImportError:
@@ -25,9 +23,7 @@ def embed(options):
                               "pip install 'qstereo-bridge[picture]'") from None
         with io(options.picture, "write"), Output(options.picture, last=False):
             pass
-    with io(options.output, "write"):
-        output = Output(options.output, last=not picture)
-    with output:
+    with runner.output_of(options, last=not options.picture) as deliver:
         problem, progress = runner.read(options), runner.progress(options)
         if problem.linear.size == 0:
             raise Failure(NO, f"{options.problem}: nothing is left to decide, so there is nothing "
@@ -40,7 +36,7 @@ def embed(options):
         try:
             found = embedding.find(source, chip, options.seed, options.timeout, progress)
             embedding.keep(found, source, chip)
-            if picture:
+            if options.picture:
                 progress("picture")
                 drawing = picture.draw(source, chip, found)
         except embedding.NoEmbedding as error:
@@ -48,12 +44,8 @@ def embed(options):
                           ) from None
         finally:
             progress(None)
-        with io(options.output, "write"):
-            output.write(found.to_json().encode())
-        runner.show(options, _summary(options, source, chip, found))
-        with io(options.output, "write"):
-            output.keep()
-    if picture:
+        deliver(found.to_json().encode(), _summary(options, source, chip, found))
+    if options.picture:
         with io(options.picture, "write"), Output(options.picture) as output:
             output.write(drawing)
             output.keep()
@@ -67,22 +59,22 @@ def _advice(problem, source, error):
               "itself (Problem.parts in Python)",
               "make it smaller with `qstereo reduce` or a smaller window (encode --roi)",
               sparser and f"encode it with fewer couplers (--encoding {sparser})",
-              "" if error.hopeless else "search with another --seed or a longer --timeout"]
+              "" if isinstance(error, embedding.Hopeless) else
+              "search with another --seed or a longer --timeout"]
     return ", or ".join(filter(None, advice))
 
 
 def _summary(options, source, chip, found):
-    figures = found.figures()
-    share = figures["qubits"] / chip.qubits.size
+    figures, total = found.figures(), int(chip.qubits.size)
+    share, couplers = figures["qubits"] / total, int(source.rows.size)
     if options.json:
         return json.dumps({
             "schema": 1, "topology": found.topology, "method": found.method, "seed": found.seed,
-            "variables": source.variables, "couplers": int(source.rows.size), **figures,
-            "seconds": found.seconds, "chip_qubits": int(chip.qubits.size),
-            "share": round(share, 4)})
+            "variables": source.variables, "couplers": couplers, **figures,
+            "seconds": found.seconds, "chip_qubits": total, "share": round(share, 4)})
     return "\n".join([
-        f"{found.topology}: {source.variables:,} variables, {source.rows.size:,} couplers on "
-        f"{figures['qubits']:,} qubits, {100 * share:.1f} % of the chip; longest chain "
+        f"{found.topology}: {source.variables:,} variables, {couplers:,} couplers on "
+        f"{figures['qubits']:,} qubits, {share:.1%} of the chip; longest chain "
         f"{figures['longest_chain']}, mean {figures['mean_chain']:.2f}; {found.method}, "
         f"{found.seconds:.1f} s",
         *(f"{name}: written" for name in (options.output, options.picture) if name)])

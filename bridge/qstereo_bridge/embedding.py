@@ -18,30 +18,33 @@ import re
 import secrets
 import threading
 import time
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 
 import networkx as nx
 import numpy as np
 
 from . import models, services, tiles
-from .failure import SolverError
+from .failure import NO, Error, SolverError
+from .output import temporary
 from .qcf import DEFAULT_LIMIT
 from .solvers import interruptible
 
 TIMEOUT = 100.0
-SCHEMA = 1
+HEAD = {"schema": 1, "format": "qstereo-embedding"}
 SMALLEST, LARGEST = 2, 32
 
 
-class NoEmbedding(Exception):
-    """A well-posed no. `hopeless`: no search can find one, the chip has not enough of something."""
+class NoEmbedding(Error):
+    """No embedding was found."""
 
-    def __init__(self, message, hopeless=False):
-        super().__init__(message)
-        self.hopeless = hopeless
+    status = NO
 
 
-class NotThisOne(Exception):
+class Hopeless(NoEmbedding):
+    """No search can find one: the chip is too small."""
+
+
+class NotThisOne(Error):
     """A file that holds no embedding, or not one of this problem into this chip."""
 
 
@@ -74,7 +77,7 @@ class Source:
     def of(cls, problem, limit=DEFAULT_LIMIT):
         """The graph of a Problem's QUBO, penalties included. Raises OverLimit."""
         _, (rows, columns, _), _ = models.expand(problem, limit=limit)
-        return cls(rows, columns, problem.starts())
+        return cls(rows, columns, problem.starts)
 
     @property
     def variables(self):
@@ -167,7 +170,7 @@ class Chip:
 
 @dataclass(frozen=True)
 class Embedding:
-    """An embedding and where it comes from; the digests are those of the two graphs."""
+    """An embedding and where it comes from; `problem` and `chip` are the digests of the graphs."""
 
     topology: str
     method: str
@@ -190,8 +193,7 @@ class Embedding:
     def to_json(self):
         """The file's text. Chains stand in the order of the variables."""
         chains = [self.chains[variable] for variable in range(len(self.chains))]
-        return json.dumps({"schema": SCHEMA, "format": "qstereo-embedding", **asdict(self),
-                           **self.figures(), "chains": chains}) + "\n"
+        return json.dumps({**HEAD, **asdict(self), **self.figures(), "chains": chains}) + "\n"
 
 
 def faults(source, chip, chains):
@@ -215,69 +217,24 @@ def find(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None):
     """
     began, seed = time.monotonic(), secrets.randbelow(2**31) if seed is None else seed
     qubits, couplers = len(chip.graph), chip.graph.number_of_edges()
+    what = f"{source.variables:,} variables and {source.rows.size:,} couplings"
     if source.variables > qubits or source.rows.size > couplers:
-        raise NoEmbedding(f"{source.variables:,} variables and {source.rows.size:,} couplings "
-                          f"cannot fit on {chip.name} with its {qubits:,} qubits and {couplers:,} "
-                          "couplers", hopeless=True)
-    method, chains = _tiled(source, chip, seed, timeout / 2, progress)
+        raise Hopeless(f"{what} cannot fit on {chip.name} with its {qubits:,} qubits and "
+                       f"{couplers:,} couplers")
+    method, chains = "tiles", tiles.lay_out(source, chip)
+    if broken := faults(source, chip, chains) if chains else ():
+        # Many are not the chip's doing: the couplings are others than the tiles have.
+        sound = {variable: chain for variable, chain in chains.items() if variable not in broken}
+        method, chains = "tiles, mended", 2 * len(broken) <= source.variables and search(
+            source, chip, seed, timeout / 2, progress, fixed_chains=sound)
     if not chains:
-        left = timeout - (time.monotonic() - began)
-        method, chains = "minorminer", search(source, chip, seed, left, progress)
+        method, chains = "minorminer", search(source, chip, seed,
+                                              timeout - (time.monotonic() - began), progress)
     if not chains:
-        raise NoEmbedding(f"no embedding found on {chip.name} within {timeout:g} s "
-                          f"({source.variables:,} variables, {source.rows.size:,} couplings; "
+        raise NoEmbedding(f"no embedding found on {chip.name} within {timeout:g} s ({what}; "
                           f"{qubits:,} qubits)")
     return Embedding(chip.name, method, seed, round(time.monotonic() - began, 3), source.digest,
                      chip.digest, chains)
-
-
-def find_copies(source, chip, copies, first, seed=None, timeout=TIMEOUT,
-                progress=lambda text: None):
-    """The Embedding of `copies` copies of a Source ("auto": as many as are found), each on qubits
-    of its own; `first` is the first copy's.
-
-    Each further copy is found on the qubits that those before it leave. Raises SolverError where
-    fewer are found.
-    """
-    from minorminer.utils.parallel_embeddings import find_multiple_embeddings
-
-    began, found = time.monotonic(), 1
-
-    def another(_, rest):
-        nonlocal found
-        left = timeout - (time.monotonic() - began)
-        with contextlib.suppress(NoEmbedding):
-            chains = find(source, replace(chip, graph=rest), seed, left,
-                          lambda text: progress(f"copy {found + 1}, {text}")).chains
-            found += 1
-            return chains
-        return {}
-    more = [] if copies == 1 else find_multiple_embeddings(
-        source.graph, chip.without(first.used()).graph, embedder=another, use_filter=False,
-        one_to_iterable=True, max_num_emb=None if copies == "auto" else copies - 1, timeout=timeout)
-    if copies not in ("auto", found):
-        raise SolverError(f"{found:,} of {copies:,} copies found on {chip.name} within "
-                          f"{timeout:g} s; take fewer --copies, or --copies auto for as many as "
-                          "are found")
-    chains = [one[v] for one in (first.chains, *more) for v in range(source.variables)]
-    return replace(first, seconds=round(first.seconds + time.monotonic() - began, 3),
-                   problem=source.times(found).digest, chains=dict(enumerate(chains)))
-
-
-def _tiled(source, chip, seed, timeout, progress):
-    """A layout in tiles and how it was made. What missing qubits and couplers break in it
-    minorminer mends, all other chains fixed."""
-    chains = tiles.lay_out(source, chip)
-    if chains is None:
-        return None, None
-    broken = faults(source, chip, chains)
-    if not broken:
-        return "tiles", chains
-    # So many are not the chip's doing: the couplings are others than the tiles have.
-    if 2 * len(broken) > source.variables:
-        return None, None
-    sound = {variable: chain for variable, chain in chains.items() if variable not in broken}
-    return "tiles, mended", search(source, chip, seed, timeout, progress, fixed_chains=sound)
 
 
 def search(source, chip, seed, timeout, progress=lambda text: None, **hints):
@@ -290,25 +247,51 @@ def search(source, chip, seed, timeout, progress=lambda text: None, **hints):
         lambda: progress("minorminer"))
 
 
+def find_copies(source, chip, copies, first, seed=None, timeout=TIMEOUT,
+                progress=lambda text: None):
+    """The Embedding of `copies` copies of a Source ("auto": as many as are found), each on qubits
+    that those before it leave; `first` is the first copy's. Raises SolverError where fewer are
+    found."""
+    from minorminer.utils.parallel_embeddings import find_multiple_embeddings
+
+    began, chains = time.monotonic(), [first.chains]
+
+    def another(_, rest):
+        left = timeout - (time.monotonic() - began)
+        with contextlib.suppress(NoEmbedding):
+            chains.append(find(source, replace(chip, graph=rest), seed, left, lambda text: progress(
+                f"copy {len(chains) + 1}, {text}")).chains)
+            return chains[-1]
+        return {}
+    if copies != 1:
+        find_multiple_embeddings(
+            source.graph, chip.without(first.used()).graph, embedder=another, use_filter=False,
+            one_to_iterable=True, max_num_emb=None if copies == "auto" else copies - 1,
+            timeout=timeout)
+    if copies not in ("auto", len(chains)):
+        raise SolverError(f"{len(chains):,} of {copies:,} copies found on {chip.name} within "
+                          f"{timeout:g} s; take fewer --copies, or --copies auto for as many as "
+                          "are found")
+    every = [one[v] for one in chains for v in range(source.variables)]
+    return replace(first, seconds=round(first.seconds + time.monotonic() - began, 3),
+                   problem=source.times(len(chains)).digest, chains=dict(enumerate(every)))
+
+
 def read(path):
     """The Embedding in a file. Raises OSError, NotThisOne."""
     with open(path, "rb") as stream:
         try:
-            return _parse(json.load(stream))
-        except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-            raise NotThisOne(f"{path}: no embedding file ({type(error).__name__}: {error}); make "
-                             "one with `qstereo-bridge embed`") from None
-
-
-def _parse(found):
-    if found["format"] != "qstereo-embedding" or found["schema"] != SCHEMA:
-        raise ValueError(f"format {found['format']!r}, schema {found['schema']!r}")
-    chains = found["chains"]
-    if not all(type(qubit) is int and 0 <= qubit < 2**31 for chain in chains for qubit in chain):
-        raise ValueError("a chain holds something else than qubits")
-    fields = {name: found[name] for name in ("topology", "method", "seed", "seconds", "problem",
-                                             "chip")}
-    return Embedding(**fields, chains=dict(enumerate(chains)))
+            found = json.load(stream)
+            told, chains = {name: found[name] for name in HEAD}, found["chains"]
+            if told != HEAD:
+                raise ValueError(str(told))
+            if not all(type(q) is int and 0 <= q < 2**31 for chain in chains for q in chain):
+                raise ValueError("a chain holds something else than qubits")
+            return Embedding(**{one.name: found[one.name] for one in fields(Embedding)[:-1]},
+                             chains=dict(enumerate(chains)))
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            raise NotThisOne(f"no embedding file ({type(error).__name__}: {error}); make one with "
+                             "`qstereo-bridge embed`") from None
 
 
 def check(embedding, source, chip):
@@ -319,15 +302,16 @@ def check(embedding, source, chip):
     if wrong := faults(source, chip, embedding.chains):
         raise NotThisOne(f"on {chip.name} {len(wrong):,} of its chains or their couplings are "
                          f"broken; it was made for {embedding.topology}: embed the problem on this "
-                         "chip anew")
+                         "chip again")
 
 
 def _cache_path(source, chip, copies):
     """Where the embedding of so many copies ("auto": of those that were found) is kept. The folder
     may be deleted at any time."""
-    base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    name = f"embedding-{source.digest[:32]}-{chip.digest[:32]}"
-    return os.path.join(base, "qstereo", name + (f"-{copies}.json" if copies != 1 else ".json"))
+    base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    more = "" if copies == 1 else f"-{copies}"
+    return os.path.join(base, "qstereo",
+                        f"embedding-{source.digest[:32]}-{chip.digest[:32]}{more}.json")
 
 
 def kept(source, chip, copies=1):
@@ -343,19 +327,13 @@ def kept(source, chip, copies=1):
 def keep(embedding, source, chip, copies=1):
     """Put an Embedding into the cache, unless a shorter one is there. A cache that cannot be
     written is none."""
-    before = kept(source, chip, copies)
-    if before is not None and len(before.used()) <= len(embedding.used()):
-        return
-    path = _cache_path(source, chip, copies)
-    temporary = f"{path}.{secrets.token_hex(8)}.tmp"
-    with contextlib.suppress(OSError):
-        os.makedirs(os.path.dirname(path), exist_ok=True)
-        try:
-            with open(temporary, "x", encoding="ascii") as stream:
-                stream.write(embedding.to_json())
-            os.replace(temporary, path)
-        except OSError:
-            os.remove(temporary)
+    before, path = kept(source, chip, copies), _cache_path(source, chip, copies)
+    if before is None or len(before.used()) > len(embedding.used()):
+        with contextlib.suppress(OSError):
+            os.makedirs(os.path.dirname(path), exist_ok=True)
+            with temporary(path) as (name, stream), stream:
+                stream.write(embedding.to_json().encode())
+                os.replace(name, path)
 
 
 # Of this process: a lock for each search, and what the searches of a given seed have found.
@@ -366,20 +344,18 @@ def obtain(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None,
     """The Embedding of a Source, or of copies of it, into a Chip: the one kept, else a new one,
     which is kept. Raises NoEmbedding, SolverError.
 
-    A `seed` asks for its own embedding: the one kept is passed by. Threads that want the same one
+    A `seed` asks for its own embedding: the one kept is not used. Threads that want the same one
     wait for the first to find it.
     """
-    graphs = source.digest, chip.digest, copies
+    graphs, key = (source.digest, chip.digest, copies), (source.digest, chip.digest, copies, seed)
     with _searching.setdefault(graphs, threading.Lock()):
-        known = (kept(source, chip, copies) if seed is None else
-                 _seeded.get((graphs, seed, timeout)))
-        if known and seed is None:
-            return known
-        found = known or (find(source, chip, seed, timeout, progress) if copies == 1 else
-                          find_copies(source, chip, copies,
-                                      obtain(source, chip, seed, timeout, progress), seed, timeout,
-                                      progress))
+        found = kept(source, chip, copies) if seed is None else _seeded.get(key)
+        if found is None:
+            found = (find(source, chip, seed, timeout, progress) if copies == 1 else
+                     find_copies(source, chip, copies,
+                                 obtain(source, chip, seed, timeout, progress), seed, timeout,
+                                 progress))
         if seed is not None:
-            _seeded[graphs, seed, timeout] = found
+            _seeded[key] = found
         keep(found, source, chip, copies)
     return found

@@ -8,8 +8,6 @@ import numpy as np
 
 from . import models, runner
 from .failure import USAGE, Failure
-from .failure import io as files
-from .output import Output
 
 
 def bqm(problem, limit):
@@ -60,17 +58,11 @@ def export(options):
     """Write `options.problem` to `options.output`, whose end names the format."""
     end = os.path.splitext(options.output)[1]
     if end not in FORMATS:
-        raise Failure(USAGE, f"{options.output} ends in none of {', '.join(FORMATS)}, which name "
-                      "the format")
-    with files(options.output, "write"):
-        output = Output(options.output)
-    with output:
+        raise Failure(USAGE, f"{options.output} ends in none of {', '.join(FORMATS)}; the end "
+                      "names the format")
+    with runner.output_of(options) as deliver:
         problem = runner.read(options)
         data = FORMATS[end](problem, options.memory_limit)
-        with files(options.output, "write"):
-            output.write(data)
         found = {"schema": 1, "variables": problem.linear.size, "bytes": len(data)}
-        runner.show(options, json.dumps(found) if options.json else
-                    f"{found['variables']:,} variables\n{options.output}: written")
-        with files(options.output, "write"):
-            output.keep()
+        deliver(data, json.dumps(found) if options.json else
+                f"{found['variables']:,} variables\n{options.output}: written")

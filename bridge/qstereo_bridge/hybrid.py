@@ -1,11 +1,12 @@
 """D-Wave's hybrid solvers: what each takes of a Problem, its limits and least time, its answer.
 
-A kind of solver is a class: `problem_type` is the service's word for it; check(properties) raises
-SolverError where the problem is beyond the solver's own limits; prepare(session, progress) makes
-the Request; decode(future, job) reads the answer; plan(properties, solver) says what would be sent,
-without an account by published properties and no `solver`.
+A kind of solver is a class: `problem_type` is the service's word for it; refusal(properties) says
+why a solver of these properties does not take the problem as it is asked for (None: it does);
+prepare(session, progress) makes the Request; decode(future, job) reads the answer; plan(properties,
+solver) says what would be sent, without an account by published properties and no `solver`.
 """
 
+import functools
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,6 +18,7 @@ from .solvers import Answer, SolverError, from_sampleset
 from .upload import bqm_file
 
 SMALLER = "take a smaller window (encode --roi), fewer labels, or what `qstereo reduce` leaves"
+LARGER = "hybrid-nl takes larger ones; or " + SMALLER
 
 
 @dataclass
@@ -36,65 +38,63 @@ class Request:
     facts: dict = field(default_factory=dict)
 
 
-def refusal(kind, properties):
-    """Why a solver of these properties does not take the problem as it is asked for, or None."""
-    try:
-        kind.check(properties)
-    except SolverError as error:
-        return str(error)
-    return None
-
-
 class Hybrid:
     """What the hybrid solvers share. Each has
 
     limits          {what is counted: the property of the solver that limits it}
-    sizes()         {what is counted: how many}, in the order of `limits`
+    sizes           {what is counted: how many}, in the order of `limits`
     least_time(properties)      the least time limit in seconds
     upload_bytes(), file()      the size of the file that is uploaded, and that file
     """
 
-    problem_type = None
-    limits = {}
-    advice = SMALLER
+    advice, penalties, objective = LARGER, True, False
 
     def __init__(self, problem, options):
-        self.problem, self.options = problem, options
+        self.problem, self.options, self.n = problem, options, problem.linear.size
 
-    def check(self, properties):
-        sizes = self.sizes()
-        for what, limit in self.limits.items():
-            if sizes[what] > properties.get(limit, sizes[what]):
-                raise SolverError(f"{sizes[what]:,} {what}, the service takes {properties[limit]:,}"
-                                  f"; {self.advice}")
-        least = self.least_time(properties)
-        most = 3600 * properties.get("maximum_time_limit_hrs", 1e6)
-        wanted = self.options.time_limit
-        if wanted is not None and not least <= wanted <= most:
-            raise SolverError(f"a time limit of {wanted:g} s, the service takes {least:,.1f} to "
-                              f"{most:,.0f} s for this problem")
-
+    @functools.cached_property
     def terms(self):
-        """The quadratic terms of the model that is sent, counted."""
-        return models.Terms(self.problem)
+        """How many quadratic terms the model has that is sent."""
+        return models.Terms(self.problem, self.penalties).count
 
-    def time_limit(self, properties):
-        return self.options.time_limit or float(self.least_time(properties))
+    def refusal(self, properties):
+        for what, limit in self.limits.items():
+            if self.sizes[what] > properties.get(limit, self.sizes[what]):
+                return (f"{self.sizes[what]:,} {what}, the service takes {properties[limit]:,}; "
+                        f"{self.advice}")
+        least, wanted = self.least_time(properties), self.options.time_limit
+        most = 3600 * properties.get("maximum_time_limit_hrs", 1e6)
+        if wanted is not None and not least <= wanted <= most:
+            return (f"a time limit of {wanted:g} s, the service takes {least:,.1f} to {most:,.0f} "
+                    "s for this problem")
+        return None
 
     def prepare(self, session, progress):
         progress("building the model")
         parameters = {"time_limit": self.time_limit(session.properties)}
         return Request(parameters, parameters, upload=self.file())
 
+    def time_limit(self, properties):
+        return self.options.time_limit or float(self.least_time(properties))
+
     def plan(self, properties, solver=None):
-        seconds, reason = self.time_limit(properties), refusal(self, properties)
+        seconds, reason = self.time_limit(properties), self.refusal(properties)
         rate = properties.get("quota_conversion_rate")
-        return {"variables": self.problem.linear.size, "quadratic_terms": self.terms().count,
-                **self.sizes(), "upload_bytes": self.upload_bytes(),
+        return {"variables": self.n, "quadratic_terms": self.terms, **self.sizes,
+                "upload_bytes": self.upload_bytes(),
                 "minimum_time_limit": float(self.least_time(properties)), "time_limit": seconds,
                 "charge_seconds": seconds, "charge_qpu_seconds": seconds / rate if rate else None,
                 "limits": {what: properties[limit] for what, limit in self.limits.items()
                            if limit in properties}, "fits": reason is None, "reason": reason}
+
+    def decode(self, future, job):
+        """The solvers put their timing beside everything else that they say; what is known from the
+        problem and the job is left out."""
+        ours = ("problem_id", "problem_label", "problem_data_id", "constraint_labels")
+        said = {key: value for key, value in future.sampleset.info.items() if key not in ours}
+        timing = {key: said.pop(key) for key in list(said) if key.endswith("_time")}
+        return from_sampleset(future.sampleset, self.n, objective=self.objective,
+                              info=plain({"timing": timing, **said}))
 
 
 class Bqm(Hybrid):
@@ -102,44 +102,37 @@ class Bqm(Hybrid):
 
     problem_type = "bqm"
     limits = {"variables": "maximum_number_of_variables", "biases": "maximum_number_of_biases"}
-    advice = "hybrid-nl takes larger ones; or " + SMALLER
 
+    @property
     def sizes(self):
-        n = self.problem.linear.size
-        return {"variables": n, "biases": n + self.terms().count}
+        return {"variables": self.n, "biases": self.n + self.terms}
 
     def least_time(self, properties):
-        return np.interp(self.problem.linear.size, *zip(*properties["minimum_time_limit"]))
+        return np.interp(self.n, *zip(*properties["minimum_time_limit"]))
 
     def upload_bytes(self):
         # dimod's binary layout: linear terms of 12 bytes, each quadratic term twice at 12 bytes.
-        return 200 + 12 * self.problem.linear.size + 24 * self.terms().count
+        return 200 + 12 * self.n + 24 * self.terms
 
     def file(self):
         return bqm_file(self.problem, self.options.memory_limit)
-
-    def decode(self, future, job):
-        return _from_sampleset(self.problem, future.sampleset)
 
 
 class Cqm(Hybrid):
     """One-hot groups as constraints, penalties dropped."""
 
-    problem_type = "cqm"
+    problem_type, penalties, objective = "cqm", False, True
     limits = {"variables": "maximum_number_of_variables",
               "constraints": "maximum_number_of_constraints", "biases": "maximum_number_of_biases"}
-    advice = Bqm.advice
 
-    def terms(self):
-        return models.Terms(self.problem, penalties=False)
-
+    @property
     def sizes(self):
-        one_hot, n = self.problem.one_hot(), self.problem.linear.size
-        return {"variables": n, "constraints": int(one_hot.sum()),
-                "biases": n + self.terms().count + int(self.problem.sizes()[one_hot].sum())}
+        one_hot = self.problem.one_hot
+        return {"variables": self.n, "constraints": int(one_hot.sum()),
+                "biases": self.n + self.terms + int(self.problem.sizes[one_hot].sum())}
 
     def least_time(self, properties):
-        (variables, constraints, biases), get = self.sizes().values(), properties.get
+        (variables, constraints, biases), get = self.sizes.values(), properties.get
         return max(properties["minimum_time_limit_s"],
                    get("num_variables_multiplier", 1.57e-4) * variables
                    + get("num_biases_multiplier", 4.65e-6) * biases
@@ -147,20 +140,16 @@ class Cqm(Hybrid):
 
     def upload_bytes(self):
         # Measured on dimod's files, to within a tenth: a small archive member for each constraint.
-        return (41 * self.problem.linear.size + 16 * self.terms().count
-                + 860 * self.sizes()["constraints"])
+        return 41 * self.n + 16 * self.terms + 860 * self.sizes["constraints"]
 
     def file(self):
         return models.to_cqm(self.problem, self.options.memory_limit).to_file()
-
-    def decode(self, future, job):
-        return _from_sampleset(self.problem, future.sampleset, objective=True)
 
 
 class Nl(Hybrid):
     """One integer a site, no groups and no penalties; other problems a bit for each variable."""
 
-    problem_type = "nl"
+    problem_type, advice = "nl", SMALLER
     limits = {"nodes": "maximum_number_of_nodes", "bytes of state": "maximum_state_size",
               "bytes of decisions": "maximum_decision_state_size"}
 
@@ -171,6 +160,7 @@ class Nl(Hybrid):
         except ImportError as error:
             raise SolverError(explain(error)) from None
 
+    @property
     def sizes(self):
         return {"nodes": self.model.num_nodes(), "bytes of state": self.model.state_size(),
                 "bytes of decisions": self.model.decision_state_size()}
@@ -193,33 +183,22 @@ class Nl(Hybrid):
         return file
 
     def decode(self, future, job):
-        model, problem = self.model, self.problem
+        model = self.model
         with model.lock():
             # Ocean's own sampler passes over the header, too. Decisions outside their bounds are
             # refused here.
             model.states.from_file(future.answer_data, check_header=False)
-            decision, objective = next(model.iter_decisions()), model.objective
-            found = [(decision.state(i), float(objective.state(i)))
-                     for i in range(model.states.size()) if decision.has_state(i)]
-        bits = np.array([state for state, _ in found], np.int64).reshape(len(found), -1)
-        if problem.one_hot().all():
-            places = problem.starts()[:-1] + bits
-            bits = np.zeros((len(found), problem.linear.size), np.uint8)
+            decision = next(model.iter_decisions())
+            found = [i for i in range(model.states.size()) if decision.has_state(i)]
+            energies = np.array([float(model.objective.state(i)) for i in found])
+            bits = np.array([decision.state(i) for i in found], np.int64).reshape(len(found), -1)
+        if self.problem.one_hot.all():
+            places, bits = self.problem.starts[:-1] + bits, np.zeros((len(found), self.n), np.uint8)
             np.put_along_axis(bits, places, 1, axis=1)
         timing = dict(future.timing)
         warnings = timing.pop("warnings", None) or None
-        return Answer(bits.astype(np.uint8), np.array([energy for _, energy in found]),
+        return Answer(bits.astype(np.uint8), energies,
                       info=plain({**given(warnings=warnings), "timing": timing}))
-
-
-def _from_sampleset(problem, sampleset, **more):
-    """The solvers put their timing beside everything else that they say; what is known from the
-    problem and the job is left out."""
-    ours = ("problem_id", "problem_label", "problem_data_id", "constraint_labels")
-    said = {key: value for key, value in sampleset.info.items() if key not in ours}
-    timing = {key: said.pop(key) for key in list(said) if key.endswith("_time")}
-    info = plain({"timing": timing, **said})
-    return from_sampleset(sampleset, problem.linear.size, info=info, **more)
 
 
 # Solver properties as D-Wave published them in 2026, for --dry-run without an account.
@@ -233,5 +212,4 @@ PUBLISHED = {
                    "maximum_number_of_biases": 750_000_000, "num_variables_multiplier": 1.574e-4,
                    "num_biases_multiplier": 4.657e-6, "num_constraints_multiplier": 6.444e-9},
     "hybrid-nl": {"maximum_number_of_nodes": 2_000_000, "maximum_state_size": 750 << 20,
-                  "maximum_decision_state_size": 50 << 20, "quota_conversion_rate": 20},
-}
+                  "maximum_decision_state_size": 50 << 20, "quota_conversion_rate": 20}}

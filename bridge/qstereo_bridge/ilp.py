@@ -35,16 +35,9 @@ GRACE = 0.25
 class Form:
     """H on all labellings: offset + sum_i linear_i x_i - sum_t cost_t * left_t * right_t.
 
-    The literal i < n is x_i, n + i is 1 - x_i. The literals of one *site*, a one-hot group or a
-    free variable, exclude each other.
-
-    linear          i64 array (n)
-    left, right     i64 arrays: the literals of each product
-    cost            i64 array, above 0
-    coupling        i64 array: the coupling that each product is of
-    site            i64 array (n): the (first) variable of each variable's site
-    hot             bool array (n): whether the site is a one-hot group
-    floor           a bound of H: the least of each linear term and of each block
+    The literal i < n is x_i, n + i is 1 - x_i; `left`, `right` are those of each product. The
+    literals of one site exclude each other. `cost` is above 0, `coupling` the coupling that each
+    product is of; `site` and `hot` are those of sites_of(). All are i64 arrays.
     """
 
     offset: int
@@ -55,7 +48,16 @@ class Form:
     coupling: np.ndarray
     site: np.ndarray
     hot: np.ndarray
-    floor: int
+
+
+def sites_of(problem):
+    """(the site of each variable, the first variable of each site, whether it is a one-hot group).
+    A site is a one-hot group, or a variable that is free."""
+    alone = ~problem.of_variables(problem.one_hot)
+    begins = alone.copy()
+    begins[problem.starts[:-1]] = True
+    first = np.flatnonzero(begins)
+    return np.cumsum(begins) - 1, first, ~alone[first]
 
 
 def _not_above_zero(table):
@@ -68,22 +70,18 @@ def _not_above_zero(table):
         of_columns = (table - of_rows[:, None]).max(0)
         return of_rows, of_columns, table - of_rows[:, None] - of_columns
 
-    if (table <= 0).all() and np.count_nonzero(table) <= max(table.shape):
-        return np.zeros(table.shape[0], int), np.zeros(table.shape[1], int), table
     one, (columns, rows, rest) = rows_first(table), rows_first(table.T)
-    return min(one, (rows, columns, rest.T), key=lambda form: np.count_nonzero(form[2]))
+    nothing = np.zeros(table.shape[0], int), np.zeros(table.shape[1], int), table
+    forms = [one, (rows, columns, rest.T)] + [nothing] * bool((table <= 0).all())
+    return min(forms, key=lambda form: np.count_nonzero(form[2]))
 
 
 def reduce(problem, limit):
     """The Form of `problem`, each of its blocks written with factors below 0. Raises OverLimit."""
-    sizes, starts, one_hot = problem.sizes(), problem.starts()[:-1], problem.one_hot()
-    linear, n = problem.linear.copy(), problem.linear.size
-    hot = np.repeat(one_hot, sizes)
-    site = np.where(hot, np.repeat(starts, sizes), np.arange(n))
-    g, h, block, weight = problem.coupled_pairs()
+    starts, one_hot, linear = problem.starts[:-1], problem.one_hot, problem.linear.copy()
+    (site, _, hot), n = sites_of(problem), linear.size
+    g, h, block, weight = problem.couplings
     kind = 8 * block + 4 * (g == h) + 2 * (one_hot[g] & one_hot[h]) + (weight < 0)
-    floor = problem.offset + int(np.minimum(linear, 0)[~hot].sum())
-    floor += int(np.minimum.reduceat(linear, starts)[one_hot].sum())
     parts, entries = [np.empty((4, 0), np.int64)], 0
     for each in np.unique(kind[weight != 0]).tolist():
         content, these = problem.blocks[each // 8], np.flatnonzero((kind == each) & (weight != 0))
@@ -93,7 +91,6 @@ def reduce(problem, limit):
         table = np.triu(table, 1) if each & 4 else table
         above, beside = starts[g[these], None], starts[h[these], None]
         times = np.abs(weight[these, None])
-        floor += int(times.sum()) * int(table.min() if each & 2 else np.minimum(table, 0).sum())
         if each & 2:
             of_rows, of_columns, table = _not_above_zero(table)
             np.add.at(linear, above + np.arange(rows), times * of_rows)
@@ -104,21 +101,20 @@ def reduce(problem, limit):
         left, right, value = above + i, beside + j, times * table[i, j]
         # What is above 0 has a free variable: v x y = v y - v (1 - x) y.
         for this, other in ((left, right), (right, left)):
-            turned = (value > 0) & ~hot[this % n]
+            turned = (value > 0) & ~hot[site[this % n]]
             np.add.at(linear, other[turned] % n, value[turned])
             this[turned] += n
             value[turned] *= -1
         number = np.broadcast_to(these[:, None], value.shape)
         parts.append(np.stack([left, right, -value, number]).reshape(4, -1))
-    return Form(problem.offset, linear, *np.concatenate(parts, axis=1), site, hot, floor)
+    return Form(problem.offset, linear, *np.concatenate(parts, axis=1), site, hot)
 
 
 def begin(problem, linear):
     """The labelling that is best by the terms `linear` alone: i64 array (n)."""
-    x, starts, one_hot = (linear < 0).astype(np.int64), problem.starts(), problem.one_hot()
-    group = np.repeat(np.arange(one_hot.size), problem.sizes())
-    x[one_hot[group]] = 0
-    x[np.lexsort((linear, group))[starts[:-1]][one_hot]] = 1
+    site, first, hot = sites_of(problem)
+    best, x = np.lexsort((linear, site))[first], np.zeros(linear.size, np.int64)
+    x[best[hot | (linear[best] < 0)]] = 1
     return x
 
 
@@ -127,24 +123,20 @@ def descend(problem, x, limit, over):
     that gain moves; the share is halved where neighbours spoil it for each other."""
     linear, (rows, columns, values), _ = models.expand(problem, penalties=False, limit=limit)
     matrix = coo_array((values, (rows, columns)), (x.size, x.size)).tocsr()
-    matrix, lot, share = matrix + matrix.T, np.random.default_rng(0), 1.0
-    starts, one_hot = problem.starts()[:-1], problem.one_hot()
-    group = np.repeat(np.arange(one_hot.size), problem.sizes())
-    free = np.flatnonzero(~one_hot[group])
+    (site, first, hot), matrix = sites_of(problem), matrix + matrix.T
+    lot, share = np.random.default_rng(0), 1.0
     while not over():
         costs = linear + matrix @ x
-        best = np.lexsort((costs, group))[starts][one_hot]
-        now = np.flatnonzero(one_hot[group] & (x == 1))
-        gain = np.concatenate((costs[now] - costs[best], costs[free] * (2 * x[free] - 1)))
-        moving = np.flatnonzero(gain > 0)
-        if not moving.size:
-            break
-        moving = (moving[lot.random(moving.size) < share] if share * moving.size > 1 else
-                  np.argmax(gain, keepdims=True))
-        sites, flips = moving[moving < now.size], free[moving[moving >= now.size] - now.size]
-        step = np.zeros_like(x)
-        step[now[sites]], step[flips] = -1, 1 - 2 * x[flips]
-        step[best[sites]] += 1
+        best = np.lexsort((costs, site))[first]
+        gain = np.where(hot, np.add.reduceat(costs * x, first) - costs[best],
+                        costs[best] * (2 * x[best] - 1))
+        moves = (gain > 0) & (lot.random(gain.size) < share)
+        if not moves.any():
+            if gain.max(initial=0) <= 0:
+                break
+            moves = np.arange(gain.size) == gain.argmax()
+        step = np.where(moves[site], -x, 0)
+        step[best[moves]] += np.where(hot, 1, 1 - x[best])[moves]
         better = 2 * (costs @ step) + step @ (matrix @ step) < 0
         x, share = (x + step, min(1.0, 2 * share)) if better else (x, share / 2)
     return x
@@ -153,13 +145,13 @@ def descend(problem, x, limit, over):
 def split(form):
     """[(variables, products)] of the programs, the smallest first, and how many connected parts
     there are. Sites without products are in none; small parts share a program."""
-    n, left, right = form.linear.size, form.left % form.linear.size, form.right % form.linear.size
-    graph = coo_array((np.ones(left.size), (form.site[left], form.site[right])), (n, n))
+    left, right = form.left % form.linear.size, form.right % form.linear.size
+    graph = coo_array((np.ones(left.size), (form.site[left], form.site[right])), 2 * form.hot.shape)
     part = csgraph.connected_components(graph, directed=False)[1][form.site]
-    met = np.bincount(part[left], minlength=n)
-    sizes = np.where(met > 0, met + np.bincount(part, minlength=n), 0)
+    met = np.bincount(part[left], minlength=part.size)
+    sizes = np.where(met > 0, met + np.bincount(part, minlength=part.size), 0)
     order = np.argsort(sizes, kind="stable")
-    program = np.empty(n, np.int64)
+    program = np.empty_like(order)
     program[order] = np.where(sizes[order] > 0, np.cumsum(sizes[order]) // BATCH, -1)
     of_variables, of_products = program[part], program[part[left]]
     return [(np.flatnonzero(of_variables == k), np.flatnonzero(of_products == k))
@@ -176,13 +168,11 @@ class Program:
     """
 
     def __init__(self, form, variables, products):
-        self.form, self.variables, n = form, variables, form.linear.size
+        self.form, self.variables, self.n = form, variables, form.linear.size
         self.left, self.right = form.left[products], form.right[products]
         self.coupling, self.cost = form.coupling[products], form.cost[products]
         self.costs = np.concatenate((form.linear[variables], -self.cost))
-        self.site = np.unique(form.site[variables], return_inverse=True)[1]
-        self.place = np.zeros(n, np.int64)
-        self.place[variables] = np.arange(variables.size)
+        self.site = form.site[variables]
 
     def energy(self, bits):
         """The costs of the columns in the state `bits`."""
@@ -192,18 +182,17 @@ class Program:
 
     def bound(self):
         """A bound without any search: -c A B >= -c (A + B) / 2, then every site for itself."""
-        double, n, constant = 2 * self.form.linear, self.form.linear.size, 0
+        double, constant = 2 * self.form.linear, 0
         for end in (self.left, self.right):
-            turned = end >= n
-            np.add.at(double, end % n, np.where(turned, self.cost, -self.cost))
+            turned = end >= self.n
+            np.add.at(double, end % self.n, np.where(turned, self.cost, -self.cost))
             constant -= int(self.cost[turned].sum())
-        least = np.full(self.site.max() + 1, np.iinfo(np.int64).max)
-        least[self.site[~self.form.hot[self.variables]]] = 0
+        least = np.where(self.form.hot, np.iinfo(np.int64).max, 0)
         np.minimum.at(least, self.site, double[self.variables])
-        return -(-(constant + int(least.sum())) // 2)
+        return -(-(constant + int(least[np.unique(self.site)].sum())) // 2)
 
     def constraints(self):
-        n, columns = self.form.linear.size, self.costs.size
+        n, columns = self.n, self.costs.size
         # A link is a literal with a site of one coupling: one row for all their products.
         literal, other = (np.concatenate(ends) for ends in (
             (self.left, self.right), (self.right, self.left)))
@@ -212,23 +201,22 @@ class Program:
         new = np.append(True, (np.diff(keys[:, order]) != 0).any(0))
         link = np.empty(order.size, np.int64)
         link[order], literal = np.cumsum(new) - 1, literal[order[new]]
-        hot = np.flatnonzero(self.form.hot[self.variables])
+        hot = np.flatnonzero(self.form.hot[self.site])
         group = np.unique(self.site[hot], return_inverse=True)[1]
         groups, product = group.max(initial=-1) + 1, self.variables.size + np.arange(self.cost.size)
         rows = np.concatenate((group, groups + link, groups + np.arange(literal.size)))
         entries = np.concatenate((np.ones(rows.size - literal.size),
                                   np.where(literal < n, -1.0, 1.0)))
         matrix = coo_array((entries, (rows, np.concatenate((
-            hot, product, product, self.place[literal % n])))), (groups + literal.size, columns))
+            hot, product, product, np.searchsorted(self.variables, literal % n))))),
+            (groups + literal.size, columns))
         return LinearConstraint(
             matrix.tocsr(), np.repeat([1.0, -np.inf], [groups, literal.size]),
             np.concatenate((np.ones(groups), literal >= n)))
 
     def solve(self, best, low, seconds):
-        """(the values of the variables that HiGHS finds or None, a proven lower bound).
-
-        best, low       the energy of a known state, a known bound
-        """
+        """(the values of the variables that HiGHS finds or None, a proven lower bound), where a
+        state of energy `best` and the bound `low` are known."""
         # All energies are multiples of the unit: nothing is better than the best by less than
         # that. The gap is less by what bounds may be wrong, there and in what is claimed here.
         unit = max(1, int(np.gcd.reduce(self.costs)))
@@ -271,11 +259,11 @@ class Search:
         self.bits = begin(self.problem, form.linear)
         parts, components = split(form)
         programs = [Program(form, *part) for part in parts]
-        bounds = [program.bound() for program in programs]
-        alone = np.setdiff1d(np.arange(form.linear.size), np.concatenate(
-            [[], *(program.variables for program in programs)]))
+        bounds, alone = [program.bound() for program in programs], np.ones(form.linear.size, bool)
+        for program in programs:
+            alone[program.variables] = False
         rest = form.offset + int(form.linear[alone] @ self.bits[alone])
-        self.bound = max(form.floor, rest + sum(bounds))
+        self.bound = rest + sum(bounds)
         self.info.update(components=components, programs=len(programs), open_programs=len(programs))
         self.bits = descend(self.problem, self.bits, self.limit, self.over)
         for k, program in enumerate(programs):
@@ -285,7 +273,7 @@ class Search:
             if best > bounds[k] and not self.over():
                 values, bounds[k] = program.solve(best, bounds[k], self.stop - time.monotonic())
                 best = self.take(program, values, best)
-                self.bound = max(self.bound, rest + sum(bounds))
+                self.bound = rest + sum(bounds)
             self.info["open_programs"] -= best <= bounds[k]
 
     def take(self, program, values, best):

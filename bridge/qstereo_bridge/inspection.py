@@ -1,7 +1,7 @@
 """The command `inspect`: D-Wave's inspector on the samples of its annealer."""
 
 from . import embedding, problem
-from .failure import BAD_INPUT, IO, USAGE, Failure, io
+from .failure import BAD_INPUT, IO, USAGE, Failure, failing, io
 
 
 def inspect(options):
@@ -17,26 +17,16 @@ def inspect(options):
         raise Failure(BAD_INPUT, f"{options.samples}: samples of {samples.solver}; the inspector "
                       "shows those of the solver qpu")
     if options.problem is None:
-        raise Failure(USAGE, "the inspector wants the problem; name it with --problem P.qcf")
+        raise Failure(USAGE, "the inspector needs the problem; name it with --problem P.qcf")
     whole = problem.load(options.problem, options.memory_limit)
-    chains = _chains(options, samples, len(whole))
+    chains = dict(enumerate(samples.info.get("chains", [])))
+    if options.embedding:
+        with failing(options.embedding), io(options.embedding, "read"):
+            chains = embedding.read(options.embedding).chains
+    if len(chains) != len(whole):
+        raise Failure(USAGE, f"{options.samples} does not tell the chains of the {len(whole):,} "
+                      "variables; give --embedding E.json")
     dwave.inspector.show(
         whole.to_bqm(), samples.sampleset(whole),
-        DWaveSampler(solver=samples.info.get("service_solver")),
-        embedding_context={"embedding": chains,
-                           "chain_strength": samples.info.get("chain_strength")})
-
-
-def _chains(options, samples, n):
-    """{variable: qubits}: of the user's file, or as the samples tell them."""
-    if options.embedding:
-        with io(options.embedding, "read"):
-            try:
-                return embedding.read(options.embedding).chains
-            except embedding.NotThisOne as error:
-                raise Failure(BAD_INPUT, str(error)) from None
-    chains = samples.info.get("chains", [])
-    if len(chains) != n:
-        raise Failure(USAGE, f"{options.samples} does not tell the chains of the {n:,} variables; "
-                      "give --embedding E.json")
-    return dict(enumerate(chains))
+        DWaveSampler(solver=samples.info.get("service_solver")), embedding_context={
+            "embedding": chains, "chain_strength": samples.info.get("chain_strength")})

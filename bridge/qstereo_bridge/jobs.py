@@ -24,7 +24,7 @@ import time
 from datetime import datetime, timezone
 
 from .failure import BAD_INPUT, IO, NO, Failure, SolverError, io
-from .output import hold, sync_folder
+from .output import hold, sync_folder, temporary
 from .qsf import plain
 from .services import connect, explain
 from .text import line, shown
@@ -78,18 +78,17 @@ class Job:
                     stream.close()
                 except FileNotFoundError:
                     return None
-            try:
+            job = cls(path, {"state": UPLOADING}, stream)
+            with contextlib.suppress(ValueError, KeyError, TypeError, RecursionError):
                 facts = json.load(stream)
-                sound = _sound(facts)
-            except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-                sound = False
-        if not sound and whatever:
-            facts = {"state": UPLOADING}
-        elif not sound:
-            stream.close()
-            raise Failure(BAD_INPUT, f"{path}: this is no job file of this program's version; give "
-                                     "another, or remove it")
-        return cls(path, facts, stream)
+                if _sound(facts):
+                    job.facts = facts
+                    return job
+        if whatever:
+            return job
+        job.leave()
+        raise Failure(BAD_INPUT, f"{path}: this is not a job file of this version; give "
+                                 "another, or remove it")
 
     def save(self, new=False, **changes):
         """Change facts, and have them on the disk. `new`: there must be no such file yet.
@@ -98,39 +97,26 @@ class Job:
         """
         hold()
         self.facts.update(changes)
-        with io(self.path, "write"):
-            # Of a name that nobody can have put a link at.
-            name = f"{self.path}.{secrets.token_hex(8)}.tmp"
-            stream = open(name, "xb+")
-            try:
-                _lock(stream, name)
-                stream.write(json.dumps(self.facts, indent=1).encode() + b"\n")
-                stream.flush()
-                os.fsync(stream.fileno())
-                _put(name, self.path, new)
-                sync_folder(self.path)
-            except BaseException:
-                # What is buffered fails once more where the disk is full.
-                with contextlib.suppress(OSError):
-                    stream.close()
-                with contextlib.suppress(OSError):
-                    os.remove(name)
-                raise
-            self._close()
-            self.stream = stream
-        if self not in Job.active:
-            Job.active.append(self)
-
-    def _close(self):
+        with io(self.path, "write"), temporary(self.path) as (name, stream):
+            _lock(stream, name)
+            stream.write(json.dumps(self.facts, indent=1).encode() + b"\n")
+            stream.flush()
+            os.fsync(stream.fileno())
+            _put(name, self.path, new)
+            sync_folder(self.path)
         if self.stream:
             self.stream.close()
-            self.stream = None
+        self.stream = stream
+        if self not in Job.active:
+            Job.active.append(self)
 
     def leave(self):
         """Let go of the file; it stays."""
         if self in Job.active:
             Job.active.remove(self)
-        self._close()
+        if self.stream:
+            self.stream.close()
+            self.stream = None
 
     def remove(self):
         with contextlib.suppress(OSError):
@@ -138,10 +124,14 @@ class Job:
         self.leave()
 
     def __getattr__(self, name):
-        try:
+        if name in self.facts:
             return self.facts[name]
-        except KeyError:
-            raise AttributeError(name) from None
+        raise AttributeError(name)
+
+    @property
+    def command(self):
+        """What fetches the answer."""
+        return f"`qstereo-bridge collect {self.path}`"
 
     def __enter__(self):
         return self
@@ -166,31 +156,29 @@ def _put(name, path, new):
     if new:
         try:
             os.link(name, path)
+            os.remove(name)
+            return
         except FileExistsError:
             raise Failure(IO, _AT_WORK.format(path)) from None
         except OSError:
             # A file system without links: two processes at one instant are not told apart there.
-            os.replace(name, path)
-        else:
-            os.remove(name)
-    else:
-        os.replace(name, path)
+            pass
+    os.replace(name, path)
 
 
 _AT_WORK = "{}: another qstereo-bridge is at work on this job; wait for it, or stop it"
 
 
 def _lock(stream, path):
-    if fcntl is None:
-        stream.close()
-        raise Failure(IO, "what keeps a problem from being charged twice wants the locks on files "
-                      "of Linux, macOS and other systems of the Unix family; on Windows run "
-                      "qstereo-bridge in WSL. Nothing was sent")
     try:
+        if fcntl is None:
+            raise Failure(IO, "locks on files keep a problem from being charged twice; this system "
+                              "has none. Use Linux, macOS or another Unix; on Windows run "
+                              "qstereo-bridge in WSL. Nothing was sent")
         fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
+    except (Failure, OSError) as error:
         stream.close()
-        raise Failure(IO, _AT_WORK.format(path)) from None
+        raise error if fcntl is None else Failure(IO, _AT_WORK.format(path)) from None
 
 
 def path_of(output, digest):
@@ -206,45 +194,45 @@ def check_earlier(options):
 
     Raises Failure(NO) where it may be at the service: nothing is sent twice unasked.
     """
-    path = path_of(options.output, options.digest)
-    earlier = Job.load(path, whatever=options.resubmit)
-    if earlier and earlier.state != UPLOADING and not options.resubmit:
-        try:
-            _refuse_to_send_again(earlier, options.digest)
-        except BaseException:
-            earlier.leave()
-            raise
+    earlier = Job.load(path_of(options.output, options.digest), whatever=options.resubmit)
+    if earlier is None or earlier.state == UPLOADING or options.resubmit:
+        return earlier
+    with contextlib.ExitStack() as held:
+        held.enter_context(earlier)
+        if earlier.problem_digest != options.digest.hex():
+            raise Failure(NO, f"{earlier.path}: the answer to another problem ({earlier.problem}) "
+                              f"is still to be collected under this name; {earlier.command}, or "
+                              "give another -o, or --resubmit to forget it")
+        if was_sent(earlier):
+            raise Failure(NO, f"{earlier.path}: this problem was sent {earlier.time} and is not "
+                              f"sent again; {earlier.command} fetches the answer (--resubmit sends "
+                              "and charges it once more)")
+        held.pop_all()
     return earlier
 
 
-def _refuse_to_send_again(earlier, digest):
-    if earlier.problem_digest != digest.hex():
-        raise Failure(NO, f"{earlier.path}: the answer to another problem ({earlier.problem}) is "
-                          f"still to be collected under this name; `qstereo-bridge collect "
-                          f"{earlier.path}`, or give another -o, or --resubmit to forget it")
-    if earlier.state == SENDING:
-        with connect(earlier.solver, earlier.service_solver, reading=True) as session:
-            if not find(session, earlier):
-                return
-    raise Failure(NO, f"{earlier.path}: this problem was sent {earlier.time} and is not sent again;"
-                      f" `qstereo-bridge collect {earlier.path}` fetches the answer (--resubmit "
-                      "sends and charges it once more)")
+def was_sent(job):
+    """Whether the service has the problem of a job; it is asked where the job does not know."""
+    if job.state == SENDING:
+        with connect(job.solver, job.service_solver, reading=True) as session:
+            find(session, job)
+    return job.state == SENT
 
 
 def start(options, variables, earlier=None):
     """A new Job for the problem, in place of an `earlier` one that is held."""
     path, digest = path_of(options.output, options.digest), options.digest.hex()
-    folder = os.path.dirname(path) or "."
-    problem = None if options.problem == "-" else os.path.relpath(options.problem, folder)
+    problem = None if options.problem == "-" else os.path.relpath(options.problem,
+                                                                  os.path.dirname(path) or ".")
     # What a service might change in it is left out; the last word is no other job's.
     words = re.sub(r"[^A-Za-z0-9._ -]", "_", " ".join((options.label or "").split())).split()
     label = " ".join(words)[:100].strip() or "qstereo"
-    label = f"{label} {digest[:8]}-{secrets.token_hex(6)}"
-    job = Job(path, {"schema": SCHEMA, "state": UPLOADING, "solver": options.solver,
-                     "service_solver": None, "label": label, "user_label": options.label,
-                     "problem_id": None, "problem": problem, "problem_digest": digest,
-                     "variables": variables, "time": _now(), "parameters": {}},
-              earlier.stream if earlier else None)
+    job = earlier or Job(path, {})
+    job.facts = {"schema": SCHEMA, "state": UPLOADING, "solver": options.solver,
+                 "service_solver": None, "user_label": options.label, "problem_id": None,
+                 "label": f"{label} {digest[:8]}-{secrets.token_hex(6)}", "problem": problem,
+                 "problem_digest": digest, "variables": variables, "time": _now(),
+                 "parameters": {}}
     job.save(new=earlier is None)
     return job
 
@@ -252,29 +240,29 @@ def start(options, variables, earlier=None):
 @contextlib.contextmanager
 def keeping(job):
     """Remove the job when the answer is on the disk; where that fails, say how to fetch it."""
-    try:
-        yield
-    except SolverError as error:
-        raise SolverError(f"{error}; `qstereo-bridge collect {job.path}` asks again") from None
-    except Failure as failure:
-        raise Failure(failure.status, f"{failure}; `qstereo-bridge collect {job.path}` fetches the "
-                                      "answer again, -o writes it elsewhere") from None
-    else:
+    with job:
+        try:
+            yield
+        except SolverError as error:
+            raise SolverError(f"{error}; {job.command} asks again") from None
+        except Failure as failure:
+            raise Failure(failure.status, f"{failure}; {job.command} fetches the answer again, -o "
+                                          "writes it elsewhere") from None
         job.remove()
-    finally:
-        job.leave()
 
 
 def solve(kind, options, progress, session, earlier=None):
     """Send the problem of `kind` and wait for the answer: (Answer, Job). With --no-wait the Answer
     is None.
 
-    The job is to be removed when the answer is on the disk.
+    The job is to be removed when the answer is on the disk. Whatever fails, its file is as it has
+    to be: gone if nothing was sent.
     """
     job = start(options, kind.problem.linear.size, earlier)
     job.session = session
-    with _left(job):
-        kind.check(session.properties)
+    try:
+        if refusal := kind.refusal(session.properties):
+            raise SolverError(refusal)
         request = kind.prepare(session, progress)
         job.save(service_solver=session.solver.name, parameters=request.parameters, **request.facts)
         with request.upload or contextlib.nullcontext() as file:
@@ -282,16 +270,7 @@ def solve(kind, options, progress, session, earlier=None):
                 "format": "ref", "data": upload(session, file, progress)}
         progress("sending")
         send(session, job, kind.problem_type, data, request.sent)
-        if options.no_wait:
-            return None, job
-        return decoded(kind, wait(session, job, progress), job), job
-
-
-@contextlib.contextmanager
-def _left(job):
-    """Whatever fails, the job file is as it has to be: gone if nothing was sent."""
-    try:
-        yield
+        return None if options.no_wait else decoded(kind, wait(session, job, progress), job), job
     except BaseException:
         if job.state == UPLOADING:
             job.remove()
@@ -306,7 +285,7 @@ def decoded(kind, future, job):
     except Exception as error:
         why = (error if isinstance(error, SolverError) else
                f"the service's answer cannot be read ({explain(error)})")
-        raise SolverError(f"{why}; `qstereo-bridge collect {job.path}` asks for it again") from None
+        raise SolverError(f"{why}; {job.command} asks for it again") from None
     label = {"label": job.user_label} if job.user_label else {}
     answer.info = {"service_solver": job.service_solver, "problem_id": job.problem_id,
                    "parameters": {**job.parameters, **label}, **answer.info}
@@ -322,15 +301,12 @@ def upload(session, data, progress):
     fails is sent again."""
     from dwave.cloud.exceptions import ProblemUploadError
 
-    def once():
+    for last in (False, True):
         future = session.client.upload_problem_encoded(data)
         while not concurrent.futures.wait([future], 0.2).done:
             progress("uploading")
-        return future.result()
-    try:
-        return once()
-    except ProblemUploadError:
-        return once()
+        if last or not isinstance(future.exception(), ProblemUploadError):
+            return future.result()
 
 
 def send(session, job, problem_type, data, parameters):
@@ -365,8 +341,7 @@ def send(session, job, problem_type, data, parameters):
             if _never_arrived(error):
                 job.remove()
                 raise
-            _find_after(error, session, job)
-            return
+            return _find_after(error, session, job)
     if "error_msg" in reply:
         job.remove()
         raise SolverError(f"D-Wave's service refuses the problem: {line(str(reply['error_msg']))}")
@@ -374,8 +349,7 @@ def send(session, job, problem_type, data, parameters):
         job.save(state=SENT, problem_id=reply["id"])
     except Failure as failure:
         raise Failure(failure.status, f"{failure}. The problem is at the service as "
-                      f"{line(reply['id'])}; `qstereo-bridge collect {job.path}` finds it by its "
-                      "label") from None
+                      f"{line(reply['id'])}; {job.command} finds it by its label") from None
 
 
 def _never_arrived(error):
@@ -397,9 +371,8 @@ def _find_after(error, session, job):
         raise
     except Exception as trouble:
         error = trouble
-    raise SolverError(f"{explain(error)}. Whether the problem arrived is not known; "
-                      f"`qstereo-bridge collect {job.path}` asks again, and nothing is sent twice"
-                      ) from None
+    raise SolverError(f"{explain(error)}. Whether the problem arrived is not known; {job.command} "
+                      "asks again, and nothing is sent twice") from None
 
 
 def find(session, job, patience=None):
@@ -421,13 +394,13 @@ def find(session, job, patience=None):
             job.save(state=SENT, problem_id=found[0].id)
             return True
         if time.monotonic() > stop:
-            if job.facts.get("account") not in (None, session.account(job.label)):
-                raise SolverError(
-                    "the problem may have been sent with another token or to another endpoint than "
-                    "are configured now, and these know nothing of it; with those that sent it, "
-                    f"`qstereo-bridge collect {job.path}` finds it")
-            return False
+            break
         time.sleep(0.5)
+    if job.facts.get("account") not in (None, session.account(job.label)):
+        raise SolverError("the problem may have been sent with another token or to another "
+                          "endpoint than are configured now, and these know nothing of it; with "
+                          f"those that sent it, {job.command} finds it")
+    return False
 
 
 def _is_label_of(job, label):
@@ -441,17 +414,13 @@ def _patiently(ask):
         try:
             return ask()
         except Exception as error:
-            if pause is None or not _passing(error):
+            status, names = (getattr(error, "error_code", None),
+                             {cls.__name__ for cls in type(error).__mro__})
+            passing = status == 429 or status >= 500 if isinstance(status, int) else names & {
+                "RequestTimeout", "ConnectionError", "ChunkedEncodingError", "RetryError"}
+            if pause is None or not passing:
                 raise
             time.sleep(pause)
-
-
-def _passing(error):
-    status = getattr(error, "error_code", None)
-    if isinstance(status, int):
-        return status == 429 or status >= 500
-    return {"RequestTimeout", "ConnectionError", "ChunkedEncodingError", "RetryError"} & {
-        cls.__name__ for cls in type(error).__mro__}
 
 
 def wait(session, job, progress, once=False):
@@ -502,11 +471,10 @@ def _told(job, error):
     if getattr(error, "error_code", None) == 404:
         return (f"D-Wave's service does not know problem {job.problem_id} ({line(str(error))}): it "
                 "has expired, or belongs to another project or region than the one configured. "
-                f"Where it is known `qstereo-bridge collect {job.path}` fetches the answer; "
-                "`qstereo-bridge solve --resubmit` sends and charges it once more")
+                f"Where it is known {job.command} fetches the answer; `qstereo-bridge solve "
+                "--resubmit` sends and charges it once more")
     said = str(error) if isinstance(error, SolverError) else explain(error)
-    return (f"{said}. The problem is at the service; `qstereo-bridge collect {job.path}` "
-            "fetches the answer later")
+    return f"{said}. The problem is at the service; {job.command} fetches the answer later"
 
 
 def interrupted(cancel):
@@ -515,16 +483,14 @@ def interrupted(cancel):
     lines, found = [], list(Job.active)
     cancelled = _cancelled([job for job in found if job.state == SENT]) if cancel else []
     for job in found:
-        if job.state == UPLOADING:
+        if job.state == UPLOADING or job in cancelled:
             job.remove()
-            lines.append("nothing was sent")
-        elif job in cancelled:
-            job.remove()
-            lines.append(f"{job.problem_id} had not begun and is cancelled; nothing is charged")
+            lines.append("nothing was sent" if job.state == UPLOADING else
+                         f"{job.problem_id} had not begun and is cancelled; nothing is charged")
         else:
             what = ("the problem is at the service" if job.state == SENT else
                     "whether the problem arrived is not known")
-            lines.append(f"{what}; `qstereo-bridge collect {job.path}` fetches the answer")
+            lines.append(f"{what}; {job.command} fetches the answer")
     return list(map(shown, lines))
 
 

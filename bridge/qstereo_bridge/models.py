@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from .blocks import Table, Toeplitz, places
 from .container import DEFAULT_LIMIT, check_memory
+from .qcf import Block, places
 
 # Terms expanded at a time: enough for numpy, few enough to keep temporary arrays out of the peak.
 CHUNK = 1 << 19
@@ -24,32 +24,34 @@ class Terms:
     """
 
     def __init__(self, problem, penalties=True, both=False):
-        self.starts = problem.starts()
-        sizes = np.diff(self.starts)
-        g, h, block, weight = problem.coupled_pairs()
-        blocks = list(problem.blocks)
-        pattern = 2 * block + (g == h)
+        self.starts, sizes, blocks = problem.starts, problem.sizes, list(problem.blocks)
+        g, h, block, weight = problem.couplings
         if penalties:
-            _, b = problem.penalty_pairs()
-            own = np.flatnonzero((b != 0) & (sizes > 1))
+            own = np.flatnonzero((problem.b != 0) & (sizes > 1))
             own_sizes, of_size = np.unique(sizes[own], return_inverse=True)
-            g, h, weight = np.append(g, own), np.append(h, own), np.append(weight, b[own])
-            pattern = np.append(pattern, 2 * (len(blocks) + of_size) + 1)
-            blocks += [Toeplitz((size, size), 1, 0, np.empty(0, np.int32))
+            g, h, weight, block = (np.append(*pair) for pair in (
+                (g, own), (h, own), (weight, problem.b[own]), (block, len(blocks) + of_size)))
+            blocks += [Block((size, size), np.ones(2 * size - 1, np.int32))
                        for size in own_sizes.tolist()]
+        # What a block serves as: 0 itself, 1 its part above the diagonal, 2 transposed, 3 mirrored.
+        kind = (g == h).astype(np.int64)
         if both:
-            g, h, weight, pattern, blocks = _both_ways(g, h, weight, pattern, blocks)
+            off = kind == 0
+            g, h, weight, block, kind = (np.concatenate(pair) for pair in (
+                (g, h[off]), (h, g[off]), (weight, weight[off]), (block, block[off]),
+                (3 * kind, np.full(off.sum(), 2))))
         # Stable sorting merges runs that are sorted already, as couplings usually are in a file.
         order = np.argsort(g * sizes.size + h, kind="stable")
         order = order[weight[order] != 0]
         self.g, self.h, self.weight = g[order], h[order], weight[order]
-        used, self.pattern = np.unique(pattern[order], return_inverse=True)
-        self.patterns = [(blocks[key // 2], bool(key % 2)) for key in used.tolist()]
+        used, self.pattern = np.unique(4 * block[order] + kind[order], return_inverse=True)
+        ways = (lambda block: block, lambda block: block, Block.transposed, Block.mirrored)
+        self.patterns = [(ways[key % 4](blocks[key // 4]), key % 4 == 1) for key in used.tolist()]
         again = (self.g[1:] == self.g[:-1]) & (self.h[1:] == self.h[:-1])
-        self.repeated = bool(again.any())
         of_pattern = np.array([block.count_nonzero(upper) for block, upper in self.patterns], int)
         self.terms_of_coupling = of_pattern[self.pattern]
         self.count = int(self.terms_of_coupling.sum())
+        self.repeated = self.count > 0 and bool(again.any())
 
     def chunks(self):
         """Yields (rows, columns, values), integer arrays of about CHUNK terms, in the order of
@@ -83,21 +85,6 @@ class Terms:
                    self.weight[coupling] * values[entry])
 
 
-def _both_ways(g, h, weight, pattern, blocks):
-    """Couplings with those of the same groups in the other order, and couplings of a group with
-    itself both ways in one block."""
-    off, count, itself = g != h, len(blocks), set(pattern.tolist())
-    whole = [np.triu(block.dense(), 1) if 2 * number + 1 in itself else None
-             for number, block in enumerate(blocks)]
-    blocks = [*blocks, *(block.transposed() for block in blocks),
-              *(Table(np.zeros((1, 1))) if upper is None else Table(upper + upper.T)
-                for upper in whole)]
-    turned = pattern[off] + 2 * count
-    return (np.concatenate([g[off], h[off], g[~off]]), np.concatenate([h[off], g[off], h[~off]]),
-            np.concatenate([weight[off], weight[off], weight[~off]]),
-            np.concatenate([pattern[off], turned, pattern[~off] // 2 * 2 + 4 * count]), blocks)
-
-
 def expand(problem, penalties=True, limit=DEFAULT_LIMIT):
     """All coefficients: (linear, (rows, columns, values), offset).
 
@@ -114,19 +101,15 @@ def expand(problem, penalties=True, limit=DEFAULT_LIMIT):
         for whole, part in zip(found, chunk):
             whole[at:at + part.size] = part
         at += chunk[0].size
-    rows, columns, values = found
-    if terms.repeated:
-        rows, columns, values = add_up(rows, columns, values)
-    return linear_terms(problem, penalties), (rows, columns, values), constant(problem, penalties)
+    return (linear_terms(problem, penalties), added_up(*found) if terms.repeated else tuple(found),
+            constant(problem, penalties))
 
 
-def add_up(rows, columns, values):
-    """Sum the terms of the same (row, column); drop those that cancel."""
+def added_up(rows, columns, values):
+    """The terms, those of the same (row, column) added up, without those that cancel."""
     order = np.lexsort((columns, rows))
     rows, columns = rows[order], columns[order]
-    new = np.ones(rows.size, bool)
-    new[1:] = (rows[1:] != rows[:-1]) | (columns[1:] != columns[:-1])
-    first = np.flatnonzero(new)
+    first = np.flatnonzero(np.append(True, (np.diff(rows) != 0) | (np.diff(columns) != 0)))
     values = np.add.reduceat(values[order], first)
     kept = values != 0
     return rows[first][kept], columns[first][kept], values[kept]
@@ -135,26 +118,24 @@ def add_up(rows, columns, values):
 def linear_terms(problem, penalties=True):
     """i64 array: the linear term of each variable, with -a of its group unless `penalties` is
     false."""
-    if not penalties:
-        return problem.linear
-    return problem.linear - np.repeat(problem.penalty_pairs()[0], problem.sizes())
+    return problem.linear - problem.of_variables(problem.a) if penalties else problem.linear
 
 
 def constant(problem, penalties=True):
     """H of the state of zeros: the offset, and every group's a unless `penalties` is false."""
-    return problem.offset + (int(problem.penalty_pairs()[0].sum()) if penalties else 0)
+    return problem.offset + (int(problem.a.sum()) if penalties else 0)
 
 
 def energies(problem, bits, penalties=True):
     """Exact H of each sample: i64 array. `bits` is a u8 array (samples, n) of 0 and 1."""
-    total, (a, b) = np.full(bits.shape[0], problem.offset, np.int64), problem.penalty_pairs()
+    total = np.full(bits.shape[0], problem.offset, np.int64)
     block = max(1, (1 << 26) // max(bits.shape[1], 1))
     for at in range(0, total.size, block):
         part = bits[at:at + block]
         total[at:at + block] += part.astype(np.int64) @ problem.linear
         if penalties:
             ones = _ones(problem, part)
-            total[at:at + block] += (1 - ones) @ a + (ones * (ones - 1) // 2) @ b
+            total[at:at + block] += (1 - ones) @ problem.a + (ones * (ones - 1) // 2) @ problem.b
     bits = np.ascontiguousarray(bits.T, np.uint8)
     block = max(1, (1 << 24) // CHUNK)
     for row, column, value in Terms(problem, penalties=False).chunks():
@@ -166,25 +147,24 @@ def energies(problem, bits, penalties=True):
 
 def _ones(problem, bits):
     """i64 array (samples, groups): how many variables of each group are 1."""
-    return np.add.reduceat(bits, problem.starts()[:-1], axis=1, dtype=np.int64)
+    return np.add.reduceat(bits, problem.starts[:-1], axis=1, dtype=np.int64)
 
 
 def feasible(problem, bits):
     """bool array: which samples have exactly one variable at 1 in every one-hot group."""
-    return ((_ones(problem, bits) == 1) | ~problem.one_hot()).all(axis=1)
+    return ((_ones(problem, bits) == 1) | ~problem.one_hot).all(axis=1)
 
 
 def parts(problem):
     """The variables of each connected part: list of i64 arrays, the largest first."""
-    g, h, _, weight = problem.coupled_pairs()
-    g, h = g[weight != 0], h[weight != 0]
-    least = np.arange(problem.groups)
+    g, h = problem.couplings[:2, problem.couplings[3] != 0]
+    least = np.arange(problem.sizes.size)
     while (least[g] != least[h]).any():
         low, high = np.minimum(least[g], least[h]), np.maximum(least[g], least[h])
         np.minimum.at(least, high, low)
         while (least[least] != least).any():
             least = least[least]
-    of_variable = np.repeat(least, problem.sizes())
+    of_variable = problem.of_variables(least)
     order = np.argsort(of_variable, kind="stable")
     cuts = np.flatnonzero(np.diff(of_variable[order])) + 1
     return sorted(np.split(order, cuts) if order.size else [], key=lambda part: -part.size)
@@ -203,10 +183,9 @@ def to_cqm(problem, limit=DEFAULT_LIMIT):
 
     cqm, terms = dimod.ConstrainedQuadraticModel(), expand(problem, penalties=False, limit=limit)
     cqm.set_objective(dimod.BinaryQuadraticModel.from_numpy_vectors(*terms, "BINARY"))
-    starts = problem.starts()
-    for group in np.flatnonzero(problem.one_hot()).tolist():
+    for group in np.flatnonzero(problem.one_hot).tolist():
         # add_discrete says the same, but compares each new group with all others.
-        members = [(i, 1) for i in range(starts[group], starts[group + 1])]
+        members = [(i, 1) for i in range(*problem.starts[group:group + 2])]
         cqm.add_constraint_from_iterable(members, "==", rhs=1, label=group)
         # On a group of one variable dimod passes over the mark, and the equality alone says it.
         cqm.constraints[group].lhs.mark_discrete()
@@ -223,14 +202,13 @@ def to_nl(problem, limit=DEFAULT_LIMIT):
     from dwave.optimization import Model
 
     model = Model()
-    energy = _nl_labels if problem.one_hot().all() else _nl_bits
+    energy = _nl_labels if problem.one_hot.all() else _nl_bits
     model.minimize(energy(model, problem, limit))
     return model
 
 
 def _nl_labels(model, problem, limit):
-    sizes = problem.sizes()
-    g, h, block, weight = problem.coupled_pairs()
+    sizes, (g, h, block, weight) = problem.sizes, problem.couplings
     # Indices are checked against the bounds of all labels together: each group has room for the
     # most labels that any has.
     most = int(sizes.max())
@@ -246,36 +224,27 @@ def _nl_labels(model, problem, limit):
         these = np.flatnonzero((block == number) & (weight != 0))
         if these.size:
             first, second = label[model.constant(g[these])], label[model.constant(h[these])]
-            total = total + _nl_couplings(model, content.dense(), first, second, weight[these],
-                                          most)
+            total = total + _nl_couplings(model, content, first, second, weight[these], most)
     return total
 
 
-def _nl_couplings(model, table, first, second, weight, most):
-    """weight * table[first, second], summed."""
-    outside, on_diagonal = _two_values(table)
-    if outside is None:
+def _nl_couplings(model, block, first, second, weight, most):
+    """weight * block[first, second], summed. Where the block has one value beside its diagonal and
+    one on it, a comparison says all, and no table is sent."""
+    rows, columns = block.shape
+    beside = np.delete(block.values, rows - 1) if block.values.ndim == 1 else np.arange(2)
+    constant = int(beside[0]) if beside.size else 0
+    if rows != columns or (beside != constant).any():
         padded = np.zeros((most, most))
-        padded[:table.shape[0], :table.shape[1]] = table
+        padded[:rows, :columns] = block.dense()
         values, constant = model.constant(padded.ravel())[first * model.constant(most) + second], 0
     else:
-        values, constant = first == second, int(weight.sum()) * outside
-        weight = weight * (on_diagonal - outside)
+        values, constant, weight = (first == second, int(weight.sum()) * constant,
+                                    weight * (int(block.values[rows - 1]) - constant))
     alike = (weight == weight[0]).all()
     varying = (values.sum() * model.constant(int(weight[0])) if alike else
                (values * model.constant(weight)).sum())
     return varying + model.constant(constant) if constant else varying
-
-
-def _two_values(table):
-    """(the value outside the diagonal, the value on it) of a square table that has no others, else
-    (None, None)."""
-    inside = np.eye(*table.shape, dtype=bool)
-    if table.shape[0] != table.shape[1] or np.ptp(table[inside]):
-        return None, None
-    if table.size > 1 and np.ptp(table[~inside]):
-        return None, None
-    return (0 if table.size == 1 else int(table[0, -1])), int(table[0, 0])
 
 
 def _nl_bits(model, problem, limit):

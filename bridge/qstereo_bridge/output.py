@@ -18,6 +18,22 @@ def sync_folder(path):
             os.close(folder)
 
 
+@contextlib.contextmanager
+def temporary(path):
+    """(name, stream) of a new file beside `path`, of a name that nobody can have put a link at. It
+    is removed where something fails in the `with`, and is else to get its own name there."""
+    name = f"{path}.{secrets.token_hex(8)}.tmp"
+    stream = open(name, "xb+")
+    try:
+        yield name, stream
+    except BaseException:
+        # What is buffered fails once more where the disk is full.
+        for step in (stream.close, lambda: os.remove(name)):
+            with contextlib.suppress(OSError):
+                step()
+        raise
+
+
 def hold():
     """After a signal no other thread goes on: the process is about to end."""
     while Output.stopping and threading.current_thread() is not threading.main_thread():
@@ -29,16 +45,14 @@ class Output:
     writing after it.
 
     A regular file is written under a short name in the same folder and gets its own with keep(), or
-    is removed at the end
-    of the `with`. All methods raise OSError.
+    is removed at the end of the `with`. All methods raise OSError.
 
     pending         the temporaries of all outputs
     stopping        whether a signal has come: threads that still run write and send nothing more
     kept            whether a signal comes too late: what was to be written is
     """
 
-    pending, stopping = set(), False
-    kept = False
+    pending, stopping, kept = set(), False, False
 
     def __init__(self, path, last=True):
         self.path, self.straight, self.last, self.temporary = path, path == "-", last, None
@@ -52,12 +66,11 @@ class Output:
             self.straight = not stat.S_ISREG(mode)
             if not os.access(path, os.W_OK):
                 raise PermissionError("no permission")
-        if not self.straight:
-            # A link is followed, so that the file it leads to is replaced and not the link.
-            self.path = os.path.realpath(path)
-            self._reserve(os.path.dirname(self.path))
-
-    def _reserve(self, folder):
+        if self.straight:
+            return
+        # A link is followed, so that the file it leads to is replaced and not the link.
+        self.path = os.path.realpath(path)
+        folder = os.path.dirname(self.path)
         if not os.path.isdir(folder):
             raise FileNotFoundError(f"there is no folder {folder}; make it first")
         # Of a name that nobody can have put a link at, and held open from now on.
@@ -66,11 +79,14 @@ class Output:
         Output.pending.add(self.temporary)
         self._hold()
 
+    def _remove(self):
+        with contextlib.suppress(OSError):
+            os.remove(self.temporary)
+
     def _hold(self):
         """hold(), without the temporary that may have been made since the others were removed."""
         if Output.stopping:
-            with contextlib.suppress(OSError):
-                os.remove(self.temporary)
+            self._remove()
             hold()
 
     def write(self, data):
@@ -109,6 +125,5 @@ class Output:
     def __exit__(self, *error):
         if self.temporary:
             self.stream.close()
-            with contextlib.suppress(OSError):
-                os.remove(self.temporary)
+            self._remove()
             Output.pending.discard(self.temporary)

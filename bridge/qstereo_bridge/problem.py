@@ -13,7 +13,7 @@ from . import models, solvers
 from .container import DEFAULT_LIMIT, FormatError
 from .failure import InputError, io
 from .qcf import Problem as Coefficients
-from .qcf import pack_qcf, read_qcf
+from .qcf import read_qcf
 from .qsf import Samples, plain, read_qsf
 
 if TYPE_CHECKING:
@@ -65,10 +65,10 @@ class Problem:
     digest          SHA-256 of the file, by which samples know their problem
     """
 
-    def __init__(self, coefficients: Coefficients, digest: bytes | None = None,
+    def __init__(self, coefficients: Coefficients, digest: bytes,
                  memory_limit: int = DEFAULT_LIMIT):
-        self.coefficients, self.memory_limit = coefficients, memory_limit
-        self.digest = digest or hashlib.sha256(pack_qcf(coefficients)).digest()
+        self.coefficients, self.digest = coefficients, digest
+        self.memory_limit = memory_limit
 
     def __len__(self) -> int:
         """n, the number of variables."""

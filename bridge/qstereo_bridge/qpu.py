@@ -8,8 +8,8 @@ import numpy as np
 
 from . import embedding, models
 from .embedding import Chip
-from .failure import BAD_INPUT, Failure, SolverError, io
-from .hybrid import SMALLER, Request, refusal
+from .failure import InputError, SolverError, failing, io
+from .hybrid import SMALLER, Request
 from .qsf import plain, read_qsf
 from .services import given
 from .solvers import Answer, check_occurrences
@@ -34,10 +34,9 @@ WARNINGS = {
     "EnergyScaleWarning": "some coefficients are a thousand times smaller than the largest and "
                           "drown in the chip's noise; smaller penalties help",
     "ChainBreakWarning": "the best samples have broken chains; try a larger --chain-strength",
-    "TooFewSamplesWarning": "the lowest energy was seen in few samples. Steepest descent from the "
-                            "samples and merging them are free; beyond these, more reads or a "
-                            "longer --annealing-time may help",
-}
+    "TooFewSamplesWarning": "the lowest energy was seen in few samples. Descent from the samples "
+                            "and merging them are free; more reads or a longer --annealing-time "
+                            "may help"}
 
 
 class Qpu:
@@ -53,30 +52,31 @@ class Qpu:
     def __init__(self, problem, options):
         self.problem, self.options = problem, options
 
-    def check(self, properties):
-        options, n, qubits = self.options, self.problem.linear.size, len(properties["qubits"])
-        if n > qubits:
-            raise SolverError(f"{n:,} variables do not fit on a chip of {qubits:,} qubits; "
-                              f"{SMALLER}, or use hybrid-nl")
-        if n * self.least_copies() > qubits:
-            raise SolverError(f"{options.copies:,} copies of {n:,} variables do not fit on a chip "
-                              f"of {qubits:,} qubits; take fewer --copies")
-        _within(options.num_reads, "reads", properties.get("num_reads_range"))
-        known = set(properties.get("parameters", {}))
-        if options.fast_anneal and "fast_anneal" not in known:
-            raise SolverError("this solver has no fast anneal; `qstereo-bridge solvers` shows "
-                              "which has")
-        if options.reverse_from and not {"initial_state", "anneal_schedule"} <= known:
-            raise SolverError("this solver has no reverse annealing")
-        _within(options.annealing_time, "microseconds of annealing", properties.get(
-            "fast_anneal_time_range" if options.fast_anneal else "annealing_time_range"))
-        unknown = sorted(set(getattr(options, "param", None) or {}) - known)
-        if unknown and known:
-            raise SolverError(f"this solver has no parameter {unknown[0]}; it has "
-                              + ", ".join(map(line, sorted(known))))
-
+    @property
     def least_copies(self):
         return 1 if self.options.copies == "auto" else self.options.copies
+
+    def refusal(self, properties):
+        options, n, qubits = self.options, self.problem.linear.size, len(properties["qubits"])
+        known, fast = set(properties.get("parameters", {})), options.fast_anneal
+        unknown = sorted(set(options.param or {}) - known) if known else []
+        for wrong, said in (
+                (n > qubits, f"{n:,} variables do not fit on a chip of {qubits:,} qubits; "
+                             f"{SMALLER}, or use hybrid-nl"),
+                (n * self.least_copies > qubits,
+                 f"{options.copies} copies of {n:,} variables do not fit on a chip of {qubits:,} "
+                 "qubits; take fewer --copies"),
+                (fast and "fast_anneal" not in known,
+                 "this solver has no fast anneal; `qstereo-bridge solvers` shows which has"),
+                (options.reverse_from and not {"initial_state", "anneal_schedule"} <= known,
+                 "this solver has no reverse annealing"),
+                (unknown, f"this solver has no parameter {', '.join(unknown)}; it has "
+                          + ", ".join(map(line, sorted(known))))):
+            if wrong:
+                return said
+        return _outside(options.num_reads, "reads", properties.get("num_reads_range")) or _outside(
+            options.annealing_time, "microseconds of annealing",
+            properties.get("fast_anneal_time_range" if fast else "annealing_time_range"))
 
     def prepare(self, session, progress):
         from dwave.cloud.coders import encode_problem_as_qp
@@ -103,7 +103,8 @@ class Qpu:
             quadratic.update(target.quadratic)
         lengths = np.array(list(map(len, chains)))
         parameters, sent = self.parameters(chains, session.properties)
-        self.check_duration(solver, int(lengths.sum()))
+        if too_long := self.too_long(solver, int(lengths.sum())):
+            raise SolverError(too_long)
         return Request(
             sent, {**parameters, "chain_strength": strength},
             data=encode_problem_as_qp(solver, linear, quadratic, 0, undirected_biases=True),
@@ -154,7 +155,7 @@ class Qpu:
         """The graph of ising()."""
         pairs = np.sort(np.array(list(ising.quadratic), np.int32).reshape(-1, 2), axis=1)
         pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
-        starts = self.problem.starts()
+        starts = self.problem.starts
         return embedding.Source(pairs[:, 0], pairs[:, 1], np.append(starts, len(ising))
                                 if len(ising) > starts[-1] else starts)
 
@@ -162,16 +163,12 @@ class Qpu:
         """The Embedding in the user's file. Raises Failure where it is none of this graph into this
         chip."""
         path = self.options.embedding
-        try:
-            with io(path, "read"):
-                found = embedding.read(path)
+        with failing(path), io(path, "read"):
+            found = embedding.read(path)
             if source.variables > len(found.chains) == self.problem.linear.size:
-                raise embedding.NotThisOne("--fast-anneal wants an embedding of its own, with one "
-                                           "more variable: leave --embedding out")
+                raise InputError("--fast-anneal needs an embedding of its own, with one more "
+                                 "variable: leave --embedding out")
             embedding.check(found, source, chip)
-        except embedding.NotThisOne as error:
-            said = str(error)
-            raise Failure(BAD_INPUT, said if said.startswith(path) else f"{path}: {said}") from None
         return found
 
     def anneal(self, properties):
@@ -180,35 +177,32 @@ class Qpu:
         told = given(num_reads=options.num_reads, annealing_time=options.annealing_time,
                      fast_anneal=options.fast_anneal or None)
         if options.reverse_from:
-            default = properties.get("default_annealing_time", 20.0)
-            time = told.pop("annealing_time", default)
+            time = told.pop("annealing_time", properties.get("default_annealing_time", 20.0))
             told["anneal_schedule"] = [[0.0, 1.0], [time / 4, REVERSE_TO],
                                        [3 * time / 4, REVERSE_TO], [time, 1.0]]
             told["reinitialize_state"] = True
-        return {**told, **(getattr(options, "param", None) or {})}
+        return {**told, **(options.param or {})}
 
     def parameters(self, chains, properties):
         """The annealing parameters: (for the user, for the service)."""
         from dwave.cloud.solver import StructuredSolver
 
-        options, told = self.options, self.anneal(properties)
-        if not options.reverse_from:
+        told, path = self.anneal(properties), self.options.reverse_from
+        if not path:
             return told, told
-        spins = 2 * self.start().astype(int) - 1
-        spins = np.tile(spins, len(chains) // spins.size)
-        state = {qubit: int(spin) for chain, spin in zip(chains, spins) for qubit in chain}
-        sent = StructuredSolver.reformat_parameters("ising", {**told, "initial_state": state},
-                                                    properties)
-        return {**told, "reverse_from": os.path.basename(options.reverse_from)}, sent
+        spins = np.resize(2 * self.start().astype(int) - 1, len(chains)).tolist()
+        state = {qubit: spin for chain, spin in zip(chains, spins) for qubit in chain}
+        return {**told, "reverse_from": os.path.basename(path)}, (
+            StructuredSolver.reformat_parameters("ising", {**told, "initial_state": state},
+                                                 properties))
 
     def start(self):
         """The bits of the best sample in --reverse-from: feasible ones first."""
         path = self.options.reverse_from
-        with io(path, "read"), open(path, "rb") as stream:
+        with failing(path), io(path, "read"), open(path, "rb") as stream:
             samples = read_qsf(stream, self.options.memory_limit)
-        if samples.digest != self.options.digest or not samples.records.size:
-            raise Failure(BAD_INPUT, f"{path}: these samples are not of this problem, or there are "
-                                     "none")
+            if samples.digest != self.options.digest or not samples.records.size:
+                raise InputError("these samples are not of this problem, or there are none")
         feasible = models.feasible(self.problem, samples.bits)
         return samples.bits[np.lexsort((samples.records["energy"], ~feasible))[0]]
 
@@ -217,7 +211,7 @@ class Qpu:
         reads = sampleset.record.num_occurrences
         check_occurrences(reads)
         if not np.isfinite(sampleset.record.energy).all():
-            raise SolverError("the answer has energies that are no numbers")
+            raise SolverError("the answer has energies that are not numbers")
         column = {qubit: at for at, qubit in enumerate(sampleset.variables)}
         samples = sampleset.record.sample
         lengths = np.array(list(map(len, job.chains)))
@@ -249,54 +243,53 @@ class Qpu:
         it is at least (each coupling on one coupler), the charge what it is at most (all qubits
         read out).
         """
-        n, least = self.problem.linear.size, self.least_copies()
+        options, terms = self.options, models.Terms(self.problem)
         chips = (PUBLISHED_CHIPS if properties is None else
                  {properties.get("chip_id", "the chip"): properties})
-        refusals = {name: refusal(self, chip) for name, chip in chips.items()}
+        refusals = {name: self.refusal(chip) for name, chip in chips.items()}
         sizes = {name: len(chip["qubits"]) for name, chip in chips.items()}
         takers = [name for name, why in refusals.items() if why is None]
-        found = {"variables": n, "quadratic_terms": models.Terms(self.problem).count,
-                 "copies": self.options.copies, "qubits": sizes, "minimum_time_limit": None,
-                 "embedded_qubits": None, "fits": None if takers else False,
+        count = terms.count
+        if takers and terms.repeated:
+            # What cancels is not sent.
+            count = models.expand(self.problem, limit=options.memory_limit)[1][0].size
+        found = {"variables": self.problem.linear.size, "quadratic_terms": count,
+                 "copies": options.copies, "qubits": sizes, "limits": {},
+                 "minimum_time_limit": None, "embedded_qubits": None,
+                 "upload_bytes": _qp_bytes(min(sizes[name] for name in takers or sizes),
+                                           self.least_copies * count),
+                 "fits": None if takers else False,
                  "reason": None if takers else refusals[max(sizes, key=sizes.get)]}
-        if takers and self.options.reverse_from:
+        if takers and options.reverse_from:
             self.start()
-        if n * least <= max(sizes.values()):
-            found.update(_ranges(*models.expand(self.problem, limit=self.options.memory_limit)))
-        found["upload_bytes"] = _qp_bytes(min(sizes[name] for name in takers or sizes),
-                                          least * found["quadratic_terms"])
-        return {**found, **self.plan_embedded(solver)} if takers and solver else found
-
-    def plan_embedded(self, solver):
-        """plan() as far as it depends on the chip's graph and on the embedding."""
-        options, chip, source = self.options, Chip.of_solver(solver), self.source(self.ising())
-        known = None
+        if not takers or solver is None:
+            return found
+        chip, source, known = Chip.of_solver(solver), self.source(self.ising()), None
         if options.embedding:
             known = self.users(source, chip)
             # The other copies are looked for anew each time.
             known = known if options.copies == 1 else None
         elif options.seed is None:
             known = embedding.kept(source, chip, options.copies)
-        qubits = len(known.used()) if known else None
-        found = {"embedded_qubits": qubits, "charge_seconds": estimated_seconds(
-            solver, qubits or chip.qubits.size, self.anneal(solver.properties))}
         if known:
             used = np.isin(chip.couplers, known.used()).all(axis=1)
-            found.update(fits=True, upload_bytes=_qp_bytes(chip.qubits.size, int(used.sum())))
-        try:
-            self.check_duration(solver, qubits or source.variables * self.least_copies())
-        except SolverError as error:
-            found.update(fits=False, reason=str(error))
+            found.update(fits=True, embedded_qubits=len(known.used()),
+                         upload_bytes=_qp_bytes(chip.qubits.size, int(used.sum())))
+        qubits = found["embedded_qubits"]
+        found["charge_seconds"] = estimated_seconds(solver, qubits or chip.qubits.size,
+                                                    self.anneal(solver.properties))
+        if too_long := self.too_long(solver, qubits or source.variables * self.least_copies):
+            found.update(fits=False, reason=too_long)
         return found
 
-    def check_duration(self, solver, qubits):
-        """Raises SolverError where all reads together take the chip longer than it allows."""
+    def too_long(self, solver, qubits):
+        """The refusal of a solver whose chip all reads together would take longer than it allows,
+        or None."""
         seconds = estimated_seconds(solver, qubits, self.anneal(solver.properties))
         longest = solver.properties.get("problem_run_duration_range")
-        if seconds and longest and seconds * 1e6 > longest[1]:
-            raise SolverError(f"these reads would take the chip {seconds:.2f} s at once, it allows "
-                              f"{longest[1] / 1e6:g} s; take fewer --num-reads or a shorter "
-                              "--annealing-time")
+        return (f"these reads would take the chip {seconds:.2f} s at once, it allows "
+                f"{longest[1] / 1e6:g} s; take fewer --num-reads or a shorter --annealing-time"
+                if seconds and longest and seconds * 1e6 > longest[1] else None)
 
 
 def more_reads_help(bits, energies, occurrences):
@@ -318,9 +311,10 @@ def _qp_bytes(qubits, couplers):
     return sum(4 * -(-8 * count // 3) for count in (qubits, couplers))
 
 
-def _within(value, what, bounds):
-    if value is not None and bounds and not bounds[0] <= value <= bounds[1]:
-        raise SolverError(f"{value:g} {what}, this solver takes {bounds[0]:g} to {bounds[1]:,.10g}")
+def _outside(value, what, bounds):
+    """The refusal of a value that is outside the bounds, or None."""
+    return (f"{value:g} {what}, this solver takes {bounds[0]:g} to {bounds[1]:,.10g}"
+            if value is not None and bounds and not bounds[0] <= value <= bounds[1] else None)
 
 
 def estimated_seconds(solver, qubits, anneal):
@@ -333,14 +327,3 @@ def estimated_seconds(solver, qubits, anneal):
                                                **anneal) / 1e6
     except (KeyError, ValueError):
         return None
-
-
-def _ranges(linear, quadratic, offset):
-    """The number of quadratic terms, the largest degree and the ranges of the coefficients of an
-    expanded problem."""
-    rows, columns, values = quadratic
-    degree = np.bincount(np.append(rows, columns), minlength=1)
-    return {"quadratic_terms": rows.size, "largest_degree": int(degree.max()),
-            "linear_min": int(linear.min()), "linear_max": int(linear.max()),
-            "quadratic_min": int(values.min()) if rows.size else None,
-            "quadratic_max": int(values.max()) if rows.size else None}

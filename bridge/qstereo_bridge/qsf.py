@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
-from .container import (DEFAULT_LIMIT, HEADER, MAX_COUNT, Corrupt, check_memory, check_size, pack,
-                        read_chunks, read_header, read_stream)
+from .container import (DEFAULT_LIMIT, MAX_COUNT, Corrupt, check_memory, pack, read_chunks,
+                        read_header, read_stream)
 from .failure import InputError, io
 from .output import Output
 
@@ -110,8 +110,7 @@ def _read_info(chunk):
 
 def parse_qsf(data, limit=DEFAULT_LIMIT):
     """The Samples in `data`, the bytes of a whole .qsf. Raises FormatError."""
-    header = read_header(data[:HEADER.size], MAGIC, ".qsf")
-    check_size(len(data), header.size)
+    header = read_header(data, MAGIC, ".qsf", len(data))
     n, count, zero = FIELDS.unpack(header.fields)
     if n > MAX_COUNT or zero != bytes(28):
         raise Corrupt("byte 24: the number of variables is impossible, or a reserved field is in "
@@ -136,8 +135,7 @@ def parse_qsf(data, limit=DEFAULT_LIMIT):
     if n % 8 and (packed[:, -1] >> n % 8).any():
         raise Corrupt("chunk BITS: spare bits are in use")
     bits = np.unpackbits(packed, axis=1, count=n, bitorder="little")
-    return Samples(bytes(chunks["PROB"]), solver, records, bits, _read_info(chunks["INFO"]),
-                   [(name, bytes(side)) for name, side in sides])
+    return Samples(bytes(chunks["PROB"]), solver, records, bits, _read_info(chunks["INFO"]), sides)
 
 
 def read_qsf(stream, limit=DEFAULT_LIMIT):

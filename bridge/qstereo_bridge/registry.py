@@ -25,34 +25,32 @@ class Solver:
 
 
 _SERVICE = {"solver_name": None, "label": None, "max_charge": None}
-
-SOLVERS = {
+_HYBRID = {"time_limit": None, **_SERVICE}
+# D-Wave's own name of the nonlinear solver.
+ALIASES = {"stride": "hybrid-nl"}
+ANY = "MODULE:CLASS"
+EVERY = {
     "anneal": Solver("solvers", "simulated annealing, finished by steepest descent (the default)",
                      {"num_reads": 20, "num_sweeps": 1000, "seed": None, "time_limit": None}),
     "tabu": Solver("solvers", "tabu search; --time-limit is for all reads together",
                    {"num_reads": 10, "seed": None, "time_limit": 10.0}),
-    "exact": Solver("solvers", "every state; at most 24 variables; writes up to 100 of the best, "
-                    "feasible ones first", {}),
-    "ilp": Solver("ilp", "integer programs solved by HiGHS, one for each connected part: the "
-                  "proven least labelling", {"time_limit": None}),
+    "exact": Solver("solvers", "tries every state of at most 24 variables; writes up to 100 of the "
+                    "best, feasible ones first", {}),
+    "ilp": Solver("ilp", "the proven best labelling, by HiGHS: an integer program for each "
+                  "connected part", {"time_limit": None}),
     "qpu": Solver("qpu", "D-Wave's quantum annealer, by minor embedding",
                   {"num_reads": 1000, "annealing_time": None, "chain_strength": None,
                    "fast_anneal": None, "reverse_from": None, "embedding": None, "copies": 1,
                    "seed": None, "param": None, **_SERVICE}, "Qpu"),
-    "hybrid-nl": Solver("hybrid", "D-Wave's nonlinear hybrid solver (Stride), one integer a site: "
-                        "for pictures of more than a few thousand pixels",
-                        {"time_limit": None, **_SERVICE}, "Nl"),
-    "hybrid-bqm": Solver("hybrid", "D-Wave's hybrid solver, penalties in the model",
-                         {"time_limit": None, **_SERVICE}, "Bqm"),
-    "hybrid-cqm": Solver("hybrid", "D-Wave's hybrid solver, one-hot groups as constraints, no "
-                         "penalties", {"time_limit": None, **_SERVICE}, "Cqm"),
-}
-# Other names of the same: what D-Wave calls it today.
-ALIASES = {"stride": "hybrid-nl"}
-ANY = "MODULE:CLASS"
-EVERY = {**SOLVERS, ANY: Solver(
-    "samplers", "any dimod sampler, with --param for all that it takes",
-    {"num_reads": None, "seed": None, "param": None, "spin_reversals": None})}
+    "hybrid-nl": Solver("hybrid", "D-Wave's nonlinear hybrid solver, with one integer for each "
+                        "site: for pictures of more than a few thousand pixels", _HYBRID, "Nl"),
+    "hybrid-bqm": Solver("hybrid", "D-Wave's hybrid solver for QUBOs, with the penalties",
+                         _HYBRID, "Bqm"),
+    "hybrid-cqm": Solver("hybrid", "D-Wave's hybrid solver with constraints: one for each one-hot "
+                         "group, and no penalties", _HYBRID, "Cqm"),
+    ANY: Solver("samplers", "any dimod sampler; --param sets its parameters",
+                {"num_reads": None, "seed": None, "param": None, "spin_reversals": None})}
+SOLVERS = {name: solver for name, solver in EVERY.items() if name != ANY}
 
 
 def find(name):
@@ -61,7 +59,9 @@ def find(name):
 
 
 def name_label(options):
-    """A service gets to know the problem by its file's name, unless by another."""
+    """Sets the label of a problem for the service: its file's name, unless the user gave one."""
     if "label" in find(options.solver).options and options.label is None and options.problem != "-":
-        name = os.path.splitext(os.path.basename(options.problem))[0]
-        options.label = name.encode("utf-8", "replace").decode()
+        options.label = os.path.splitext(os.path.basename(options.problem))[0]
+    if options.label is not None:
+        # Bytes that are not UTF-8: neither service nor .qsf could hold them.
+        options.label = options.label.encode("utf-8", "replace").decode()

@@ -52,65 +52,78 @@ def show(options, text):
                   file=sys.stderr if aside else sys.stdout, flush=True)
 
 
+@contextlib.contextmanager
+def output_of(options, last=True):
+    """deliver(data, text, print_result) for a `with` in which the work is done: it writes the
+    bytes, prints the text, and gives the file its name last, when all else has gone well."""
+    def deliver(data, text, print_result=show):
+        with io(options.output, "write"):
+            output.write(data)
+        print_result(options, text)
+        with io(options.output, "write"):
+            output.keep()
+    with io(options.output, "write"):
+        output = Output(options.output, last)
+    with output:
+        yield deliver
+
+
 def _here(options, problem, tell):
     solver = registry.find(options.solver)
     return solver.run(options.solver, problem, options, tell), contextlib.nullcontext()
 
 
-def solve(options, print_result=show, ask=_here, problem=None):
-    """Solve, check, write, print. A regular file gets its name last, when all else has gone well.
+def solve(options, print_result=show, ask=_here):
+    """Solve, check, write, print.
 
-    ask(options, problem, progress) -> (Answer, a context in which the answer is written).
+    ask(options, problem, progress) -> (Answer, a context in which the answer is written); without
+    an Answer nothing is.
     """
-    with io(options.output, "write"):
-        output = Output(options.output, last=options.out_dir is None)
-    with output:
-        problem = problem or read(options)
+    with output_of(options, getattr(options, "out_dir", None) is None) as deliver:
+        problem = read(options)
         began, tell = time.monotonic(), progress(options)
         try:
             answer, kept = ((nothing_to_decide(problem), contextlib.nullcontext())
                             if problem.linear.size == 0 else ask(options, problem, tell))
         finally:
             tell(None)
-        with kept:
-            deliver(options, problem, answer, output, began, print_result)
+        if answer is not None:
+            with kept:
+                samples = _checked(options, problem, answer)
+                text = _summary(options, problem, answer, samples.records["energy"],
+                                time.monotonic() - began)
+                deliver(_sound(qsf.pack_qsf(samples)), text, print_result)
 
 
-def deliver(options, problem, answer, output, began, print_result=show):
-    """Check the answer, write it to `output`, print the result."""
+def _checked(options, problem, answer):
+    """The Samples of the answer; its warnings are told. Raises SolverError where the solver's
+    energies are not the recomputed ones, but for floating point's rounding."""
     samples = samples_of(problem, options.digest, options.solver, answer)
-    energies = samples.records["energy"]
-    if registry.find(options.solver).kind and not energies.size:
+    expected = samples.records["energy"]
+    if registry.find(options.solver).kind and not expected.size:
         raise SolverError("the service's answer has no samples")
-    _check_energies(answer, energies, problem)
+    if answer.energies is not None:
+        if answer.objective:
+            expected = models.energies(problem, answer.bits, False)
+        rounding = 0.5 + float(problem.magnitude(np.int64)) * 2**-44
+        wrong = ~(np.abs(answer.energies - expected) <= rounding)
+        if wrong.any():
+            at = wrong.argmax()
+            raise SolverError(f"internal error: the solver says that sample {at} has energy "
+                              f"{answer.energies[at]}, it has {expected[at]}; please report this")
     for warning in [] if options.quiet else answer.info.get("warnings", []):
         print(f"qstereo-bridge {options.command}: warning: {line(str(warning))}", file=sys.stderr)
-    data = qsf.pack_qsf(samples)
+    return samples
+
+
+def _sound(data):
+    """The bytes of a .qsf, read once more: what cannot be read again does not end a job."""
     try:
-        # What cannot be read again does not end a job.
         qsf.parse_qsf(data, sys.maxsize)
     except FormatError as error:
         raise SolverError(f"internal error: the samples would make no sound .qsf ({error}); "
                           "please report this") from None
-    with io(options.output, "write"):
-        output.write(data)
-    seconds = time.monotonic() - began
-    print_result(options, _summary(options, problem, answer, energies, seconds))
-    with io(options.output, "write"):
-        output.keep()
-
-
-def _check_energies(answer, energies, problem):
-    """The solver's energies must be the recomputed ones, but for floating point's rounding."""
-    if answer.energies is None:
-        return
-    expected = models.energies(problem, answer.bits, False) if answer.objective else energies
-    rounding = 0.5 + float(problem.magnitude(np.int64)) * 2**-44
-    wrong = ~(np.abs(answer.energies - expected) <= rounding)
-    if wrong.any():
-        at = wrong.argmax()
-        raise SolverError(f"internal error: the solver says that sample {at} has energy "
-                          f"{answer.energies[at]}, it has {expected[at]}; please report this")
+    return data
 
 
 def _real(energy, scale):
@@ -139,5 +152,6 @@ def _summary(options, problem, answer, energies, seconds):
     best = ("`qstereo validate` says which samples are labellings" if not told else
             f"{good.size} feasible, best energy of these {real['best_energy']}" if good.size else
             "none feasible")
-    return (f"{options.solver}: {energies.size} samples, best energy {real['energy']}{bounded}; "
+    samples = "1 sample" if energies.size == 1 else f"{energies.size} samples"
+    return (f"{options.solver}: {samples}, best energy {real['energy']}{bounded}; "
             f"{best}; {seconds:.1f} s\n{options.output}: written")

@@ -20,43 +20,35 @@ def load(name):
     except Exception as error:
         raise SolverError(f"{name} cannot be made: {error}") from None
     if not isinstance(sampler, dimod.Sampler):
-        raise Failure(USAGE, f"{name} is no dimod sampler")
+        raise Failure(USAGE, f"{name} is not a dimod sampler")
     return sampler
-
-
-def check_parameters(name, wanted, known):
-    """Raises Failure where `wanted` names a parameter that is not among the `known`."""
-    for key in wanted:
-        if key not in known:
-            raise Failure(USAGE, f"{name} takes no parameter {key}, only "
-                          f"{', '.join(sorted(known))}")
 
 
 def sample(problem, options, progress):
     """The Answer of the sampler that `options.solver` names."""
-    sampler = load(options.solver)
-    named = {"num_reads": options.num_reads, "seed": options.seed}
-    wanted = {**{key: value for key, value in named.items() if value is not None},
-              **(options.param or {})}
-    check_parameters(options.solver, wanted, sampler.parameters)
-    told = dict(wanted)
+    sampler, told = load(options.solver), dict(options.param or {})
+    for key in ("num_reads", "seed"):
+        if getattr(options, key) is not None:
+            told.setdefault(key, getattr(options, key))
+    for key in told:
+        if key not in sampler.parameters:
+            raise Failure(USAGE, f"{options.solver} does not take the parameter {key}, only "
+                          f"{', '.join(sorted(sampler.parameters))}")
+    wanted, info = dict(told), {"parameters": told}
     if options.spin_reversals:
         from dwave.preprocessing.composites import SpinReversalTransformComposite
 
         sampler = SpinReversalTransformComposite(sampler, seed=options.seed)
-        wanted["num_spin_reversal_transforms"] = options.spin_reversals
+        wanted["num_spin_reversal_transforms"] = told["spin_reversals"] = options.spin_reversals
     bqm = models.to_bqm(problem, options.memory_limit)
+
+    def work():
+        # The sample set of many samplers is a promise.
+        found = sampler.sample(bqm, **wanted)
+        found.resolve()
+        return found
     try:
-        # The sample set of many samplers is a promise, which resolve() waits for.
-        found = interruptible(lambda: _resolved(sampler.sample(bqm, **wanted)),
-                              lambda: progress("sampling"))
+        found = interruptible(work, lambda: progress("sampling"))
     except (ValueError, TypeError, RuntimeError, KeyError) as error:
         raise SolverError(f"{options.solver} fails: {error}") from None
-    if options.spin_reversals:
-        told["spin_reversals"] = options.spin_reversals
-    return from_sampleset(found, problem.linear.size, info={"parameters": told})
-
-
-def _resolved(sampleset):
-    sampleset.resolve()
-    return sampleset
+    return from_sampleset(found, problem.linear.size, info=info)

@@ -7,9 +7,7 @@ import os
 from urllib.parse import urlsplit
 
 from . import text
-from .container import FormatError
-from .failure import Failure
-from .solvers import SolverError
+from .failure import Error, SolverError
 
 CONFIGURE = ("set up your account with `dwave config create`, or put your token into the "
              "environment variable DWAVE_API_TOKEN")
@@ -28,7 +26,6 @@ def _hybrid(model):
 # Which solver of the account is taken, unless the user names one: as Ocean's own samplers choose.
 WANTED = {"qpu": {"qpu": True, "order_by": "-num_active_qubits"}, "hybrid-bqm": _hybrid("bqm"),
           "hybrid-cqm": _hybrid("cqm"), "hybrid-nl": _hybrid("nl")}
-PROBLEM_TYPES = {"qpu": "ising", "hybrid-bqm": "bqm", "hybrid-cqm": "cqm", "hybrid-nl": "nl"}
 # D-Wave's users know the nonlinear solver by this name.
 NAMES = {"hybrid-nl": "hybrid-nl (Stride)"}
 
@@ -45,11 +42,12 @@ class Session:
         # Connections that are not kept: Ocean's samplers found long uploads to be cut otherwise.
         self.client = client("qpu" if name == "qpu" else "hybrid", WANTED[name], solver_name,
                              connection_close=name != "qpu")
+        kind = "ising" if name == "qpu" else name.removeprefix("hybrid-")
         try:
-            self.solver = (_reader(self.client, name, solver_name) if reading
+            self.solver = (_reader(self.client, kind, solver_name or name) if reading
                            else self.client.get_solver())
-            if PROBLEM_TYPES[name] not in self.solver.supported_problem_types:
-                raise SolverError(f"{text.line(self.solver.name)} is no solver for {name}; name "
+            if kind not in self.solver.supported_problem_types:
+                raise SolverError(f"{text.line(self.solver.name)} is not a solver for {name}; name "
                                   "another with --solver-name, `qstereo-bridge solvers` lists "
                                   "those that you reach")
         except BaseException:
@@ -62,11 +60,11 @@ class Session:
         a connection."""
         from dwave.cloud.api.resources import Problems
 
-        retry = {"total": retry, "connect": retry, "read": 0, "status": 0, "other": 0,
-                 "redirect": 0, "backoff_factor": 0.5, "respect_retry_after_header": False}
         config = self.client.config
-        problems = Problems.from_config(config, retry=retry,
-                                        timeout=timeout or config.request_timeout)
+        problems = Problems.from_config(
+            config, timeout=timeout or config.request_timeout,
+            retry={"total": retry, "connect": retry, "read": 0, "status": 0, "other": 0,
+                   "redirect": 0, "backoff_factor": 0.5, "respect_retry_after_header": False})
         # The token is for this endpoint alone.
         problems.session.max_redirects = 0
         bounded(problems.session)
@@ -74,8 +72,7 @@ class Session:
 
     def account(self, salt):
         """What tells one account from another and says nothing of either."""
-        config = self.client.config
-        told = f"{salt}\n{config.endpoint}\n{config.token}"
+        told = f"{salt}\n{self.client.config.endpoint}\n{self.client.config.token}"
         return hashlib.sha256(told.encode()).hexdigest()[:16]
 
     def close(self):
@@ -107,16 +104,17 @@ def configuration():
     hide_tokens()
     config = load_config()
     found = {key: config[key].strip() for key in ("token", "endpoint") if config.get(key)}
-    if "token" not in found or not found["token"]:
+    if not found.get("token"):
         raise SolverError(f"the token of your D-Wave account is empty; {CONFIGURE}"
                           if "token" in config else NO_ACCOUNT)
-    scheme, _, place = found.get("endpoint", "https://").partition("://")
+    endpoint = found.get("endpoint", "https://")
+    scheme, place = endpoint.partition("://")[::2]
     if scheme not in ("http", "https"):
-        raise SolverError(f"D-Wave's endpoint {text.line(found['endpoint'])} does not begin with "
-                          "https://; set it so in D-Wave's configuration")
+        raise SolverError(f"D-Wave's endpoint {text.line(endpoint)} does not begin with https://; "
+                          "set it so in D-Wave's configuration")
     if scheme == "http" and not _loopback(place) and os.environ.get(PLAIN_HTTP) != "1":
-        raise SolverError(f"D-Wave's endpoint {text.line(found['endpoint'])} is plain http: anyone "
-                          "on the way could read your token. Use https://, or allow it with the "
+        raise SolverError(f"D-Wave's endpoint {text.line(endpoint)} is plain http: anyone on the "
+                          "way could read your token. Use https://, or allow it with the "
                           f"environment variable {PLAIN_HTTP}=1")
     return found
 
@@ -179,15 +177,14 @@ def bounded(session):
     return session
 
 
-def _reader(client, name, solver_name):
-    """A solver that reads answers of the kind `name`, for which the client wants none of a real
-    one's properties."""
+def _reader(client, kind, name):
+    """A solver that reads answers, for which the client wants none of a real one's properties."""
     from dwave.cloud import solver
 
-    kind = {"qpu": solver.StructuredSolver, "hybrid-bqm": solver.BQMSolver,
-            "hybrid-cqm": solver.CQMSolver, "hybrid-nl": solver.NLSolver}[name]
-    properties = {"supported_problem_types": [PROBLEM_TYPES[name]], "qubits": [], "couplers": []}
-    return kind(client, {"identity": {"name": solver_name or name}, "properties": properties})
+    made = {"ising": solver.StructuredSolver, "bqm": solver.BQMSolver, "cqm": solver.CQMSolver,
+            "nl": solver.NLSolver}[kind]
+    return made(client, {"identity": {"name": name}, "properties": {
+        "supported_problem_types": [kind], "qubits": [], "couplers": []}})
 
 
 @contextlib.contextmanager
@@ -202,40 +199,40 @@ def explained():
     """Ocean, its HTTP client and the service raise dozens of types; the user needs a sentence."""
     try:
         yield
-    except (Failure, FormatError, MemoryError, SolverError):
+    except (Error, MemoryError):
         raise
     except Exception as error:
         raise SolverError(explain(error)) from None
 
 
+LATER = "({}); try again later"
 # By names of classes, so that nothing has to be imported to say them; the first that fits is said.
-SENTENCES = [
-    ({"ConfigFileError", "UnicodeDecodeError"},
-     "D-Wave's configuration file cannot be used ({}); " + CONFIGURE),
-    ({"SolverAuthenticationError", "ResourceAuthenticationError"},
-     "D-Wave does not accept the token ({}); " + CONFIGURE),
-    ({"ResourceAccessForbiddenError"},
-     "D-Wave refuses it to this account ({}); see your project's rights and quota"),
-    ({"ResourceLimitsExceededError"}, "D-Wave has too many requests of this account, or its quota "
-     "is used up ({}); try again later"),
-    ({"SolverNotFoundError"}, "your D-Wave account reaches no such solver ({}); `qstereo-bridge "
-     "solvers` lists those it reaches"),
-    ({"SolverOfflineError"},
-     "the solver is offline ({}); try again later, or name another with --solver-name"),
-    ({"CanceledFutureError"}, "the problem was cancelled at the service"),
-    ({"InternalServerError"}, "D-Wave's service has an error of its own ({}); try again later"),
-    ({"RetryError"}, "D-Wave's service is overloaded, or has too many requests of this account "
-     "({}); try again later"),
-    ({"TooManyRedirects"},
-     "D-Wave's endpoint has moved ({}); set the endpoint in D-Wave's configuration"),
-    ({"RequestTimeout", "PollingTimeout", "Timeout", "ConnectionError", "ProblemUploadError"},
-     "D-Wave's service cannot be reached or does not answer ({}); check the network and try again"),
-    ({"InvalidAPIResponseError", "ResourceBadResponseError", "ContentDecodingError",
-      "ChunkedEncodingError", "JSONDecodeError"},
-     "D-Wave's service gave a reply that cannot be read ({}); try again later"),
-    ({"ImportError"}, "a part of D-Wave's Ocean tools is missing ({}); "
-     "pip install 'qstereo-bridge[dwave]'"),
-]
+SENTENCES = {
+    "ConfigFileError UnicodeDecodeError":
+        "D-Wave's configuration file cannot be used ({}); " + CONFIGURE,
+    "SolverAuthenticationError ResourceAuthenticationError":
+        "D-Wave does not accept the token ({}); " + CONFIGURE,
+    "ResourceAccessForbiddenError":
+        "D-Wave refuses it to this account ({}); see your project's rights and quota",
+    "ResourceLimitsExceededError": "D-Wave has too many requests of this account, or its quota is "
+                                   "used up " + LATER,
+    "SolverNotFoundError": "your D-Wave account reaches no such solver ({}); `qstereo-bridge "
+                           "solvers` lists those it reaches",
+    "SolverOfflineError": "the solver is offline " + LATER + ", or name another with --solver-name",
+    "CanceledFutureError": "the problem was cancelled at the service",
+    "InternalServerError": "D-Wave's service has an error of its own " + LATER,
+    "RetryError":
+        "D-Wave's service is overloaded, or has too many requests of this account " + LATER,
+    "TooManyRedirects":
+        "D-Wave's endpoint has moved ({}); set the endpoint in D-Wave's configuration",
+    "RequestTimeout PollingTimeout Timeout ConnectionError ProblemUploadError":
+        "D-Wave's service cannot be reached or does not answer ({}); check the network and try "
+        "again",
+    "InvalidAPIResponseError ResourceBadResponseError ContentDecodingError ChunkedEncodingError "
+    "JSONDecodeError": "D-Wave's service gave a reply that cannot be read " + LATER,
+    "ImportError": "a part of D-Wave's Ocean tools is missing ({}); "
+                   "pip install 'qstereo-bridge[dwave]'",
+    "SolverFailureError SolverError RequestError": "D-Wave's service says: {}"}
 OF_STATUS = {401: "ResourceAuthenticationError", 403: "ResourceAccessForbiddenError",
              429: "ResourceLimitsExceededError"}
 
@@ -254,12 +251,8 @@ def explain(error):
         return NO_ACCOUNT
     if "Config profile" in said:
         return f"{said}; `dwave config ls` and `dwave config inspect` show those that there are"
-    for classes, sentence in SENTENCES:
-        if names & classes:
-            return sentence.format(said)
-    if names & {"SolverFailureError", "SolverError", "RequestError"}:
-        return f"D-Wave's service says: {said}"
-    return f"{type(error).__name__}: {said}"
+    return next((sentence.format(said) for classes, sentence in SENTENCES.items()
+                 if names & set(classes.split())), f"{type(error).__name__}: {said}")
 
 
 def given(**parameters):

@@ -59,23 +59,23 @@ def from_sampleset(sampleset, n, **more):
     # Hybrid solvers answer in floating point. Written so that what is no number is refused, too.
     if not ((np.abs(found - samples) < 1e-6) & np.isin(samples, (low, 1))).all():
         raise SolverError(f"the answer has values other than {low} and 1")
-    broken = getattr(record, "chain_break_fraction", None)
     return Answer((samples == 1).astype(np.uint8), record.energy,
-                  occurrences=record.num_occurrences, broken=broken, **more)
+                  occurrences=record.num_occurrences,
+                  broken=getattr(record, "chain_break_fraction", None), **more)
 
 
 def check_occurrences(counts):
-    """Raises SolverError unless each is a number of reads that a .qsf can hold; None is none."""
-    if counts is not None and ((np.asarray(counts) < 1) | (np.asarray(counts) >= 2**32)).any():
+    """Raises SolverError unless each is a number of reads that a .qsf can hold."""
+    if ((np.asarray(counts) < 1) | (np.asarray(counts) >= 2**32)).any():
         raise SolverError("the answer has samples that were never seen, or too often")
 
 
 def samples_of(problem, digest, solver, answer):
     """The Samples in an Answer, with exact energies. Raises SolverError for what no .qsf holds."""
-    check_occurrences(answer.occurrences)
+    counts = 1 if answer.occurrences is None else answer.occurrences
+    check_occurrences(counts)
     records = np.empty(answer.bits.shape[0], RECORD)
-    records["energy"] = models.energies(problem, answer.bits)
-    records["occurrences"] = 1 if answer.occurrences is None else answer.occurrences
+    records["energy"], records["occurrences"] = models.energies(problem, answer.bits), counts
     records["broken"] = (NO_CHAINS if answer.broken is None else
                          np.rint(answer.broken * BROKEN_UNITS))
     return Samples(digest, solver, records, answer.bits, answer.info)
@@ -105,20 +105,17 @@ def interruptible(call, tick, stop=float("inf")):
 
 def nothing_to_decide(problem):
     """The Answer to a problem without variables: its one state."""
-    bits, offset = np.zeros((1, 0), np.uint8), problem.offset
-    return Answer(bits, np.array([offset]), lower_bound=offset)
+    return Answer(np.zeros((1, 0), np.uint8), np.array([problem.offset]),
+                  lower_bound=problem.offset)
 
 
-def _bqm(problem, options):
-    """The model for a sampler here, after a look at the room that its samples will take."""
+def _prepared(problem, options):
+    """(The model for a sampler here, after a look at the room that its samples will take; the seed
+    that was asked for, or one that can be told afterwards)."""
     check_memory(16 * problem.linear.size * options.num_reads, options.memory_limit,
                  f"{options.num_reads:,} samples of {problem.linear.size:,} variables")
-    return models.to_bqm(problem, options.memory_limit)
-
-
-def _seed(options):
-    """The seed that was asked for, or one that can be told afterwards."""
-    return secrets.randbelow(2**31) if options.seed is None else options.seed
+    return (models.to_bqm(problem, options.memory_limit),
+            secrets.randbelow(2**31) if options.seed is None else options.seed)
 
 
 def _beta_range(problem):
@@ -129,13 +126,13 @@ def _beta_range(problem):
     included, and ends at the least coefficient: on a labelling problem most of its sweeps are spent
     where nothing is decided any more, or nothing yet.
     """
-    g, h, block, weight = problem.coupled_pairs()
-    largest = np.array([block.abs_max() for block in problem.blocks], np.int64)
-    strengths = np.abs(weight) * largest[block]
-    strengths = strengths[(g != h) & (strengths > 0)]
-    if strengths.size == 0:
+    g, h, block, weight = problem.couplings
+    largest = np.array([np.abs(block.values.astype(np.int64)).max() for block in problem.blocks],
+                       np.int64)
+    strengths = (np.abs(weight) * largest[block])[g != h]
+    if not strengths.any():
         return None
-    typical = float(np.median(strengths))
+    typical = float(np.median(strengths[strengths > 0]))
     return [1 / typical, 20 / typical]
 
 
@@ -144,7 +141,7 @@ def anneal(problem, options, progress):
     between two reads."""
     from dwave.samplers import SimulatedAnnealingSampler, SteepestDescentSampler
 
-    bqm, seed, reads = _bqm(problem, options), _seed(options), [0]
+    (bqm, seed), reads = _prepared(problem, options), [0]
     stop = time.monotonic() + (options.time_limit or float("inf"))
 
     def after_read():
@@ -172,16 +169,14 @@ def tabu(problem, options, progress):
     pair of variables."""
     from dwave.samplers import TabuSampler
 
-    n, seed = problem.linear.size, _seed(options)
+    n, reads, limit = problem.linear.size, options.num_reads, options.time_limit
     check_memory(32 * n * n, options.memory_limit, f"tabu search, dense in {n:,} variables,")
-    bqm = _bqm(problem, options)
-    milliseconds = min(max(1, round(1000 * options.time_limit / options.num_reads)), 2**31 - 1)
-    sampleset = interruptible(
-        lambda: TabuSampler().sample(bqm, num_reads=options.num_reads, seed=seed,
-                                     timeout=milliseconds),
-        lambda: progress(f"{options.num_reads} reads in {options.time_limit:g} s"))
-    info = {"parameters": {"num_reads": options.num_reads, "seed": seed, "timeout": milliseconds}}
-    return from_sampleset(sampleset, n, info=info)
+    bqm, seed = _prepared(problem, options)
+    told = {"num_reads": reads, "seed": seed,
+            "timeout": min(max(1, round(1000 * limit / reads)), 2**31 - 1)}
+    sampleset = interruptible(lambda: TabuSampler().sample(bqm, **told),
+                              lambda: progress(f"{reads} reads in {limit:g} s"))
+    return from_sampleset(sampleset, n, info={"parameters": told})
 
 
 def exact(problem, options, progress):
@@ -203,8 +198,8 @@ def exact(problem, options, progress):
         np.add(energies[:1 << k], flip[:1 << k], out=energies[1 << k:2 << k])
     best = np.flatnonzero(energies == energies.min())
     # Feasible minimisers first: where there is one, the minimum is that of the labellings.
-    sound, starts = np.ones(best.size, bool), problem.starts().tolist()
-    for group in np.flatnonzero(problem.one_hot()).tolist():
+    sound, starts = np.ones(best.size, bool), problem.starts.tolist()
+    for group in np.flatnonzero(problem.one_hot).tolist():
         inside = best & (1 << starts[group + 1]) - (1 << starts[group])
         sound &= (inside != 0) & (inside & inside - 1 == 0)
     best = np.append(best[sound], best[~sound])

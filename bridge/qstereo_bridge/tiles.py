@@ -8,7 +8,7 @@ next tile (the same label at the neighbouring site). So k labels with k couplers
 of 2 ceil(k / 8) qubits.
 """
 
-from dataclasses import dataclass
+import collections
 
 import numpy as np
 
@@ -16,27 +16,11 @@ CROSSES = np.arange(8)
 # Labels from which on chains of two are short: minorminer takes 1.3 qubits a variable for two
 # labels, 2.1 and more for three.
 FEWEST = 3
-
-
-@dataclass(frozen=True)
-class Tiling:
-    """How the qubits of a chip are numbered: qubit (orientation u, line, place along it) is
-    (u * lines + line) * places + place.
-
-    The tile at (x, y) has the vertical lines step * x + vertical[i] at place y, and the horizontal
-    lines step * y + horizontal[i] at place x, for the crosses i = 0 .. 7; there are `tiles` x
-    `tiles` of them.
-    """
-
-    tiles: int
-    lines: int
-    places: int
-    step: int
-    vertical: np.ndarray
-    horizontal: np.ndarray
-
-    def qubits(self, orientation, line, place):
-        return (orientation * self.lines + line) * self.places + place
+# How the qubits of a chip are numbered: qubit (orientation u, line, place along it) is
+# (u * lines + line) * places + place. The tile at (x, y) has the vertical lines
+# step * x + vertical[i] at place y, and the horizontal lines step * y + horizontal[i] at place x,
+# for the crosses i = 0 .. 7; there are `tiles` x `tiles` of them.
+Tiling = collections.namedtuple("Tiling", "tiles lines places step vertical horizontal")
 
 
 def tiling(chip):
@@ -103,11 +87,10 @@ def lay_out(source, chip):
     for x in range(room[0] + 1):
         for y in range(room[1] + 1):
             left, top = (corner + (x, y)).T
-            qubits = np.concatenate([
-                tile.qubits(0, tile.step * (left + own) + tile.vertical[cross],
-                            top + along[:, None]),
-                tile.qubits(1, tile.step * (top + own) + tile.horizontal[cross],
-                            left + along[:, None])])
+            lines = np.concatenate([tile.step * (left + own) + tile.vertical[cross],
+                                    tile.lines + tile.step * (top + own) + tile.horizontal[cross]])
+            qubits = (lines * tile.places + np.concatenate([top, left]) + along[:, None]).reshape(
+                2 * side, -1)
             count = int(works[qubits].sum())
             if count > most:
                 best, most = qubits.T, count

@@ -4,6 +4,7 @@
 
 #include "command.h"
 #include "comparison.h"
+#include "meaning_output.h"
 #include "pictures/disparity_map.h"
 #include "pictures/picture_library.h"
 #include "solving.h"
@@ -99,6 +100,11 @@ static map_format map_format_here(void)
     return picture_library_writes_png() ? MAP_PNG : MAP_PGM;
 }
 
+static const qs_labels *labels_of(const comparing *with)
+{
+    return &with->at->both.problem.qubo.labels;
+}
+
 /* With a number and an ending the name of a file must not pass the usual limit of 255 bytes. */
 enum { STEM_SIZE = 201 };
 
@@ -119,7 +125,7 @@ static int name_map(comparing *with, result *of)
                     (c == '.' && i > 0);
         stem[i] = (char)(fits ? c : '_');
     }
-    const char *ending = map_format_here() == MAP_PNG ? "png" : "pgm";
+    const char *ending = meaning_output_ending(labels_of(with));
     (void)snprintf(name, size, "%s/%s.%s", with->asked.maps, stem, ending);
     for (unsigned number = 2; is_taken(&with->table, name); number++) {
         (void)snprintf(name, size, "%s/%s-%u.%s", with->asked.maps, stem, number, ending);
@@ -142,6 +148,18 @@ static int write_map(comparing *with, result *of, const pixel_map *map)
     return map_write(map, map_format_here(), with->asked.scale, of->map, out);
 }
 
+/* The same for labels that are no disparities. */
+static int write_other(comparing *with, result *of, const uint16_t *labelling, budget *work)
+{
+    const char *name = with->at->both.problem.name;
+    meaning_output as;
+    output *out;
+    TRY(meaning_output_read(name, labels_of(with), of->map, &as));
+    TRY(job_open_output(with->at, of->map, &out));
+    of->has_map = true;
+    return meaning_output_write(name, labels_of(with), labelling, &as, work, out);
+}
+
 /* Makes the map of a labelling, if the truth or the maps ask for it: its errors, and its file. */
 static int look_at_map(comparing *with, result *of, const uint16_t *labelling, budget *work)
 {
@@ -149,6 +167,9 @@ static int look_at_map(comparing *with, result *of, const uint16_t *labelling, b
     pixel_map map;
     if (with->asked.truth == NULL && with->asked.maps == NULL) {
         return DONE;
+    }
+    if (labels_of(with)->meaning.kind != QS_MEANS_DISPARITY) {
+        return write_other(with, of, labelling, work);
     }
     TRY(map_of_labelling(problem->name, &problem->qubo.labels, labelling, work, &map));
     if (with->asked.truth != NULL) {
@@ -255,7 +276,13 @@ static int open_options(comparing *with)
     const request *asked = &with->asked;
     const problem_file *problem = &with->at->both.problem;
     const qs_frame *frame = &problem->qubo.labels.frame;
-    if (asked->truth != NULL || asked->maps != NULL) {
+    bool disparities = problem->qubo.labels.meaning.kind == QS_MEANS_DISPARITY;
+    if (asked->truth != NULL && !disparities) {
+        return fail(BAD_INPUT, problem->name,
+                    "has labels that are no disparities, which --truth is for: write them with "
+                    "--maps and use qstereo score --as");
+    }
+    if (disparities && (asked->truth != NULL || asked->maps != NULL)) {
         TRY(map_check(problem->name, &problem->qubo.labels));
     }
     if (asked->truth != NULL) {

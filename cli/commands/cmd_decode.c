@@ -3,16 +3,18 @@
 #include <string.h>
 
 #include "command.h"
+#include "meaning_output.h"
 #include "pictures/disparity_map.h"
 #include "survey.h"
 #include "text/fail.h"
 #include "text/json.h"
 #include "text/numbers.h"
+#include "text/plain.h"
 
 enum { OUTPUT, REPAIR, SAMPLE, SCALE, COLOR, JSON, MEMORY_LIMIT };
 
 static const option options[] = {
-    [OUTPUT] = MAP_OUTPUT_OPTION,
+    [OUTPUT] = {"output", 'o', true, "OUT", NULL, "file to write, see above; - is standard output"},
     [REPAIR] = {"repair", 0, false, NULL, NULL,
                 "make samples feasible first, with the labels that cost least"},
     [SAMPLE] = {"sample", 0, false, "N", NULL,
@@ -24,7 +26,9 @@ static const option options[] = {
 };
 
 typedef struct request {
-    map_request map;
+    map_request map; /* of disparities */
+    meaning_output other; /* of all else */
+    output *file; /* of that */
     bool one_sample, repair;
     uint32_t sample; /* if only one sample is asked for */
 } request;
@@ -51,8 +55,6 @@ static int read_request(job *at, request *asked)
     memset(asked, 0, sizeof *asked);
     asked->repair = values[REPAIR] != NULL;
     asked->one_sample = values[SAMPLE] != NULL;
-    TRY(map_request_read(values[OUTPUT], values[SCALE], values[COLOR] != NULL, &at->limit,
-                         &asked->map));
     return asked->one_sample
                ? number_read("--sample", values[SAMPLE], 0, UINT32_MAX, &asked->sample)
                : DONE;
@@ -166,6 +168,66 @@ static int choose_decided(const problem_file *problem, chosen *taken)
     return status == QS_OK ? DONE : fail_status(problem->name, status);
 }
 
+/* Only disparities have a scale and colours. */
+static int check_options(const job *at, const char *name)
+{
+    for (size_t i = 0; i < at->given->given_count; i++) {
+        size_t index = at->given->given[i].index;
+        if (index == SCALE || index == COLOR) {
+            return fail_usage("--%s goes with disparities, which the labels of %s are not",
+                              options[index].name, name);
+        }
+    }
+    return DONE;
+}
+
+static bool is_stereo(const job *at)
+{
+    return at->both.problem.qubo.labels.meaning.kind == QS_MEANS_DISPARITY;
+}
+
+/* Reads what kind of output is asked for; the problem is open. */
+static int read_output(job *at, request *asked)
+{
+    const problem_file *problem = &at->both.problem;
+    const qs_labels *labels = &problem->qubo.labels;
+    const char *path = at->values[OUTPUT];
+    if (is_stereo(at)) {
+        TRY(map_request_read(path, at->values[SCALE], at->values[COLOR] != NULL, &at->limit,
+                             &asked->map));
+        return map_check(problem->name, labels);
+    }
+    TRY(check_options(at, problem->name));
+    return meaning_output_read(problem->name, labels, path, &asked->other);
+}
+
+static int write_output(job *at, request *asked, const uint16_t *labelling)
+{
+    const problem_file *problem = &at->both.problem;
+    const qs_labels *labels = &problem->qubo.labels;
+    pixel_map map;
+    if (is_stereo(at)) {
+        TRY(map_of_labelling(problem->name, labels, labelling, &at->limit, &map));
+        TRY(map_request_open(&asked->map, at));
+        return map_request_write(&asked->map, &map);
+    }
+    TRY(job_open_output(at, at->values[OUTPUT], &asked->file));
+    return meaning_output_write(problem->name, labels, labelling, &asked->other, &at->limit,
+                                asked->file);
+}
+
+/* The names of the files, as keys of JSON or at the beginning of a line. */
+static void print_names(const job *at, const request *asked)
+{
+    if (is_stereo(at)) {
+        (at->json ? map_request_json : map_request_print)(&asked->map);
+    } else if (at->json) {
+        json_name("output", at->values[OUTPUT]);
+    } else {
+        printf("%s: ", plain(at->values[OUTPUT]));
+    }
+}
+
 static void print_result(const job *at, const request *asked, const chosen *taken)
 {
     const answer *both = &at->both;
@@ -179,12 +241,12 @@ static void print_result(const job *at, const request *asked, const chosen *take
         }
         json_units("energy", taken->energy, both->problem.scale);
         json_count("repaired", taken->repaired);
-        map_request_json(&asked->map);
+        print_names(at, asked);
         json_end();
         return;
     }
     decimal_write(taken->energy, both->problem.scale, energy);
-    map_request_print(&asked->map);
+    print_names(at, asked);
     if (taken->none) {
         printf("every site was decided, energy %s\n", energy);
         return;
@@ -205,7 +267,7 @@ static int check_decided(const problem_file *problem, const request *asked)
     return asked->one_sample ? fail_usage("--sample goes with S.qsf: leave it out") : DONE;
 }
 
-static int open_files(job *at, const request *asked, bool sampled)
+static int open_files(job *at, request *asked, bool sampled)
 {
     problem_file *problem = &at->both.problem;
     TRY(job_open_problem(at));
@@ -216,7 +278,7 @@ static int open_files(job *at, const request *asked, bool sampled)
                     "does not say which labels its variables stand for (chunk labl), so no map "
                     "can be made from it");
     }
-    return map_check(problem->name, &problem->qubo.labels);
+    return read_output(at, asked);
 }
 
 static int run_decode(job *at)
@@ -225,17 +287,16 @@ static int run_decode(job *at)
     bool sampled = at->given->operands[1] != NULL;
     request asked;
     chosen taken;
-    pixel_map map;
     TRY(read_request(at, &asked));
     TRY(open_files(at, &asked, sampled));
-    TRY(budget_need(&at->limit, problem->name, map_bytes(&asked.map, &problem->qubo.labels)));
+    if (is_stereo(at)) {
+        TRY(budget_need(&at->limit, problem->name, map_bytes(&asked.map, &problem->qubo.labels)));
+    }
     TRY(take_room(at, &taken));
     TRY(sampled ? choose(at, &asked, &taken) : choose_decided(problem, &taken));
-    TRY(map_of_labelling(problem->name, &problem->qubo.labels, taken.labelling, &at->limit, &map));
-    TRY(map_request_open(&asked.map, at));
-    TRY(map_request_write(&asked.map, &map));
+    TRY(write_output(at, &asked, taken.labelling));
     TRY(job_commit(at));
-    if (!output_is_standard(asked.map.output)) {
+    if (!output_is_standard(at->values[OUTPUT])) {
         print_result(at, &asked, &taken);
     }
     return DONE;
@@ -248,17 +309,20 @@ const command cmd_decode = {
             .operands = {"P.qcf", "S.qsf"},
             .optional = 1,
             .about =
-                "Turns a sample into a disparity map of the size of the left picture. In a .png "
-                "or .pgm, 0 means no value, and a disparity of 0 is held as 1; in a .pfm, "
-                "infinity means no value. A map has 8 bits if all its values fit, else 16. Exits "
-                "with 1 if no sample is feasible.\n\n"
-                "A problem that was reduced gives the whole map too. If the reduction decided "
+                "Turns a sample into what the labels of its problem stand for. Disparities become "
+                "a map of the size of the left picture, .png, .pgm or .pfm: in a .png or .pgm, 0 "
+                "means no value, and a disparity of 0 is held as 1; in a .pfm, infinity means no "
+                "value; a map has 8 bits if all its values fit, else 16. Greys and classes become "
+                "a picture, .png or .pgm; numbers an array, .npy, or a picture; displacements a "
+                "field, .flo or KITTI's .png; boxes a list, .csv, of each box from 1 on, and "
+                "whether it is kept. Exits with 1 if no sample is feasible.\n\n"
+                "A problem that was reduced gives the whole of it too. If the reduction decided "
                 "every site, S.qsf is not needed.\n",
             OPTIONS(options),
             .examples = "  qstereo decode p.qcf s.qsf -o disparity.png --scale 8 --color\n"
                         "  qstereo decode p.qcf s.qsf -o disparity.pfm --repair\n"
                         "  qstereo decode proven.qcf -o disparity.png\n",
         },
-    .summary = "turn a sample into a disparity map",
+    .summary = "turn a sample into a map, picture, field or list",
     .run = run_decode,
 };

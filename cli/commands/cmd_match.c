@@ -51,11 +51,10 @@ typedef struct request {
 
 static int read_request(job *at, request *asked)
 {
-    const char *const *values = at->values, *const *operands = at->given->operands;
+    const char *const *values = at->values;
     memset(asked, 0, sizeof *asked);
     asked->scored = values[TRUTH] != NULL;
-    TRY(pair_read(operands[0], operands[1], &values[PAIR], "--lambda or --truncation",
-                  &asked->pair));
+    TRY(pair_read(at->given->operands, &values[PAIR], &asked->pair));
     TRY(solver_read(values[SOLVER], &asked->by));
     TRY(search_read(&values[SEARCH], &asked->how));
     TRY(stopping_read(&values[STOPPING], &asked->how));
@@ -118,11 +117,12 @@ static uint64_t bytes_after_model(const request *asked, const qs_frame *frame, u
 }
 
 /* Lays out the upper left corner of the problem, to see what the solver takes for a site. */
-static int measure_corner(const request *asked, const qs_problem *problem, budget *aside,
+static int measure_corner(const request *asked, const made_problem *whole, budget *aside,
                           double *bytes)
 {
     enum { CORNER = 32 };
-    const char *name = input_name(asked->pair.left);
+    const char *name = whole->name;
+    const qs_problem *problem = &whole->problem;
     const qs_frame *frame = &problem->frame;
     uint32_t width = problem->grid.width, height = problem->grid.height;
     qs_stereo corner = asked->pair.stereo;
@@ -142,18 +142,19 @@ static int measure_corner(const request *asked, const qs_problem *problem, budge
         return fail_status(name, made);
     }
     small.pairwise = problem->pairwise;
-    TRY(lay_out_problem(name, &small, asked->pair.weights, aside, &laid));
+    TRY(lay_out_problem(name, &small, whole->mend, aside, &laid));
     *bytes = (double)solve_bytes(&laid, asked->by) / laid.model.sites;
     return DONE;
 }
 
 /* Refuses before the work what would be far over the memory limit, and names about what it needs.
  * When the problem is laid out, the need is known exactly. */
-static int check_ahead(const job *at, const request *asked, const qs_problem *problem)
+static int check_ahead(const job *at, const request *asked, const made_problem *whole)
 {
+    const qs_problem *problem = &whole->problem;
     budget aside = budget_inside(&at->limit);
     double each = 0;
-    int status = measure_corner(asked, problem, &aside, &each);
+    int status = measure_corner(asked, whole, &aside, &each);
     budget_free(&aside);
     if (status != DONE) {
         return status;
@@ -162,27 +163,28 @@ static int check_ahead(const job *at, const request *asked, const qs_problem *pr
     uint64_t all = bytes_sum(qs_model_of_problem_workspace(problem),
                              bytes_after_model(asked, &problem->frame, work));
     bool is_far_over = all - all / 10 > at->limit.left;
-    return is_far_over ? budget_need(&at->limit, input_name(asked->pair.left), all) : DONE;
+    return is_far_over ? budget_need(&at->limit, whole->name, all) : DONE;
 }
 
 static int match(job *at, request *asked)
 {
     const qs_image *left = &asked->pair.stereo.left;
-    qs_problem problem;
+    made_problem opened;
     laid_out laid;
     solved found;
-    TRY(pair_open(&asked->pair, &at->limit, &problem));
+    TRY(pair_open(&asked->pair, &at->limit, &opened));
     if (asked->scored) {
         TRY(truth_open(at->values[TRUTH], &asked->truth_form, (uint32_t)left->width,
                        (uint32_t)left->height, &at->limit, &asked->truth));
         hint_truth(&asked->pair, &asked->truth);
     }
-    TRY(check_ahead(at, asked, &problem));
+    TRY(check_ahead(at, asked, &opened));
     hint_swapped(&asked->pair);
-    TRY(pair_lay_out(&asked->pair, &problem, &at->limit, &laid));
+    TRY(lay_out_problem(opened.name, &opened.problem, opened.mend, &at->limit, &laid));
     TRY(map_check(laid.name, &laid.labels));
-    TRY(budget_need(&at->limit, laid.name,
-                    bytes_after_model(asked, &problem.frame, solve_bytes(&laid, asked->by))));
+    TRY(budget_need(
+        &at->limit, laid.name,
+        bytes_after_model(asked, &opened.problem.frame, solve_bytes(&laid, asked->by))));
     TRY(map_request_open(&asked->map, at));
     TRY(solve_problem(&laid, asked->by, &asked->how, &at->limit, &found));
     TRY(solved_check(&laid, &found));

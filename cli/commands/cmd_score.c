@@ -1,12 +1,16 @@
 #include <stdio.h>
+#include <string.h>
 
 #include "command.h"
 #include "pictures/map_errors.h"
+#include "scores/score_files.h"
 #include "text/fail.h"
 #include "text/json.h"
 #include "text/numbers.h"
 
 enum {
+    AS,
+    HOLE,
     SCALE,
     NO_VALUE,
     TRUTH_SCALE,
@@ -24,8 +28,12 @@ enum {
 enum { LIMITED = ERROR_BAD_ONE + 1 };
 
 static const option options[] = {
-    [SCALE] = {"scale", 0, false, "S", "8", "MAP holds disparity x S; a .pfm always holds pixels"},
-    [NO_VALUE] = {"no-value", 0, false, "V", NULL, "in MAP " NO_VALUE_HELP},
+    [AS] = {"as", 0, false, "NAME", "disparity",
+            "what the files hold: disparity, labels, picture, flow or boxes"},
+    [HOLE] = {"hole", 0, false, "MASK", NULL,
+              "with --as picture: also score the pixels where this picture is not 0"},
+    [SCALE] = {"scale", 0, false, "S", "8", "OUT holds disparity x S; a .pfm always holds pixels"},
+    [NO_VALUE] = {"no-value", 0, false, "V", NULL, "in OUT " NO_VALUE_HELP},
     [TRUTH_SCALE] = {"truth-scale", 0, false, "S", "8", "the same for TRUTH"},
     [TRUTH_NO_VALUE] = TRUTH_NO_VALUE_OPTION,
     [MASK] = {"mask", 0, false, "MASK", NULL,
@@ -36,7 +44,7 @@ static const option options[] = {
     [MAX_BAD_ONE] = {"max-bad-1.0", 0, false, "P", NULL,
                      "exit with 1 if more than P percent are wrong by more than 1"},
     [MIN_DENSITY] = {"min-density", 0, false, "P", NULL,
-                     "exit with 1 if MAP has a value at less than P percent of TRUTH's pixels"},
+                     "exit with 1 if OUT has a value at less than P percent of TRUTH's pixels"},
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -104,7 +112,19 @@ static int read_limits(const char *const *values, limits *held)
                : DONE;
 }
 
-static int run_score(job *at)
+/* Options that only disparity maps have must not be given for others. */
+static int check_options(const job *at)
+{
+    for (size_t i = 0; i < at->given->given_count; i++) {
+        size_t index = at->given->given[i].index;
+        if (index >= SCALE && index <= MIN_DENSITY) {
+            return fail_usage("--%s goes with --as disparity: leave it out", options[index].name);
+        }
+    }
+    return DONE;
+}
+
+static int score_disparities(job *at)
 {
     const char *const *values = at->values, *const *operands = at->given->operands;
     map_form form, truth_form;
@@ -121,26 +141,49 @@ static int run_score(job *at)
     return score_maps(at, &map, &truth, &held);
 }
 
+static int run_score(job *at)
+{
+    const char *as = at->values[AS];
+    if (strcmp(as, "disparity") == 0 && at->values[HOLE] == NULL) {
+        return score_disparities(at);
+    }
+    TRY(check_options(at));
+    return score_files(at, as, at->values[HOLE]);
+}
+
 const command cmd_score = {
     .line =
         {
             .name = "score",
-            .operands = {"MAP", "TRUTH"},
+            .operands = {"OUT", "TRUTH"},
             .about =
-                "Compares a disparity map with the truth, over the pixels that have a value in "
+                "Compares what a command found with the truth.\n\n"
+                "--as disparity: two disparity maps, over the pixels that have a value in "
                 "both: the root mean square error in pixels (rms), and the percentage of pixels "
                 "that are wrong by more than 0.5, 1 and 2 pixels (bad-0.5, bad-1.0, bad-2.0); the "
                 "average error; those wrong by more than 3 pixels and 5 percent (D1, as in "
-                "KITTI); and the share of TRUTH's pixels at which MAP has a value (density).\n\n"
+                "KITTI); and the share of TRUTH's pixels at which OUT has a value (density).\n\n"
                 "In a map of whole numbers 0 says no value and 1 disparity 0, unless the option "
                 "for no value says otherwise. TIFFs may hold signed numbers or floats; floats "
-                "are pixels, as in a .pfm.\n",
+                "are pixels, as in a .pfm.\n\n"
+                "--as labels: two grey pictures, or .npy, of classes: the intersection over union "
+                "(iou), its mean over the classes that are in either, and the part of the pixels "
+                "that are wrong (error_rate).\n\n"
+                "--as picture: two pictures, as greys: psnr in decibel, and ssim (Wang et al. "
+                "2004).\n\n"
+                "--as flow: two fields, .flo, .npy or KITTI's .png, over the pixels that are known "
+                "in both: the mean endpoint error in pixels (aepe) and the mean angular error in "
+                "degrees (aae; Baker et al. 2011).\n\n"
+                "--as boxes: two .csv: precision, recall, and the average precision (ap; "
+                "Everingham et al. 2010), where a box is right if its IoU with a true one is 0.5 "
+                "or more.\n",
             OPTIONS(options),
             .examples =
                 "  qstereo score disparity.png truth.png --scale 8 --truth-scale 8\n"
                 "  qstereo score disparity.pfm truth.png --truth-scale 16 --max-bad-1.0 10\n"
-                "  qstereo score sgbm.tiff truth.pfm --scale 16 --no-value -16\n",
+                "  qstereo score sgbm.tiff truth.pfm --scale 16 --no-value -16\n"
+                "  qstereo score mask.png truth.png --as labels --json\n",
         },
-    .summary = "compare a disparity map with the truth",
+    .summary = "compare a result with the truth",
     .run = run_score,
 };

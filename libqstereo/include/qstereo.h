@@ -9,11 +9,16 @@
  *   stream    where bytes go
  *   digest    SHA-256, by which samples name their problem
  *   limits    the largest numbers of everything
+ *   meaning   what labels stand for
  *   problem   sites, labels, costs: the energy F of a labelling
  *   coding    how labels become bits: encodings and penalties
  *   labels    what a .qcf says of sites and labels; a labelling in its picture
  *   image     pictures to grey
  *   stereo    a problem from two grey pictures
+ *   restore   a problem from a noisy grey picture
+ *   segment   a problem from a picture and strokes on it
+ *   displace  a problem from two pictures: flow and registration
+ *   overlap   a problem from boxes that a detector found
  *   score     a disparity map beside the true one
  *   encode    a problem as the bytes of a .qcf, row by row
  *   qubo      these bytes read back: the QUBO and its energy H
@@ -36,18 +41,23 @@
 
 #include "qstereo/coding.h"
 #include "qstereo/digest.h"
+#include "qstereo/displace.h"
 #include "qstereo/encode.h"
 #include "qstereo/image.h"
 #include "qstereo/labels.h"
 #include "qstereo/limits.h"
+#include "qstereo/meaning.h"
 #include "qstereo/model.h"
+#include "qstereo/overlap.h"
 #include "qstereo/problem.h"
 #include "qstereo/qubo.h"
 #include "qstereo/recode.h"
 #include "qstereo/reduce.h"
+#include "qstereo/restore.h"
 #include "qstereo/sample.h"
 #include "qstereo/samples.h"
 #include "qstereo/score.h"
+#include "qstereo/segment.h"
 #include "qstereo/solve.h"
 #include "qstereo/status.h"
 #include "qstereo/stereo.h"

@@ -60,11 +60,11 @@ def best(mode, folder):
 
 
 def measure(dense, folder):
-    from problems import grid
+    from problems import grid, pack_qcf
     from qstereo_bridge import models, qcf
 
     problem = grid(SIZE, SIZE, LABELS, dense)
-    data = qcf.pack_qcf(problem)
+    data = pack_qcf(problem)
     Path(folder, "p.qcf").write_bytes(data)
     linear, (rows, columns, values), _ = models.expand(problem)
     arrays = {"l": linear.astype(float), "r": rows, "c": columns, "v": values.astype(float)}

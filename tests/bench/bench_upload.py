@@ -51,7 +51,7 @@ def dimods(name, folder):
     bqm = dimod.BinaryQuadraticModel.from_numpy_vectors(linear, quadratic, offset, "BINARY")
     model = bqm
     if name == "hybrid-cqm":
-        model, starts = dimod.ConstrainedQuadraticModel(), problem.starts().tolist()
+        model, starts = dimod.ConstrainedQuadraticModel(), problem.starts.tolist()
         model.set_objective(bqm)
         for group, (low, high) in enumerate(zip(starts, starts[1:])):
             model.add_discrete(range(low, high), label=group, check_overlaps=False)
@@ -60,13 +60,13 @@ def dimods(name, folder):
 
 
 def measure(name, shape, dense):
-    from problems import grid
+    from problems import grid, pack_qcf
     from qstereo_bridge import qcf
 
     encoding = "one-hot" if dense else "one-hot-sparse"
     measured = {"solver": name, "shape": shape, "encoding": encoding}
     with tempfile.TemporaryDirectory() as folder:
-        Path(folder, "p.qcf").write_bytes(qcf.pack_qcf(grid(*shape, dense)))
+        Path(folder, "p.qcf").write_bytes(pack_qcf(grid(*shape, dense)))
         for whose in ["ours"] if name == "hybrid-nl" else ["ours", "dimods"]:
             command = [sys.executable, __file__, whose, name, folder]
             said = subprocess.run(command, check=True, text=True, capture_output=True).stdout

@@ -1,10 +1,13 @@
-"""An instance of the Middlebury MRF benchmark as a .qcf.
+"""An instance of the Middlebury MRF benchmark as a .qcf, or as arrays for `qstereo label`.
 
     python tests/bench/mrf_problem.py NAME FOLDER -o P.qcf [--pack build/pack_problem]
+    python tests/bench/mrf_problem.py NAME FOLDER --arrays OUT
 
-NAME is house, tsukuba or venus. FOLDER has the instance's pictures (house: input.png, mask.png; the
-others: left.png, right.png). The energies are those of the benchmark (Szeliski et al., PAMI 30(6),
-2008). Other benchmarks import `write` with arrays of their own. `make build/pack_problem` first.
+NAME is house, tsukuba, venus or pano. FOLDER has the instance's pictures (house: input.png,
+mask.png; pano: NQIMG_*; the others: left.png, right.png). The energies are those of the benchmark
+(Szeliski et al., PAMI 30(6), 2008). --arrays writes them into the folder OUT as .npy files, and
+prints the arguments of `qstereo label`; pano needs it. Other benchmarks import `write` with arrays
+of their own. `make build/pack_problem` first.
 """
 
 import argparse
@@ -105,17 +108,73 @@ def venus(folder):
     return {"costs": costs, "smoothness": QUADRATIC, "truncation": 7, "weight": 50}
 
 
-INSTANCES = {"house": house, "tsukuba": tsukuba, "venus": venus}
+def pano(folder):
+    """Stitching: a label a picture, and a table an edge: how far two pictures' colours are apart
+    at both its ends."""
+    seen = np.stack([colours(path) for path in sorted(folder.glob("NQIMG_*"))]).astype(np.float32)
+    missing = (seen == 0).all(axis=-1)
+    nowhere = missing.all(axis=0)
+    count = len(seen)
+    apart = np.stack([np.sqrt(((seen - other) ** 2).sum(axis=-1)) for other in seen])
+
+    def tables(p, q):
+        costs = (np.floor(apart[:, :, *p] + apart[:, :, *q]) + 1).astype(np.int32)
+        at_p, at_q = missing[:, *p], missing[:, *q]
+        costs[at_p[:, None] | at_p[None] | at_q[:, None] | at_q[None]] = 100_000
+        costs[at_p[:, None] & at_q[None]] = 0
+        costs[:, :, nowhere[p] | nowhere[q]] = 0
+        costs[range(count), range(count)] = 0
+        return costs.transpose(2, 3, 0, 1)
+
+    every, first, last = slice(None), slice(None, -1), slice(1, None)
+    costs = np.where(missing & ~nowhere, 100_000, 0).transpose(1, 2, 0)
+    both = (tables((every, first), (every, last)), tables((first, every), (last, every)))
+    return {"costs": costs, "tables": both}
+
+
+INSTANCES = {"house": house, "tsukuba": tsukuba, "venus": venus, "pano": pano}
+KINDS = {POTTS: "potts", LINEAR: "linear", QUADRATIC: "quadratic"}
+
+
+def arrays(out, costs, smoothness=None, weight=1, truncation=0, right=None, down=None, tables=None):
+    """Writes the instance as arrays. Returns the arguments of `qstereo label`."""
+
+    def save(name, array):
+        np.save(out / f"{name}.npy", np.ascontiguousarray(array, np.int32))
+        return str(out / f"{name}.npy")
+
+    arguments = [save("costs", costs)]
+    if smoothness is not None:
+        arguments += ["--smoothness", KINDS[smoothness]]
+    if truncation:
+        arguments += ["--truncation", str(truncation)]
+    if right is not None:
+        both = save("right", right[:, :-1]), save("down", down[:-1])
+        arguments += ["--weights", ",".join(both)]
+    elif weight != 1:
+        arguments += ["--lambda", str(weight)]
+    if tables is not None:
+        both = save("right", tables[0]), save("down", tables[1])
+        arguments += ["--tables", ",".join(both)]
+    return arguments
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("name", choices=INSTANCES)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("-o", "--output", required=True, type=Path)
+    to = parser.add_mutually_exclusive_group(required=True)
+    to.add_argument("-o", "--output", type=Path, help="the .qcf to write")
+    to.add_argument("--arrays", type=Path, help="the folder to write arrays into")
     parser.add_argument("--pack", default="build/pack_problem", help="the built pack_problem.c")
     given = parser.parse_args()
-    write(given.output, **INSTANCES[given.name](given.folder), pack=given.pack)
+    instance = INSTANCES[given.name](given.folder)
+    if given.arrays:
+        print(*arrays(given.arrays, **instance))
+        return
+    if "tables" in instance:
+        parser.error(f"{given.name} has tables, which -o cannot hold: give --arrays")
+    write(given.output, **instance, pack=given.pack)
 
 
 if __name__ == "__main__":

@@ -5,12 +5,12 @@ import sys
 from pathlib import Path
 
 import pytest
-from qstereo_bridge import cli, qcf
+from qstereo_bridge import cli
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 from bridge_tools import COMMAND, forked  # noqa: E402
-from problems import grid  # noqa: E402
+from problems import grid, pack_qcf  # noqa: E402
 from service import TOKEN, Service  # noqa: E402, F401
 
 
@@ -18,7 +18,7 @@ from service import TOKEN, Service  # noqa: E402, F401
 def problem_file(tmp_path):
     """A .qcf of 2 x 2 sites and 3 labels."""
     path = tmp_path / "tiny.qcf"
-    path.write_bytes(qcf.pack_qcf(grid(2, 2, 3)))
+    path.write_bytes(pack_qcf(grid(2, 2, 3)))
     return path
 
 

@@ -1,9 +1,14 @@
 """Problems for tests and benchmarks: random ones with every feature of the format, and grids as `qstereo` makes them."""
 
+import dataclasses
 import itertools
+import struct
 
 import numpy as np
-from qstereo_bridge import qcf
+from qstereo_bridge import container, qcf
+
+# The fields of a coupling run, in the file's order.
+RUN = ("block", "form", "width", "weight", "g", "h", "count", "repeat", "stride")
 
 
 def runs_of(values):
@@ -17,35 +22,109 @@ def runs_of(values):
     return found
 
 
+@dataclasses.dataclass
+class Table:
+    """A block as the file has it, entry by entry."""
+
+    table: np.ndarray
+
+    def entry(self, i, j):
+        return int(self.table[i, j])
+
+    def pack(self):
+        return struct.pack("<III", *self.table.shape, 0) + self.table.astype("<i4").tobytes()
+
+
+@dataclasses.dataclass
+class Toeplitz:
+    """A block as the file has it: values[j - i - first], and `fill` outside the values."""
+
+    shape: tuple
+    fill: int
+    first: int
+    values: np.ndarray
+
+    def entry(self, i, j):
+        k = j - i - self.first
+        return int(self.values[k]) if 0 <= k < self.values.size else self.fill
+
+    def pack(self):
+        head = struct.pack("<IIIiiI", *self.shape, 1, self.fill, self.first, self.values.size)
+        return head + self.values.astype("<i4").tobytes()
+
+
+@dataclasses.dataclass
+class Raw:
+    """What a .qcf holds, in plain lists; see make()."""
+
+    sizes: list
+    blocks: list
+    couplings: list
+    linear: np.ndarray
+    penalties: list
+    offset: int
+    sides: list
+
+    def pack(self):
+        """The bytes of the file, linear terms and penalties in their least widths. Nothing is checked."""
+        def least(largest):
+            return next(width for width in (1, 2, 4, 8) if largest < 1 << 8 * width)
+
+        runs, count = b"", 0
+        for run in self.couplings:
+            runs += struct.pack("<IIIiIIIII", *(run[name] for name in RUN))
+            count += run["count"] * run["repeat"]
+            runs += np.array(run["pairs"], "<u4").tobytes() if run["form"] == 1 else b""
+            runs += np.array(run["weights"]).astype(f"<i{run['width']}").tobytes() if run["width"] else b""
+        linear = np.array(self.linear, np.int64)
+        base = int(linear.min()) if linear.size else 0
+        u = linear.view(np.uint64) - np.uint64(base % 2**64)
+        width, wide = least(int(u.max(initial=0))), least(max((max(pair) for pair in self.penalties), default=0))
+        return container.pack(qcf.MAGIC, qcf.FIELDS.pack(linear.size, len(self.sizes), count, bytes(20)), [
+            ("GRPS", b"".join(struct.pack("<II", *run) for run in runs_of(self.sizes))),
+            ("BLKS", struct.pack("<I", len(self.blocks)) + b"".join(block.pack() for block in self.blocks)),
+            ("CPLS", struct.pack("<I", len(self.couplings)) + runs),
+            ("LINR", struct.pack("<qII", base, width, 0) + u.astype(f"<u{width}").tobytes()),
+            ("PNLT", struct.pack("<II", wide, 0) + b"".join(
+                struct.pack("<I", count) + np.array(pair, f"<u{wide}").tobytes() for count, pair in runs_of(self.penalties))),
+            ("OFFS", struct.pack("<q", self.offset)), *self.sides])
+
+
+def made(raw):
+    """The Problem in a Raw, which it knows as `raw`."""
+    problem = qcf.parse_qcf(raw.pack())
+    problem.raw = raw
+    return problem
+
+
+def pack_qcf(problem, **changed):
+    """The bytes of the file that a problem was made of, some of its Raw's fields changed."""
+    return dataclasses.replace(problem.raw, **changed).pack()
+
+
+def altered(problem, **changed):
+    """The problem with some of its Raw's fields changed."""
+    return made(dataclasses.replace(problem.raw, **changed))
+
+
 def make(sizes, blocks, couplings, linear, penalties, offset=0, sides=()):
     """A Problem from plain lists.
 
     sizes: variables of each group; penalties: (a, b) of each group; couplings: a list of dicts with the fields of a
     coupling run, and `pairs` and `weights` where the run has any; they are put in the order of their blocks.
     """
-    runs, pairs, weights = [], [np.empty((0, 2), "<u4")], []
-    for coupling in sorted(couplings, key=lambda coupling: coupling.get("block", 0)):
-        run = {"block": 0, "form": 0, "width": 0, "weight": 0, "g": 0, "h": 0, "count": 1, "repeat": 1, "stride": 0}
-        run.update({key: value for key, value in coupling.items() if key in run})
-        runs.append(tuple(run.values()))
-        if "pairs" in coupling:
-            pairs.append(np.array(coupling["pairs"], "<u4").reshape(-1, 2))
-        if run["width"]:
-            weights.append(np.array(coupling["weights"], f"<i{run['width']}"))
-    largest = max((max(pair) for pair in penalties), default=0)
-    return qcf.Problem(
-        np.array([tuple(run) for run in runs_of(sizes)], qcf.GROUP_RUN), blocks, np.array(runs, qcf.COUPLING_RUN),
-        np.concatenate(pairs), weights, np.array(linear, np.int64),
-        np.array([(count, *pair) for count, pair in runs_of(penalties)], qcf.penalty_run(qcf.least_width(largest))),
-        offset, list(sides))
+    default = {**dict.fromkeys(RUN, 0), "count": 1, "repeat": 1}
+    runs = [{**default, **run} for run in couplings]
+    return made(Raw(list(sizes), blocks, sorted(runs, key=lambda run: run["block"]), np.array(linear, np.int64),
+                    list(penalties), offset, list(sides)))
 
 
 def random_block(rng, rows, columns):
     if rng.random() < 0.5:
-        return qcf.Table(rng.integers(-3, 4, (rows, columns)).astype("<i4"))
+        return Table(rng.integers(-3, 4, (rows, columns)).astype("<i4"))
     first = int(rng.integers(1 - rows, columns))
     count = int(rng.integers(0, columns - first + 1))
-    return qcf.Toeplitz((rows, columns), int(rng.integers(-1, 2)), first if count else 0,
+    return Toeplitz((rows, columns), int(rng.integers(-1, 2)), first if count else 0,
                         rng.integers(-3, 4, count).astype("<i4"))
 
 
@@ -97,8 +176,8 @@ def random_problem(seed, variables=12):
 def grid(width, height, labels, dense=False, weight=20, seed=0):
     """A Potts problem on a 4-neighbour grid with proven penalties, as `one-hot` (dense) or `one-hot-sparse`."""
     rng = np.random.default_rng(seed)
-    block = (qcf.Toeplitz((labels, labels), 1, 0, np.array([0], "<i4")) if dense
-             else qcf.Toeplitz((labels, labels), 0, 0, np.array([-1], "<i4")))
+    block = (Toeplitz((labels, labels), 1, 0, np.array([0], "<i4")) if dense
+             else Toeplitz((labels, labels), 0, 0, np.array([-1], "<i4")))
     couplings = []
     if width > 1:
         couplings.append({"weight": weight, "h": 1, "count": width - 1, "repeat": height, "stride": width if height > 1 else 0})
@@ -133,10 +212,10 @@ def domain_walls(width, height, labels, weight=20, seed=0):
     linear[:, 1:] += kappa
     np.add.at(linear[:, 0], np.array(edges, np.int64).reshape(-1, 2).ravel(), weight)
     values = np.array([1, -2, 1] if k > 1 else [-2], "<i4")
-    blocks = [qcf.Toeplitz((k, k), 0, -1 if k > 1 else 0, values)]
+    blocks = [Toeplitz((k, k), 0, -1 if k > 1 else 0, values)]
     couplings = [{"form": 1, "weight": weight, "count": len(edges), "pairs": edges}] if edges else []
     if k > 1:
-        blocks.append(qcf.Toeplitz((k, k), 0, 1, np.array([-1], "<i4")))
+        blocks.append(Toeplitz((k, k), 0, 1, np.array([-1], "<i4")))
         couplings += [{"block": 1, "form": 1, "weight": kappa, "count": sites, "pairs": [(p, p) for p in range(sites)]}]
     return make([k] * sites, blocks, couplings, linear.ravel(), [(0, 0)] * sites, int(costs[:, 0].sum())), costs, edges
 
@@ -155,28 +234,22 @@ def all_states(n):
 
 def energy_by_definition(problem, x):
     """H of one state, written down from docs/FORMAT.md term by term."""
-    starts, sizes = problem.starts().tolist(), problem.sizes().tolist()
-    a, b = (values.tolist() for values in problem.penalty_pairs())
-    total = problem.offset + sum(int(c) for c, value in zip(problem.linear, x) if value)
-    for g, size in enumerate(sizes):
-        s = sum(int(value) for value in x[starts[g]:starts[g] + size])
-        total += a[g] * (1 - s) + b[g] * s * (s - 1) // 2
-    pairs, weights = iter(problem.pairs.tolist()), iter(problem.weights)
-    for run in problem.coupling_runs:
-        block, form, width, weight, g, h, count, repeat, stride = run.tolist()
-        weigh = iter(next(weights).tolist()) if width else iter([weight] * (count * repeat))
-        for r in range(repeat):
-            for c in range(count):
-                p, q = next(pairs) if form == 1 else (g + r * stride + c, h + r * stride + c)
+    raw = problem.raw
+    starts, total = [0, *itertools.accumulate(raw.sizes)], raw.offset
+    total += sum(int(c) for c, value in zip(raw.linear, x) if value)
+    for g, size in enumerate(raw.sizes):
+        s, (a, b) = sum(int(value) for value in x[starts[g]:starts[g] + size]), raw.penalties[g]
+        total += a * (1 - s) + b * s * (s - 1) // 2
+    for run in raw.couplings:
+        pairs = iter(np.array(run.get("pairs", [])).reshape(-1, 2).tolist())
+        weigh = iter(np.array(run["weights"]).tolist()) if run["width"] else itertools.repeat(run["weight"])
+        for r in range(run["repeat"]):
+            for c in range(run["count"]):
+                step = r * run["stride"] + c
+                p, q = next(pairs) if run["form"] == 1 else (run["g"] + step, run["h"] + step)
                 w = next(weigh)
-                for i in range(sizes[p]):
-                    for j in range(i + 1 if p == q else 0, sizes[q]):
-                        total += w * entry(problem.blocks[block], i, j) * int(x[starts[p] + i]) * int(x[starts[q] + j])
+                for i in range(raw.sizes[p]):
+                    for j in range(i + 1 if p == q else 0, raw.sizes[q]):
+                        total += (w * raw.blocks[run["block"]].entry(i, j) * int(x[starts[p] + i])
+                                  * int(x[starts[q] + j]))
     return total
-
-
-def entry(block, i, j):
-    if isinstance(block, qcf.Table):
-        return int(block.table[i, j])
-    k = j - i - block.first
-    return int(block.values[k]) if 0 <= k < block.values.size else block.fill

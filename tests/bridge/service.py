@@ -12,6 +12,7 @@ to:
 """
 
 import base64
+import functools
 import hashlib
 import io
 import json
@@ -36,8 +37,10 @@ QPU_TIMING = {"qpu_sampling_time": 80000.0, "qpu_anneal_time_per_sample": 20.0,
 HYBRID_TIMING = {"qpu_access_time": 41000, "charge_time": 5000000, "run_time": 5123456}
 
 
-def default_solvers():
-    """One solver of each kind, by name, as D-Wave's own tests describe them."""
+@functools.cache
+def described():
+    """JSON: one solver of each kind, by name, as D-Wave's own tests describe them. To build the
+    graph of the chip takes longer than most tests."""
     from dwave.cloud.testing import mocks
     parameters = dict.fromkeys(["num_reads", "annealing_time", "anneal_schedule", "initial_state",
                                 "reinitialize_state", "fast_anneal", "answer_mode", "auto_scale"],
@@ -63,7 +66,7 @@ def default_solvers():
                mocks.hybrid_nl_solver_data(maximum_decision_state_size=50 << 20,
                                            maximum_number_of_nodes=2_000_000,
                                            maximum_state_size=750 << 20)]
-    return {data["identity"]["name"]: data for data in solvers}
+    return json.dumps({data["identity"]["name"]: data for data in solvers}, default=int)
 
 
 class Solving:
@@ -211,7 +214,7 @@ class Service:
     and 503 ask for), `elsewhere` (where a 307 leads to); see fail(). `closed` is set at its end."""
 
     def __init__(self, solvers=None, immediate=True):
-        self.solvers = default_solvers() if solvers is None else solvers
+        self.solvers = json.loads(described()) if solvers is None else solvers
         self.problems, self.uploads, self.answers, self.requests, self.faults = {}, {}, {}, [], []
         self.pending, self.delay, self.outcome, self.reason = 0, 0, "COMPLETED", "it failed"
         self.spoil, self.closed = None, threading.Event()

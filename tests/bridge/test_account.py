@@ -6,9 +6,9 @@ import threading
 
 import numpy as np
 import pytest
-from problems import grid
+from problems import grid, pack_qcf
 from service import TOKEN
-from qstereo_bridge import jobs, output, qcf, qpu, services, solvers, text
+from qstereo_bridge import jobs, output, qpu, services, solvers, text
 
 HOSTILE = "a\x1b[2J\x9bm\u202eb"
 HARMLESS = r"a\x1b[2J\x9bm\u202eb"
@@ -154,7 +154,7 @@ def test_stride_is_the_nonlinear_solver(solve, service, main, problem_file):
 @pytest.fixture
 def frames(tmp_path):
     for number in range(3):
-        (tmp_path / f"frame{number}.qcf").write_bytes(qcf.pack_qcf(grid(2, 2, 3, seed=number)))
+        (tmp_path / f"frame{number}.qcf").write_bytes(pack_qcf(grid(2, 2, 3, seed=number)))
     return sorted(tmp_path.glob("frame*.qcf"))
 
 

@@ -16,22 +16,27 @@ import qstereo_bridge as qb
 from dimod.serialization import coo
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from problems import all_states, domain_walls, energy_by_definition, grid, make, nothing, random_problem
-from qstereo_bridge import ilp, models, qcf
+from problems import (
+    Table, all_states, domain_walls, energy_by_definition, grid, make, nothing, pack_qcf, random_problem)
+from qstereo_bridge import ilp, models
+
+def problem_of(problem):
+    return qb.load(io.BytesIO(pack_qcf(problem)))
+
 
 SEEDS = st.integers(0, 2**32 - 1)
 
 
 def some(seed, variables=9):
-    return qb.Problem(random_problem(seed, variables))
+    return problem_of(random_problem(seed, variables))
 
 
 @settings(deadline=None, max_examples=40)
 @given(SEEDS)
 def test_models_and_energies(seed):
-    p = some(seed)
-    states = all_states(len(p))
-    expected = [energy_by_definition(p.coefficients, x) for x in states.tolist()]
+    problem = random_problem(seed, 9)
+    p, states = problem_of(problem), all_states(problem.linear.size)
+    expected = [energy_by_definition(problem, x) for x in states.tolist()]
     assert p.energies(states).tolist() == expected and p.energies(states[0]).tolist() == expected[:1]
     assert p.to_bqm().energies((states, range(len(p)))).tolist() == expected
     sound = p.feasible(states.tolist())
@@ -39,7 +44,7 @@ def test_models_and_energies(seed):
 
 
 def test_nonlinear_model():
-    p = qb.Problem(grid(2, 2, 3))
+    p = problem_of(grid(2, 2, 3))
     model = p.to_nl()
     with model.lock():
         model.states.resize(1)
@@ -62,10 +67,10 @@ def test_parts_share_no_coupling(seed):
 
 
 def test_parts_are_connected():
-    assert [part.size for part in qb.Problem(grid(5, 4, 3)).parts()] == [60]
-    assert [part.tolist() for part in qb.Problem(make([1, 2, 1], [qcf.Table(np.ones((1, 1), "<i4"))], [
+    assert [part.size for part in problem_of(grid(5, 4, 3)).parts()] == [60]
+    assert [part.tolist() for part in problem_of(make([1, 2, 1], [Table(np.ones((1, 1), "<i4"))], [
         {"weight": 1, "g": 0, "h": 2}], [0] * 4, [(0, 0)] * 3)).parts()] == [[0, 3], [1, 2]]
-    assert qb.Problem(nothing()).parts() == []
+    assert problem_of(nothing()).parts() == []
 
 
 @pytest.mark.parametrize("vartype", ["BINARY", "SPIN"])
@@ -90,7 +95,7 @@ def test_samples_in_any_order(vartype, seed, tmp_path):
 
 
 def test_broken_chains_are_kept():
-    p = qb.Problem(grid(1, 1, 2))
+    p = problem_of(grid(1, 1, 2))
     found = dimod.SampleSet.from_samples([[0, 1]], "BINARY", energy=[0], chain_break_fraction=[0.25])
     assert p.samples(found).sampleset(p).record.chain_break_fraction.tolist() == [0.25]
 
@@ -153,7 +158,7 @@ print(s.records["energy"].min())"""
 @pytest.mark.parametrize("make_one", [lambda: grid(3, 2, 3), lambda: domain_walls(2, 2, 4)[0], lambda: random_problem(3), nothing])
 def test_export(make_one, tmp_path, main):
     problem = make_one()
-    (tmp_path / "p.qcf").write_bytes(qcf.pack_qcf(problem))
+    (tmp_path / "p.qcf").write_bytes(pack_qcf(problem))
     p = qb.load(tmp_path / "p.qcf")
     bqm, states = p.to_bqm(), np.random.default_rng(1).integers(0, 2, (64, len(p)))
     for end in ("bqm", "coo", "lp", "qubo"):

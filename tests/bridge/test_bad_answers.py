@@ -7,9 +7,9 @@ import zlib
 import dimod
 import numpy as np
 import pytest
-from problems import grid
+from problems import grid, pack_qcf
 from service import MEDIA
-from qstereo_bridge import qcf, services
+from qstereo_bridge import services
 
 SERVICES = ["qpu", "hybrid-bqm", "hybrid-cqm", "hybrid-nl"]
 
@@ -70,7 +70,7 @@ def test_energies_of_the_annealer_that_are_no_numbers(value, spoiled):
     def spoil(answer):
         energies = put(np.frombuffer(base64.b64decode(answer["energies"]), "<f8"), value)
         return {**answer, "energies": base64.b64encode(energies.tobytes()).decode()}
-    spoiled("qpu", spoil, "energies that are no numbers")
+    spoiled("qpu", spoil, "energies that are not numbers")
 
 
 @pytest.mark.parametrize("solver", ["hybrid-bqm", "hybrid-cqm"])
@@ -85,11 +85,8 @@ def test_values_other_than_0_and_1(solver, value, said, spoiled):
 @pytest.mark.parametrize("one_hot", [True, False])
 def test_decisions_outside_their_bounds(value, one_hot, spoiled, service, problem_file):
     """As the state file holds them: one double for each decision."""
-    problem = grid(2, 2, 3)
     if not one_hot:
-        problem.penalties = problem.penalties.copy()
-        problem.penalties["a"] = problem.penalties["b"] = 0
-        problem_file.write_bytes(qcf.pack_qcf(problem))
+        problem_file.write_bytes(pack_qcf(grid(2, 2, 3), penalties=[(0, 0)] * 4))
 
     def spoil(answer):
         from dwave.optimization import Model

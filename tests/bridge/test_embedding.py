@@ -12,7 +12,7 @@ import dwave.graphs
 import networkx as nx
 import numpy as np
 import pytest
-from problems import grid, nothing, make, random_problem
+from problems import Toeplitz, grid, make, nothing, pack_qcf, random_problem
 from service import TOKEN
 from qstereo_bridge import embedding, models, picture, qcf, solvers, tiles
 
@@ -230,7 +230,7 @@ def test_no_embedding_file(change, tmp_path):
     found = embedding.find(embedding.Source.of(grid(2, 1, 3)), embedding.Chip.named("zephyr:3"),
                            seed=4)
     (tmp_path / "e.json").write_bytes(change(json.loads(found.to_json())).encode("latin-1"))
-    with pytest.raises(embedding.NotThisOne, match="e.json: no embedding file"):
+    with pytest.raises(embedding.NotThisOne, match="no embedding file"):
         embedding.read(tmp_path / "e.json")
 
 
@@ -241,7 +241,7 @@ def test_an_embedding_of_something_else_is_refused():
         with pytest.raises(embedding.NotThisOne, match="another problem graph"):
             embedding.check(found, embedding.Source.of(other), chip)
     with pytest.raises(embedding.NotThisOne,
-                       match="made for zephyr:3: embed the problem on this chip anew"):
+                       match="made for zephyr:3: embed the problem on this chip again"):
         embedding.check(found, source, embedding.Chip.named("pegasus:3"))
     lost = full("zephyr:3")
     lost.remove_node(found.chains[5][1])
@@ -342,7 +342,7 @@ def test_a_cache_that_cannot_be_written_is_none(cache, tmp_path):
 
 
 def test_nothing_to_embed(tmp_path, main, cache):
-    (tmp_path / "p.qcf").write_bytes(qcf.pack_qcf(nothing(3)))
+    (tmp_path / "p.qcf").write_bytes(pack_qcf(nothing(3)))
     status, _, err = main("embed", tmp_path / "p.qcf", "--topology", "zephyr:3", "-o",
                           tmp_path / "e.json")
     assert status == 1 and "nothing is left to decide" in err and not (tmp_path / "e.json").exists()
@@ -352,7 +352,7 @@ def test_command(problem_file, tmp_path, main, cache):
     path = tmp_path / "e.json"
     status, out, err = main("embed", problem_file, "--topology", "zephyr:3", "-o", path)
     assert (status, err) == (0, "") and f"{path}: written" in out
-    assert "zephyr:3: 12 variables, 24 couplers on 24 qubits, 7.1 % of the chip; " in out
+    assert "zephyr:3: 12 variables, 24 couplers on 24 qubits, 7.1% of the chip; " in out
     assert "; longest chain 2, mean 2.00; tiles" in out
     found = embedding.read(path)
     dwave.embedding.verify_embedding(found.chains, nx.Graph(
@@ -370,12 +370,12 @@ def test_command(problem_file, tmp_path, main, cache):
 
 
 def test_command_says_no(tmp_path, main):
-    (tmp_path / "p.qcf").write_bytes(qcf.pack_qcf(grid(5, 5, 8, dense=True)))
+    (tmp_path / "p.qcf").write_bytes(pack_qcf(grid(5, 5, 8, dense=True)))
     status, out, err = main("embed", tmp_path / "p.qcf", "--topology", "zephyr:2", "-o",
                             tmp_path / "e.json", "--timeout", 1)
     assert ((status, out) == (1, "") and "cannot fit on zephyr:2" in err and "qstereo reduce" in err
             and err.count("\n") == 1)
-    (tmp_path / "p.qcf").write_bytes(qcf.pack_qcf(grid(2, 2, 4, dense=True)))
+    (tmp_path / "p.qcf").write_bytes(pack_qcf(grid(2, 2, 4, dense=True)))
     status, out, err = main("embed", tmp_path / "p.qcf", "--topology", "pegasus:2", "-o",
                             tmp_path / "e.json", "--timeout", 0.3)
     assert ((status, out) == (1, "") and "no embedding found on pegasus:2 within 0.3 s" in err
@@ -389,8 +389,7 @@ def test_command_says_no(tmp_path, main):
 def test_advice_names_no_encoding_that_the_problem_has(encoding, said, tmp_path, main):
     labl = encoding.to_bytes(4, "little") + bytes(12) + (1).to_bytes(4, "little") + bytes(44)
     problem = grid(5, 5, 8, dense=True)
-    problem.sides = [("labl", labl)]
-    (tmp_path / "p.qcf").write_bytes(qcf.pack_qcf(problem))
+    (tmp_path / "p.qcf").write_bytes(pack_qcf(problem, sides=[("labl", labl)]))
     status, _, err = main("embed", tmp_path / "p.qcf", "--topology", "zephyr:2", "-o",
                           tmp_path / "e.json")
     assert status == 1 and ("--encoding" in err) == bool(said) and (said or "qstereo reduce") in err
@@ -399,10 +398,10 @@ def test_advice_names_no_encoding_that_the_problem_has(encoding, said, tmp_path,
 
 def test_advice_for_a_graph_in_parts(tmp_path, main):
     """Two graphs that share no coupling, each too large."""
-    whole = make([20, 20], [qcf.Toeplitz((20, 20), 1, 0, np.empty(0, "<i4"))],
+    whole = make([20, 20], [Toeplitz((20, 20), 1, 0, np.empty(0, "<i4"))],
                  [{"weight": 1, "g": 0, "h": 0}, {"weight": 1, "g": 1, "h": 1}], [0] * 40,
                  [(0, 0)] * 2)
-    (tmp_path / "p.qcf").write_bytes(qcf.pack_qcf(whole))
+    (tmp_path / "p.qcf").write_bytes(pack_qcf(whole))
     status, _, err = main("embed", tmp_path / "p.qcf", "--topology", "pegasus:2", "-o",
                           tmp_path / "e.json")
     assert status == 1 and "solve its 2 parts" in err and "--timeout" not in err
@@ -415,13 +414,13 @@ def test_advice_for_a_graph_in_parts(tmp_path, main):
                                                      (["--topology", "chimera:4", "-o", "E"], 2,
                                                       "no topology is called chimera:4"),
                                                      (["--topology", "zephyr:3", "-o", "P"], 2,
-                                                      "three names"),
+                                                      "different names"),
                                                      (["--topology", "zephyr:3", "-o", "-",
                                                        "--json"], 2, "stdout"),
                                                      (["--topology", "zephyr:3", "-o", "E",
                                                        "--picture", "-"], 2, "stdout"),
                                                      (["--topology", "zephyr:3", "-o", "E",
-                                                       "--picture", "E"], 2, "three names"),
+                                                       "--picture", "E"], 2, "different names"),
                                                      (["--topology", "zephyr:3", "-o", "no/E"], 4,
                                                       "no folder"),
                                                      (["--topology", "zephyr:3", "-o", "E",
@@ -465,7 +464,7 @@ def test_a_service_that_refuses(problem_file, tmp_path, main, service):
 def test_picture(problem, tmp_path, main):
     """A PNG with more colours in it than the paper and the grey of the rest."""
     image = pytest.importorskip("PIL.Image")
-    (tmp_path / "p.qcf").write_bytes(qcf.pack_qcf(problem))
+    (tmp_path / "p.qcf").write_bytes(pack_qcf(problem))
     status, out, err = main("embed", tmp_path / "p.qcf", "--topology", "zephyr:3", "-o",
                             tmp_path / "e.json", "--picture", tmp_path / "e.png")
     assert (status, err) == (0, "") and f"{tmp_path / 'e.png'}: written" in out

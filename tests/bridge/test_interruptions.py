@@ -14,9 +14,9 @@ import pytest
 from job_tools import (  # noqa: F401
     LEAST, SERVICES, WHILE, begin, best, child, collect, few_retries, hurry, kill,
     names, sent, service, solve, until)
-from problems import all_states, grid
+from problems import all_states, grid, pack_qcf
 from service import TOKEN
-from qstereo_bridge import models, qcf, qsf
+from qstereo_bridge import models, qsf
 from qstereo_bridge.output import Output
 
 
@@ -138,7 +138,7 @@ def test_killed_at_any_moment(begin, solve, collect, service, tmp_path):
 def frames(tmp_path):
     problems = {f"frame{i}": grid(2, 2, 3, seed=i) for i in range(5)}
     for name, problem in problems.items():
-        (tmp_path / f"{name}.qcf").write_bytes(qcf.pack_qcf(problem))
+        (tmp_path / f"{name}.qcf").write_bytes(pack_qcf(problem))
     return problems
 
 
@@ -157,7 +157,7 @@ def test_many(jobs_at_once, frames, service, tmp_path, main):
                 _ in service.requests) == 2)
     status, out, err = main(*arguments)
     assert (status, err) == (0, "") and out.count("skipped") == 5 and len(service.problems) == 5
-    (tmp_path / "frame3.qcf").write_bytes(qcf.pack_qcf(grid(2, 2, 3, seed=9)))
+    (tmp_path / "frame3.qcf").write_bytes(pack_qcf(grid(2, 2, 3, seed=9)))
     status, out, _ = main(*arguments, "--json")
     found = json.loads(out)
     assert status == 0 and len(service.problems) == 6 and found["failed"] == []
@@ -174,7 +174,7 @@ def test_one_of_many_fails(frames, service, tmp_path, main):
     status, out, err = main(*arguments)
     assert (status == 1 and out.count("\n") == 3 and "2 of 5 failed" in err
             and "frame2.qcf: byte 0" in err and "frame0.qcf" in err)
-    (tmp_path / "frame2.qcf").write_bytes(qcf.pack_qcf(frames["frame2"]))
+    (tmp_path / "frame2.qcf").write_bytes(pack_qcf(frames["frame2"]))
     status, out, err = main(*arguments)
     assert ((status, err) == (0, "") and out.count("skipped") == 3
             and len(names(tmp_path / "out")) == 5 and len(service.problems) == 5)
@@ -307,7 +307,7 @@ def test_many_that_are_sent_are_not_sent_again(frames, service, tmp_path, main):
     assert sorted(one["solver"] for one in found["problems"]) == ["hybrid-bqm"] + 4 * ["hybrid-nl"]
     assert (all(one["skipped"] and one["problem_id"] in service.problems
                 for one in found["problems"]) and len(service.problems) == 5)
-    (tmp_path / "frame3.qcf").write_bytes(qcf.pack_qcf(grid(2, 2, 3, seed=9)))
+    (tmp_path / "frame3.qcf").write_bytes(pack_qcf(grid(2, 2, 3, seed=9)))
     status, out, err = main(*arguments, "hybrid-nl")
     assert (status == 1 and out.count("skipped") == 4 and "another problem" in err
             and len(service.problems) == 5)

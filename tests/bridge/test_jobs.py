@@ -11,9 +11,9 @@ import pytest
 from job_tools import (  # noqa: F401
     LEAST, SERVICES, WHILE, begin, best, collect, few_retries, hurry, names, sent,
     service, solve, until)
-from problems import grid
+from problems import grid, pack_qcf
 from service import Service
-from qstereo_bridge import jobs, qcf, qsf, runner, services, text
+from qstereo_bridge import jobs, qsf, runner, services, text
 from qstereo_bridge.output import Output
 
 
@@ -383,7 +383,7 @@ def test_nothing_is_sent_twice_unasked(solve, service, tmp_path):
 
 def test_job_of_another_problem_is_not_forgotten(solve, service, problem_file):
     solve("hybrid-nl", "--no-wait")
-    problem_file.write_bytes(qcf.pack_qcf(grid(2, 2, 3, seed=1)))
+    problem_file.write_bytes(pack_qcf(grid(2, 2, 3, seed=1)))
     status, _, err = solve()
     assert status == 1 and "another problem" in err and len(service.problems) == 1
 
@@ -391,7 +391,7 @@ def test_job_of_another_problem_is_not_forgotten(solve, service, problem_file):
 def test_collect_wants_the_problem_that_was_sent(solve, collect, service, problem_file, tmp_path):
     solve("hybrid-nl", "--no-wait")
     good = problem_file.read_bytes()
-    problem_file.write_bytes(qcf.pack_qcf(grid(2, 2, 3, seed=1)))
+    problem_file.write_bytes(pack_qcf(grid(2, 2, 3, seed=1)))
     status, _, err = collect()
     assert status == 3 and "not the problem that was sent" in err
     problem_file.unlink()
@@ -428,7 +428,7 @@ def test_collect_refuses_the_answer_of_another_problem(solve, collect, service, 
 def test_bad_job_files(content, solve, collect, service, tmp_path):
     (tmp_path / "s.qsf.job").write_bytes(content.encode("latin-1"))
     for status, _, err in (collect(), solve()):
-        assert status == 3 and "no job file" in err and not service.problems
+        assert status == 3 and "not a job file" in err and not service.problems
     assert solve("hybrid-nl", "--resubmit")[0] == 0
 
 
@@ -490,7 +490,7 @@ def test_job_files_with_a_wrong_field(field, value, solve, collect, service, tmp
     for changed in ({**facts, field: value}, {key: facts[key] for key in facts if key != field}):
         path.write_text(json.dumps(changed))
         status, _, err = collect()
-        assert status == 3 and "no job file" in err
+        assert status == 3 and "not a job file" in err
 
 
 def test_redirected_post_is_not_followed(solve, service, tmp_path, monkeypatch):

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from problems import all_states, domain_walls, energy_by_definition, grid, least_of_potts, make, nothing, random_problem
-from qstereo_bridge import models, qcf
+from problems import (
+    Table, Toeplitz, all_states, domain_walls, energy_by_definition, grid, least_of_potts, make, nothing, pack_qcf, random_problem)
+from qstereo_bridge import models
 from qstereo_bridge.container import OverLimit
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -57,7 +58,7 @@ def test_terms_are_sorted_and_not_zero(start):
 
 
 def test_repeated_pairs_add_up_and_cancel():
-    block = qcf.Table(np.array([[1, 2], [3, 4]], "<i4"))
+    block = Table(np.array([[1, 2], [3, 4]], "<i4"))
     problem = make([2, 2], [block], [{"weight": 2, "h": 1}, {"weight": -2, "h": 1},
                                      {"form": 1, "width": 1, "count": 2, "pairs": [0, 1, 0, 1], "weights": [0, 1]}],
                    [0] * 4, [(0, 0)] * 2)
@@ -77,13 +78,11 @@ def test_domain_walls(size):
     problem, costs, edges = domain_walls(*size)
     assert models.energies(problem, all_states(problem.linear.size)).min() == least_of_potts(costs, edges)
     assert models.feasible(problem, all_states(problem.linear.size)).all() and not models.to_cqm(problem).constraints
-    assert qcf.pack_qcf(qcf.parse_qcf(qcf.pack_qcf(problem))) == qcf.pack_qcf(problem)
 
 
 def test_energies_of_large_numbers_are_exact():
-    problem = make([2, 1], [qcf.Table(np.array([[1], [1]], "<i4"))], [{"weight": 1, "h": 1}], [2**50, 1, -2**51],
+    problem = make([2, 1], [Table(np.array([[1], [1]], "<i4"))], [{"weight": 1, "h": 1}], [2**50, 1, -2**51],
                    [(2**49, 2**50 + 1), (0, 0)], 1)
-    problem = qcf.parse_qcf(qcf.pack_qcf(problem))
     states = all_states(3)
     assert models.energies(problem, states).tolist() == [energy_by_definition(problem, x) for x in states.tolist()]
 
@@ -95,7 +94,7 @@ def test_cqm_is_h_on_feasible_states(seed):
     states = all_states(problem.linear.size)
     cqm, labels = models.to_cqm(problem), range(problem.linear.size)
     sound = models.feasible(problem, states)
-    starts, one_hot = problem.starts(), problem.one_hot()
+    starts, one_hot = problem.starts, problem.one_hot
     by_definition = [all(x[starts[g]:starts[g + 1]].sum() == 1 for g in np.flatnonzero(one_hot)) for x in states]
     assert sound.tolist() == by_definition
     assert (cqm.objective.energies((states[sound], labels)) == models.energies(problem, states[sound])).all()
@@ -112,25 +111,25 @@ def test_blocks(seed, rows, columns):
     rng = np.random.default_rng(seed)
     first = int(rng.integers(1 - rows, columns))
     values = rng.integers(-2, 3, int(rng.integers(1, columns - first + 1))).astype("<i4")
-    block = qcf.Toeplitz((rows, columns), int(rng.integers(-1, 2)), first, values)
-    entries = np.array([[values[j - i - first] if 0 <= j - i - first < values.size else block.fill
-                         for j in range(columns)] for i in range(rows)], "<i4")
-    for one in (block, qcf.Table(entries)):
+    toeplitz = Toeplitz((rows, columns), int(rng.integers(-1, 2)), first, values)
+    entries = np.array([[toeplitz.entry(i, j) for j in range(columns)] for i in range(rows)], "<i4")
+    for one in make([rows, columns], [toeplitz, Table(entries)], [], np.zeros(rows + columns), [(0, 0)] * 2).blocks:
         for upper in [False, True] if rows == columns else [False]:
             lengths, column, value = one.entries(upper)
             dense = np.zeros((rows, columns), int)
             dense[np.repeat(np.arange(rows), lengths), column] = value
             assert (dense == (np.triu(entries, 1) if upper else entries)).all() and value.all()
-        assert one.count_nonzero(False) == np.count_nonzero(entries)
+            assert one.count_nonzero(upper) == np.count_nonzero(dense)
         assert one.abs_sum(np.int64) == one.abs_sum(np.float64) == np.abs(entries).sum()
+        assert (one.dense() == entries).all() and (one.transposed().dense() == entries.T).all()
         if rows == columns:
-            assert one.count_nonzero(True) == np.count_nonzero(np.triu(entries, 1))
+            assert (one.mirrored().dense() == np.triu(entries, 1) + np.triu(entries, 1).T).all()
 
 
 def test_large_groups_need_no_square():
     """A diagonal block has as many entries as its diagonal; a penalty's energy needs the sum of its group only."""
     n = 60_000
-    problem = make([n, n], [qcf.Toeplitz((n, n), 0, 0, np.array([-1], "<i4"))], [{"weight": 2, "h": 1}], np.zeros(2 * n),
+    problem = make([n, n], [Toeplitz((n, n), 0, 0, np.array([-1], "<i4"))], [{"weight": 2, "h": 1}], np.zeros(2 * n),
                    [(1, 2)] * 2)
     tracemalloc.start()
     _, (rows, columns, values), _ = models.expand(problem, penalties=False)
@@ -142,8 +141,7 @@ def test_large_groups_need_no_square():
 
 
 def test_memory_limit_of_the_model():
-    small = make([2**20] * 2, [qcf.Toeplitz((2**20, 2**20), 1, 0, np.empty(0, "<i4"))], [{"weight": 1, "h": 1}],
+    small = make([2**20] * 2, [Toeplitz((2**20, 2**20), 1, 0, np.empty(0, "<i4"))], [{"weight": 1, "h": 1}],
                  np.zeros(2**21), [(1, 1)] * 2)
-    data = qcf.pack_qcf(small)
     with pytest.raises(OverLimit, match="quadratic terms would need .* MiB, the limit is 8,192 MiB"):
-        models.to_bqm(qcf.parse_qcf(data))
+        models.to_bqm(small)

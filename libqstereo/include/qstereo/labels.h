@@ -1,5 +1,5 @@
 /* What a .qcf says about the labelling problem behind its QUBO (docs/FORMAT.md,
- * side chunks labl, kept and trnc). */
+ * side chunks labl, mean, kept and trnc). */
 #ifndef QSTEREO_LABELS_H
 #define QSTEREO_LABELS_H
 
@@ -22,6 +22,7 @@ typedef struct qs_labels {
     qs_frame frame;
     const uint8_t *mask; /* a bit for each cell as in the file; NULL = every
                             cell is a site */
+    qs_meaning meaning; /* from mean; zero = disparities */
     /* From kept: */
     uint32_t sites; /* of the whole problem */
     uint32_t undecided; /* how many of them have variables */

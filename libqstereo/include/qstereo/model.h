@@ -33,7 +33,12 @@ typedef struct qs_model {
     const uint8_t *kept;
     qs_pairwise pairwise; /* V(a, b) with a the label of the lower-numbered
                              site; the table as in qs_problem */
-    int64_t pairwise_max; /* the largest V */
+    int64_t pairwise_max; /* the largest V of all edges */
+    /* QS_TABLES only; else NULL. Edges are numbered as qs_model_edge_pairwise
+     * says. */
+    const int32_t *tables; /* labels x labels each */
+    const uint32_t *table_of; /* edges: the number of each one's table */
+    const int32_t *table_max; /* tables: the largest entry of each */
     /* A grid: site (x, y) is y * width + x. Width 0 = no grid. */
     uint32_t width, height;
     const int32_t *right; /* sites: weight of the edge to the right neighbour, 0
@@ -58,7 +63,7 @@ size_t qs_model_of_problem_workspace(const qs_problem *problem);
  * without a file. Every kind of problem has one.
  *
  * problem    read once, row by row where it makes its costs on the way; of it
- *            only a table of pairwise costs stays borrowed
+ *            only tables of pairwise costs stay borrowed
  * workspace  aligned for any type; the model stays in it
  * model      out
  * labels     out, may be NULL: what the file of the problem says in its side
@@ -68,7 +73,8 @@ size_t qs_model_of_problem_workspace(const qs_problem *problem);
  *
  * Returns
  *   QS_OK
- *   QS_E_ARGUMENT  a null pointer, or a problem that qs_problem_check refuses
+ *   QS_E_ARGUMENT  a null pointer, a problem that qs_problem_check refuses, or
+ *                  a table that was made has an entry below 0
  *   QS_E_LIMIT     as qs_problem_check
  *   QS_E_WORKSPACE
  *   QS_E_OVERFLOW  a unary cost, less the least of its site, or a pairwise cost
@@ -113,8 +119,16 @@ size_t qs_model_workspace(const qs_qubo *qubo);
 QS_MUST_CHECK qs_status qs_model_build(const qs_index *index, void *workspace,
                                        size_t workspace_size, qs_model *model);
 
-/* V(a, b), without a weight. */
+/* V(a, b), without a weight. Not of QS_TABLES. */
 int64_t qs_model_pairwise(const qs_model *model, uint32_t a, uint32_t b);
+
+/* V(a, b) of an edge, without its weight; a is the label of the lower-numbered
+ * site.
+ *
+ * edge  of a grid: 2 * p for the edge from site p to the right, 2 * p + 1 for
+ *       the one down. Of any other graph: as in qs_link */
+int64_t qs_model_edge_pairwise(const qs_model *model, uint32_t edge, uint32_t a,
+                               uint32_t b);
 
 /* F of a labelling of the model's sites. All labels are in range. */
 int64_t qs_model_energy(const qs_model *model, const uint16_t *labelling);

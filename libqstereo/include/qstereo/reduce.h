@@ -56,9 +56,7 @@ size_t qs_reduce_workspace(const qs_model *model);
  * reduction  out
  *
  * Returns
- *   QS_OK          also when stopped. Where costs are too large for the
- *                  arithmetic of messages there is no bound (QS_NO_BOUND), and
- *                  Goldstein's criterion alone takes out labels
+ *   QS_OK          also when stopped
  *   QS_E_ARGUMENT  a null pointer, or a start with a label that there is not
  *   QS_E_WORKSPACE */
 QS_MUST_CHECK qs_status qs_reduce(const qs_model *model,

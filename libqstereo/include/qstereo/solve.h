@@ -25,21 +25,26 @@ typedef struct qs_progress {
  * possible. */
 typedef bool qs_watch(void *context, const qs_progress *progress);
 
-/* Asked within an iteration, often, by expansion, trws and best, whose
- * iterations are long. Returns false to stop the solver at once. What it has
- * then is the best of its labellings so far, or the winner's if there is
- * none. */
-typedef bool qs_going(void *context);
+enum { QS_ALL_TIME = 1 << 16 };
 
 /* All zero = the defaults. */
 typedef struct qs_solve_options {
     uint64_t iterations; /* at most; 0 = the solver's own default, which its
                             comment states */
     uint64_t seed; /* of the solvers that draw random numbers */
-    qs_watch *watch; /* NULL = nobody. It is called at least once in each
-                        iteration. There may be none: in swap with one label */
-    void *context; /* of watch and going */
-    qs_going *going; /* NULL = nobody */
+    /* NULL = nobody. It is called after each iteration and each move, and
+     * within these about once in 2^20 numbers that are computed, which take
+     * about a millisecond. (While a flow is being prepared it is not called.)
+     * So a solver that it stops ends soon. The solution is then the best so
+     * far, or the winner's labelling and the bound that needs no iteration. */
+    qs_watch *watch;
+    void *context; /* of watch and spent */
+    /* The library has no clock. For anneal: how much of the time that it has is
+     * over, 0 to QS_ALL_TIME. NULL = it has all the time that its iterations
+     * take */
+    uint32_t (*spent)(void *context);
+    uint32_t gap; /* best stops when energy - bound is at most this many
+                     millionths of the energy; 0 = it stops at a proof */
 } qs_solve_options;
 
 typedef struct qs_solution {
@@ -69,7 +74,11 @@ typedef struct qs_solution {
  *   QS_E_ARGUMENT  a null pointer, or a start with a label that there is not
  *   QS_E_WORKSPACE
  *   QS_E_ENCODING  the solver cannot be used with this pairwise cost
- *   QS_E_OVERFLOW  the costs are too large for the solver's arithmetic */
+ *   QS_E_OVERFLOW  qs_min_cut only: the costs are too large for its arithmetic
+ *
+ * Solvers compute in 32 bits, and where costs are too large for that, in 64. So
+ * there are no costs that a model may have and a solver not, but the large ones
+ * take about twice the memory and up to four times the time. */
 typedef qs_status qs_solver(const qs_model *model,
                             const qs_solve_options *options, void *workspace,
                             size_t workspace_size, uint16_t *labelling,
@@ -87,8 +96,9 @@ size_t qs_icm_workspace(const qs_model *model);
 /* Simulated annealing on labels (Cerny 1985; Metropolis et al. 1953): each site
  * in turn is offered a label drawn from all. The temperature falls in equal
  * ratios from half the largest cost of an edge to an eighth of that; then icm.
- * The result is never above the start. An iteration is a sweep; default
- * 1000. */
+ * The result is never above the start. An iteration is a sweep; default 1000.
+ * Where options->spent is there, the temperature follows the time that is over,
+ * and there is no limit of iterations unless one is asked for. */
 QS_MUST_CHECK qs_status qs_anneal(const qs_model *model,
                                   const qs_solve_options *options,
                                   void *workspace, size_t workspace_size,
@@ -167,13 +177,30 @@ size_t qs_trws_workspace(const qs_model *model);
  *
  * The workspace is SIZE_MAX if that graph would have 2^32 nodes or arcs, and 0
  * if V is not submodular. QS_E_OVERFLOW: a cost, or what the edges of a site
- * can cost, times the number of labels, is 2^28 or more. (The descent does not
- * multiply by the number of labels.) */
+ * can cost, times the number of labels, is 2^60 or more. */
 QS_MUST_CHECK qs_status qs_min_cut(const qs_model *model,
                                    const qs_solve_options *options,
                                    void *workspace, size_t workspace_size,
                                    uint16_t *labelling, qs_solution *solution);
 size_t qs_min_cut_workspace(const qs_model *model);
+
+/* The optimum by branch and bound, proven unless a watch or a limit stops it,
+ * of problems with two labels in which no edge favours the same label at both
+ * ends:
+ *
+ *     V(0, 1) + V(1, 0) <= V(0, 0) + V(1, 1),
+ *
+ * as when boxes that overlap are chosen (overlap.h); else, and of tables of
+ * their own for the edges, QS_E_ENCODING. It is quick where sites that share
+ * an edge mostly exclude each other. Stopped, it returns the best labelling and
+ * the bound so far. (Bounds by covers of cliques, as for largest cliques:
+ * Tomita and Seki 2003.) An iteration is a labelling tried; default: no
+ * limit. */
+QS_MUST_CHECK qs_status qs_pack(const qs_model *model,
+                                const qs_solve_options *options,
+                                void *workspace, size_t workspace_size,
+                                uint16_t *labelling, qs_solution *solution);
+size_t qs_pack_workspace(const qs_model *model);
 
 /* The best of these together. It runs TRW-S. After iterations 8, 16, 32 and so
  * on, moves improve the labelling that TRW-S has reached: expansion, or, if the
@@ -181,8 +208,9 @@ size_t qs_min_cut_workspace(const qs_model *model);
  * It ends when the bound proves the best labelling. TRW-S comes first because
  * in any given time it gets lower than expansion from the winner's labelling.
  * What a cut decides quickly is left to qs_min_cut: two labels, convex costs,
- * and linear costs on a grid. Works with every pairwise cost. An iteration is
- * one of TRW-S, or of qs_min_cut; default 2000. */
+ * and linear costs on a grid. Where qs_pack can be used it goes first, with a
+ * limit of its own. Works with every pairwise cost. An iteration is one of
+ * TRW-S, or of qs_min_cut, or of qs_pack; default 2000. */
 QS_MUST_CHECK qs_status qs_best(const qs_model *model,
                                 const qs_solve_options *options,
                                 void *workspace, size_t workspace_size,

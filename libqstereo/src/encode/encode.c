@@ -15,12 +15,18 @@ static void take_workspace(qs_arena *arena, const qs_problem *problem, qs_encode
     e->row_max = qs_arena_take(arena, maxima, sizeof *e->row_max);
     e->column_max = qs_arena_take(arena, maxima, sizeof *e->column_max);
     e->costs = qs_arena_take(arena, qs_costs_workspace(problem), 1);
+    if (problem->pairwise.smoothness == QS_TABLES) {
+        uint64_t entries = (uint64_t)problem->labels * problem->labels;
+        e->strip = qs_table_strip_first(e->problem, arena);
+        e->last_table = qs_arena_take(arena, entries, sizeof *e->last_table);
+        e->reach = qs_arena_take(arena, qs_table_reach_numbers(problem), sizeof *e->reach);
+    }
 }
 
 size_t qs_encode_workspace(const qs_problem *problem)
 {
     qs_arena arena = {0};
-    qs_encoder e;
+    qs_encoder e = {.problem = problem};
     take_workspace(&arena, problem, &e);
     return qs_arena_size(&arena);
 }
@@ -53,6 +59,7 @@ static void put_side_chunks(qs_writer *writer, const void *context)
         .width = grid->width,
         .height = grid->width > 0 ? grid->height : 0,
         .frame = problem->frame,
+        .meaning = problem->meaning,
     };
     if (labels.frame.picture_width == 0) {
         labels.frame.picture_width = labels.width;
@@ -62,6 +69,18 @@ static void put_side_chunks(qs_writer *writer, const void *context)
 }
 
 /* ---- Planning. ---- */
+
+/* Returns true if a label is forbidden at any site. */
+static bool forbids(const qs_problem *problem, uint32_t sites)
+{
+    size_t count = problem->allowed ? (size_t)sites * problem->labels : 0;
+    for (size_t i = 0; i < count; i++) {
+        if (problem->allowed[i] == 0) {
+            return true;
+        }
+    }
+    return false;
+}
 
 static qs_status choose(qs_encoder *e, const qs_encode_options *options)
 {
@@ -75,14 +94,17 @@ static qs_status choose(qs_encoder *e, const qs_encode_options *options)
     e->penalty = own.penalty;
     e->gap = own.gap;
     e->alpha = (uint64_t)own.alpha;
-    return qs_encoding_facts_of(e->encoding)->is_streamed ? QS_OK : QS_E_ENCODING;
+    bool streams = qs_encoding_facts_of(e->encoding)->is_streamed && !forbids(problem, e->sites);
+    return streams ? QS_OK : QS_E_ENCODING;
 }
 
 static qs_status make_plan(qs_encoder *e)
 {
     e->qcf.variables = (uint64_t)e->sites * e->problem->labels;
     e->qcf.groups = e->sites;
-    qs_plan_couplings(e);
+    if (!qs_plan_couplings(e)) {
+        return QS_E_ARGUMENT;
+    }
     qs_plan_costs(e);
     qs_plan_penalties(e);
     if (e->qcf.couplings > QS_VARIABLES_MAX) {
@@ -105,7 +127,7 @@ static qs_status write_file(qs_encoder *e, const qs_sink *sink, uint64_t *size)
     e->qcf.put_linear = qs_put_the_costs;
     e->qcf.put_penalty_runs = qs_put_the_penalties;
     e->qcf.offset = &offset;
-    e->qcf.side_chunks = 1;
+    e->qcf.side_chunks = qs_labl_chunks(&e->problem->meaning);
     e->qcf.put_side_chunks = put_side_chunks;
     e->qcf.context = e;
     uint64_t written;

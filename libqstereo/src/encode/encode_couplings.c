@@ -85,6 +85,10 @@ void qs_put_the_block(qs_writer *writer, const void *encoder)
 {
     const qs_encoder *e = encoder;
     uint32_t labels = e->problem->labels;
+    if (qs_has_tables(e)) {
+        qs_put_the_tables(writer, e);
+        return;
+    }
     if (qs_has_table(e)) {
         qs_put_table_head(writer, labels, labels);
         for (size_t i = 0; i < (size_t)labels * labels; i++) {
@@ -142,12 +146,25 @@ static qs_run head_of(const qs_edge_run *run, const weighed *w)
     };
 }
 
+/* Notes the weight that all edges have, or that they differ. */
+static void note_weight(qs_encoder *e, const weighed *w)
+{
+    bool alike = w->same && (e->weight == QS_WEIGHT_UNSEEN || e->weight == w->largest);
+    e->weight = alike ? w->largest : -1;
+}
+
+static void weigh_run(void *context, const qs_edge_run *run)
+{
+    qs_encoder *e = context;
+    weighed w = weigh(e->problem, run);
+    note_weight(e, &w);
+}
+
 static void plan_run(void *context, const qs_edge_run *run)
 {
     qs_encoder *e = context;
     weighed w = weigh(e->problem, run);
-    bool alike = w.same && (e->weight == QS_WEIGHT_UNSEEN || e->weight == w.largest);
-    e->weight = alike ? w.largest : -1;
+    note_weight(e, &w);
     if (w.sum == 0) {
         return;
     }
@@ -159,9 +176,8 @@ static void plan_run(void *context, const qs_edge_run *run)
     qs_grow(&e->magnitude, w.sum, e->block_sum);
 }
 
-void qs_plan_couplings(qs_encoder *e)
+static void plan_one_block(qs_encoder *e)
 {
-    e->weight = QS_WEIGHT_UNSEEN;
     e->qcf.blocks = 1;
     if (qs_has_table(e)) {
         plan_table(e);
@@ -169,9 +185,23 @@ void qs_plan_couplings(qs_encoder *e)
         plan_toeplitz(e);
     }
     qs_edges_visit(e->problem, plan_run, e);
+    qs_grow(&e->edge_sum, e->weight_sum, (uint64_t)e->block_max);
+}
+
+bool qs_plan_couplings(qs_encoder *e)
+{
+    bool fits = true;
+    e->weight = QS_WEIGHT_UNSEEN;
+    if (qs_has_tables(e)) {
+        qs_edges_visit(e->problem, weigh_run, e);
+        fits = qs_plan_tables(e);
+    } else {
+        plan_one_block(e);
+    }
     if (e->problem->grid.width > 0 && !e->problem->grid.right) {
         e->weight = e->problem->weight; /* also where the grid has no edge */
     }
+    return fits;
 }
 
 typedef struct run_output {
@@ -208,5 +238,9 @@ static void put_run(void *context, const qs_edge_run *run)
 void qs_put_the_runs(qs_writer *writer, const void *encoder)
 {
     run_output output = {encoder, writer};
+    if (qs_has_tables(encoder)) {
+        qs_put_table_runs(writer, encoder);
+        return;
+    }
     qs_edges_visit(output.encoder->problem, put_run, &output);
 }

@@ -49,15 +49,12 @@ static uint64_t most_cost(const qs_encoder *e, uint64_t first, uint64_t second)
     return most;
 }
 
-/* Goes on with `count` sites whose edges have these sums of weights. */
-static void push_sites(void *context, uint32_t count, int64_t first, int64_t second)
+/* Goes on with `count` sites whose edges are alike. */
+static void push_alike(run_maker *m, uint32_t count, qs_site_edges edges)
 {
-    run_maker *m = context;
     const qs_encoder *e = m->encoder;
     uint64_t a = e->alpha, b = 2 * e->alpha;
     if (qs_penalty_keeps_gap(e->penalty)) {
-        qs_site_edges edges = {(uint64_t)(first + second),
-                               most_cost(e, (uint64_t)first, (uint64_t)second)};
         qs_one_hot_bound(e->encoding, e->penalty, &e->problem->pairwise, e->problem->labels, e->gap,
                          edges, &a, &b);
     }
@@ -68,13 +65,30 @@ static void push_sites(void *context, uint32_t count, int64_t first, int64_t sec
     m->run = (qs_penalty_run){a, b, m->run.count + count};
 }
 
+/* A qs_reach_visit. */
+static void push_sites(void *context, uint32_t count, int64_t first, int64_t second)
+{
+    run_maker *m = context;
+    qs_site_edges edges = {(uint64_t)(first + second),
+                           most_cost(m->encoder, (uint64_t)first, (uint64_t)second)};
+    push_alike(m, count, edges);
+}
+
+/* A qs_table_reach_visit. One-hot does not need the weights. */
+static void push_site(void *context, uint64_t most)
+{
+    push_alike(context, 1, (qs_site_edges){0, most});
+}
+
 static void make_runs(run_maker *m)
 {
     const qs_encoder *e = m->encoder;
-    if (qs_penalty_keeps_gap(e->penalty)) {
-        qs_reach_visit_all(e->problem, e->sums, push_sites, m);
+    if (!qs_penalty_keeps_gap(e->penalty)) {
+        push_alike(m, e->sites, (qs_site_edges){0, 0});
+    } else if (qs_has_tables(e)) {
+        qs_table_reach_all(&e->strip, e->reach, push_site, m);
     } else {
-        push_sites(m, e->sites, 0, 0);
+        qs_reach_visit_all(e->problem, e->sums, push_sites, m);
     }
     end_run(m);
 }

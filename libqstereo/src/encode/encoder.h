@@ -5,6 +5,7 @@
 
 #include "../../include/qstereo/encode.h"
 #include "../base/arena.h"
+#include "../problem/edge_tables.h"
 #include "penalty.h"
 #include "qcf_writer.h"
 
@@ -20,11 +21,16 @@ typedef struct qs_encoder {
     int32_t *row_max; /* of a table: the largest cost of each row, */
     int32_t *column_max; /* and of each column */
     void *costs; /* of the strips */
+    /* Of tables of edges: */
+    qs_table_strip strip; /* before the first one */
+    int32_t *last_table; /* of the edge before */
+    uint64_t *reach; /* of qs_table_reach_all */
     /* The plan. */
     qs_qcf qcf;
     int64_t block_max; /* the largest pairwise cost */
     uint64_t block_sum; /* sum of the absolute entries of the block */
     uint64_t weight_sum; /* over all edges */
+    uint64_t edge_sum; /* what all edges can cost, saturated */
     int64_t weight; /* of every edge; -1 = they differ; QS_WEIGHT_UNSEEN = there is no edge yet */
     uint64_t magnitude; /* M of docs/FORMAT.md without the offset, saturated */
     int64_t *offset; /* set when the linear terms have been put */
@@ -42,14 +48,25 @@ static inline bool qs_has_table(const qs_encoder *e)
     return e->problem->pairwise.smoothness == QS_TABLE;
 }
 
+static inline bool qs_has_tables(const qs_encoder *e)
+{
+    return e->problem->pairwise.smoothness == QS_TABLES;
+}
+
 /* The sum of the weights times the band of V: what one-hot-sparse puts into the offset, and 0 in
  * one-hot. Saturated above QS_ENERGY_MAX. */
 uint64_t qs_band_sum(const qs_encoder *e);
 
-/* The block, V or minus the band of one-hot-sparse, and the couplings by it. */
-void qs_plan_couplings(qs_encoder *e);
+/* The block, V or minus the band of one-hot-sparse, or the tables of the edges; and the couplings
+ * by them. Returns false if a table has an entry below 0. */
+bool qs_plan_couplings(qs_encoder *e);
 void qs_put_the_block(qs_writer *writer, const void *encoder);
 void qs_put_the_runs(qs_writer *writer, const void *encoder);
+
+/* The same of tables of edges alone. */
+bool qs_plan_tables(qs_encoder *e);
+void qs_put_the_tables(qs_writer *writer, const qs_encoder *e);
+void qs_put_table_runs(qs_writer *writer, const qs_encoder *e);
 
 /* The linear terms, and the paper's alpha. Needs the couplings' plan. */
 void qs_plan_costs(qs_encoder *e);

@@ -63,9 +63,28 @@ static void put_payload(qs_writer *writer, const void *context)
     }
 }
 
+static void put_meaning(qs_writer *writer, const void *context)
+{
+    const qs_meaning *meaning = context;
+    qs_put_u32(writer, meaning->kind);
+    qs_put_u32(writer, meaning->step);
+    qs_put_u32(writer, meaning->columns);
+    qs_put_u32(writer, meaning->unit);
+    qs_put_u32(writer, (uint32_t)meaning->x);
+    qs_put_u32(writer, (uint32_t)meaning->y);
+}
+
+uint32_t qs_labl_chunks(const qs_meaning *meaning)
+{
+    return meaning->kind == QS_MEANS_DISPARITY ? 1 : 2;
+}
+
 void qs_put_labl(qs_writer *writer, const qs_labels *labels, const uint8_t *cells)
 {
     payload p = {labels, cells};
     uint64_t mask = is_masked(&p) ? qs_bit_bytes(cell_count(labels)) : 0;
     qs_put_chunk(writer, "labl", QS_LABL_HEAD + mask, put_payload, &p);
+    if (qs_labl_chunks(&labels->meaning) > 1) {
+        qs_put_chunk(writer, "mean", QS_MEAN_SIZE, put_meaning, &labels->meaning);
+    }
 }

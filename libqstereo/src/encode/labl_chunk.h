@@ -1,11 +1,15 @@
-/* The side chunk labl: what the variables of a QUBO mean (docs/FORMAT.md). */
+/* The side chunks labl and mean: what the variables of a QUBO and its labels stand for
+ * (docs/FORMAT.md). */
 #ifndef QS_LABL_CHUNK_H
 #define QS_LABL_CHUNK_H
 
 #include "../../include/qstereo/labels.h"
 #include "../files/container.h"
 
-/* Puts the chunk.
+/* How many chunks qs_put_labl puts: labl, and mean unless the labels are disparities. */
+uint32_t qs_labl_chunks(const qs_meaning *meaning);
+
+/* Puts the chunks.
  *
  * cells  the mask as qs_grid has it, a byte for each cell; NULL = labels->mask, which has the bits
  *        of the file */

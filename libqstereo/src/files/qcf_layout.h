@@ -22,6 +22,7 @@ enum {
     QS_LINEAR_HEAD = 16, /* LINR */
     QS_PENALTIES_HEAD = 8, /* PNLT */
     QS_LABL_HEAD = 64, /* labl without its mask */
+    QS_MEAN_SIZE = 24,
     QS_KEPT_HEAD = 8,
     QS_TRNC_HEAD = 8
 };

@@ -1,12 +1,13 @@
 #include "convexity.h"
 
-/* Without a table: V rises with the distance and is truncated, or not within the labels. */
+/* Without a table: V rises with the distance and is truncated, or not within the labels. Tables of
+ * edges are not looked at. */
 static bool rises_to_the_end(const qs_model *model)
 {
     const qs_pairwise *pairwise = &model->pairwise;
     uint64_t most = model->labels - 1;
     if (model->labels <= 2) {
-        return true;
+        return pairwise->smoothness != QS_TABLES;
     }
     switch (pairwise->smoothness) {
     case QS_TRUNCATED_LINEAR: return pairwise->truncation == 0 || pairwise->truncation >= most;

@@ -5,7 +5,7 @@ bool qs_is_semi_metric(const qs_model *model)
     uint32_t labels = model->labels;
     const int32_t *table = model->pairwise.table;
     if (model->pairwise.smoothness != QS_TABLE) {
-        return true;
+        return model->pairwise.smoothness < QS_TABLE;
     }
     for (size_t a = 0; a < labels; a++) {
         for (size_t b = 0; b < a; b++) {
@@ -44,7 +44,8 @@ bool qs_is_metric(const qs_model *model)
     case QS_TRUNCATED_LINEAR: return true;
     /* V(2) <= 2 V(1) where there is a distance of 2; truncated at 1 or 2 it is linear. */
     case QS_TRUNCATED_QUADRATIC: return model->labels <= 2 || truncation == 1 || truncation == 2;
-    case QS_TABLE: break;
+    case QS_TABLE:
+    case QS_TABLES: break;
     }
     return qs_is_semi_metric(model) && table_is_metric(model->pairwise.table, model->labels);
 }

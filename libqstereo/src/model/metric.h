@@ -1,4 +1,5 @@
-/* What kind of distance the pairwise cost of a model is. Moves need to know. */
+/* What kind of distance the pairwise cost of a model is. Moves need to know. Tables of edges are
+ * not looked at: they count as none. */
 #ifndef QS_METRIC_H
 #define QS_METRIC_H
 

@@ -6,9 +6,9 @@
 #include "../base/bytes.h"
 #include "../base/minmax.h"
 #include "../qubo/sites.h"
+#include "edge_value.h"
 #include "model_check.h"
 #include "model_parts.h"
-#include "neighbours.h"
 
 static bool is_grid(const qs_qubo *qubo)
 {
@@ -21,13 +21,20 @@ static uint32_t sites_of(const qs_qubo *qubo)
     return is_grid(qubo) ? qubo->labels.width * qubo->labels.height : qubo->labels.sites;
 }
 
+/* Tables of edges, at most; at least one, for the numbers that no edge has. */
+static uint64_t most_tables(const qs_qubo *qubo)
+{
+    return 1 + (qubo->labels.fixed_bytes > 0 ? qubo->couplings : qubo->block_count);
+}
+
 /* Hands out the workspace, or counts it. Returns its size. */
 static size_t take_parts(qs_building *b, const qs_qubo *qubo, void *workspace)
 {
     const qs_labels *l = &qubo->labels;
     qs_arena arena = {.base = workspace};
     uint64_t sites = sites_of(qubo), labels = qubo->has_labels ? l->labels : 0;
-    bool grid = is_grid(qubo), table = qubo->has_labels && l->pairwise.smoothness == QS_TABLE;
+    bool grid = is_grid(qubo), table = qubo->has_labels && l->pairwise.smoothness == QS_TABLE,
+         tables = qubo->has_labels && l->pairwise.smoothness == QS_TABLES;
     b->unary = qs_arena_take(&arena, sites * labels, sizeof *b->unary);
     b->right = qs_arena_take(&arena, grid ? sites : 0, sizeof *b->right);
     b->down = qs_arena_take(&arena, grid ? sites : 0, sizeof *b->down);
@@ -35,6 +42,10 @@ static size_t take_parts(qs_building *b, const qs_qubo *qubo, void *workspace)
     b->cursor = qs_arena_take(&arena, grid ? 0 : sites, sizeof *b->cursor);
     b->links = qs_arena_take(&arena, grid ? 0 : qubo->couplings, 2 * sizeof *b->links);
     b->table = qs_arena_take(&arena, table ? labels * labels : 0, sizeof *b->table);
+    uint64_t count = tables ? most_tables(qubo) : 0, numbers = grid ? 2 * sites : qubo->couplings;
+    b->tables = qs_arena_take(&arena, count, labels * labels * sizeof *b->tables);
+    b->table_max = qs_arena_take(&arena, count, sizeof *b->table_max);
+    b->table_of = qs_arena_take(&arena, tables ? numbers : 0, sizeof *b->table_of);
     b->site_of = qs_arena_take(&arena, qubo->groups, sizeof *b->site_of);
     b->kept = qs_arena_take(&arena, l->fixed_bytes > 0 ? sites * labels : 0, sizeof *b->kept);
     return qs_arena_size(&arena);
@@ -91,11 +102,49 @@ static void place_sites(const qs_building *b)
     }
 }
 
+/* ---- Tables of edges. ---- */
+
+/* Notes the table of the edge of a coupling. Blocks of whole problems are tables, and have been
+ * copied; other blocks are smaller and stand for different labels. Returns false if it is no table
+ * of costs. */
+static bool enter_table(qs_building *b, uint32_t edge, uint32_t block, uint32_t first,
+                        uint32_t second)
+{
+    size_t entries = (size_t)b->model.labels * b->model.labels;
+    uint32_t table = b->model.kept ? b->table_count++ : block;
+    b->table_of[edge] = table;
+    return qs_copy_table(b, block, first, second, b->tables + table * entries);
+}
+
+static void begin_tables(qs_building *b)
+{
+    const qs_model *model = &b->model;
+    size_t entries = (size_t)model->labels * model->labels,
+           numbers =
+               model->width > 0 ? 2 * (size_t)model->sites : (size_t)b->index->qubo->couplings;
+    b->table_count = model->kept ? 1 : b->index->qubo->block_count + 1;
+    memset(b->tables, 0, sizeof *b->tables * entries * b->table_count);
+    memset(b->table_of, 0, sizeof *b->table_of * numbers);
+}
+
+static void end_tables(qs_building *b)
+{
+    qs_find_table_max(b->tables, b->table_count, b->model.labels, b->table_max);
+    b->model.tables = b->tables;
+    b->model.table_of = b->table_of;
+    b->model.table_max = b->table_max;
+}
+
+static bool has_tables(const qs_building *b)
+{
+    return b->labels->pairwise.smoothness == QS_TABLES;
+}
+
 /* ---- The edges. ---- */
 
 /* Adds the weights of the couplings to the edges of the grid. Returns false if a coupling is no
- * edge of it, or a sum is too large. */
-static bool copy_grid(const qs_building *b)
+ * edge of it, a sum is too large, or an edge has two tables. */
+static bool copy_grid(qs_building *b)
 {
     const qs_index *index = b->index;
     memset(b->right, 0, sizeof *b->right * b->model.sites);
@@ -113,13 +162,19 @@ static bool copy_grid(const qs_building *b)
             if ((!to_right && !to_below) || near->weight > INT32_MAX - *weight) {
                 return false;
             }
+            uint32_t edge = qs_cell_edge(cell, to_below);
+            if (has_tables(b) &&
+                (*weight != 0 || !enter_table(b, edge, near->block, cell, other))) {
+                return false;
+            }
             *weight += near->weight;
         }
     }
     return true;
 }
 
-/* Enters each site, in order, in the lists of its neighbours. So the lists are sorted. */
+/* Enters each site, in order, in the lists of its neighbours. So the lists are sorted. The links
+ * hold the blocks of their edges, until they get the edges' numbers. */
 static void enter_sites(const qs_building *b)
 {
     const qs_index *index = b->index;
@@ -138,10 +193,26 @@ static void enter_sites(const qs_building *b)
             const qs_neighbour *near = &index->near[n];
             if (near->group != g) {
                 b->links[b->cursor[b->site_of[near->group]]++] =
-                    (qs_link){b->site_of[g], 0, near->weight};
+                    (qs_link){b->site_of[g], near->block & ~QS_TRANSPOSED, near->weight};
             }
         }
     }
+}
+
+/* The tables of the edges of a graph, from the blocks in the links. */
+static bool find_tables(qs_building *b)
+{
+    uint32_t edges = 0;
+    bool fits = true;
+    for (uint32_t p = 0; p < b->model.sites; p++) {
+        for (uint32_t n = b->link_start[p]; n < b->link_start[p + 1]; n++) {
+            const qs_link *link = &b->links[n];
+            if (link->site > p) {
+                fits &= enter_table(b, edges++, link->edge, p, link->site);
+            }
+        }
+    }
+    return fits;
 }
 
 /* ---- The costs. ---- */
@@ -253,24 +324,6 @@ static bool copy_site(qs_building *b, uint32_t group, const uint8_t *trimmed)
     return true;
 }
 
-/* What a label costs that is not left: one more than all edges of its site can. */
-static int32_t cost_out(const qs_model *model, uint32_t site)
-{
-    int64_t edges = qs_most_of_edges(model, site);
-    return edges < INT32_MAX ? (int32_t)edges + 1 : INT32_MAX;
-}
-
-static void put_labels_out(qs_building *b)
-{
-    size_t labels = b->labels->labels;
-    for (uint32_t p = 0; p < b->model.sites; p++) {
-        int32_t out = cost_out(&b->model, p);
-        for (size_t at = p * labels; at < (p + (size_t)1) * labels; at++) {
-            b->unary[at] = b->kept[at] ? b->unary[at] : out;
-        }
-    }
-}
-
 /* The costs of all sites. The one label of a fixed site costs 0. */
 static bool copy_costs(qs_building *b)
 {
@@ -285,13 +338,13 @@ static bool copy_costs(qs_building *b)
             trimmed += (size_t)qs_labels_left(b, group) * l->trimmed_bytes;
         }
     }
-    if (b->model.kept) {
-        put_labels_out(b);
+    for (uint32_t p = 0; b->model.kept && p < b->model.sites; p++) {
+        qs_leave_out(&b->model, b->kept, p, b->unary); /* the costs have 0 as their least */
     }
     return true;
 }
 
-/* Couplings beyond the grid, or weights too large. */
+/* Returns false: couplings beyond the grid, weights too large, or blocks that are no tables. */
 static bool copy_graph(qs_building *b)
 {
     qs_model *model = &b->model;
@@ -301,6 +354,9 @@ static bool copy_graph(qs_building *b)
         return copy_grid(b);
     }
     enter_sites(b);
+    if (has_tables(b) && !find_tables(b)) {
+        return false;
+    }
     model->edges = qs_number_links(b->link_start, model->sites, b->links, b->cursor);
     model->link_start = b->link_start;
     model->links = b->links;
@@ -320,13 +376,19 @@ static qs_status build(qs_building *b)
         size_t count = (size_t)model->labels * model->labels;
         memset(b->table, 0xff, sizeof *b->table * count); /* -1: not seen yet */
         model->pairwise.table = b->table;
-    } else {
+    } else if (!has_tables(b)) {
         /* Of Potts it is 1, even where there is one label. */
         b->tau = model->pairwise.smoothness == QS_POTTS ? 1 : qs_largest_pairwise(model);
     }
     place_sites(b);
+    if (has_tables(b)) {
+        begin_tables(b);
+    }
     if (!qs_couplings_agree(b) || !copy_graph(b) || (table && !qs_finish_table(b))) {
         return QS_E_CORRUPT;
+    }
+    if (has_tables(b)) {
+        end_tables(b);
     }
     model->pairwise_max = qs_largest_pairwise(model);
     model->unary = b->unary;

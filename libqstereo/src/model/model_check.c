@@ -134,6 +134,9 @@ static bool coupling_agrees(const qs_building *b, uint32_t group, const qs_neigh
         return true;
     }
     *last = (compared){group, near};
+    if (b->labels->pairwise.smoothness == QS_TABLES) {
+        return true; /* what is no table of costs is refused when it is copied */
+    }
     return block_agrees(b, group, near);
 }
 
@@ -155,6 +158,25 @@ bool qs_couplings_agree(const qs_building *b)
         }
     }
     return true;
+}
+
+bool qs_copy_table(const qs_building *b, uint32_t block, uint32_t first, uint32_t second,
+                   int32_t *table)
+{
+    uint32_t labels = b->labels->labels, row = 0;
+    bool fits = true;
+    memset(table, 0, sizeof *table * labels * labels);
+    for (uint32_t d = qs_next_label_of(b, first, 0); d < labels; row++) {
+        uint32_t column = 0;
+        for (uint32_t e = qs_next_label_of(b, second, 0); e < labels; column++) {
+            int32_t entry = qs_index_block(b->index, block, row, column);
+            table[(size_t)d * labels + e] = entry;
+            fits &= entry >= 0;
+            e = qs_next_label_of(b, second, e + 1);
+        }
+        d = qs_next_label_of(b, first, d + 1);
+    }
+    return fits;
 }
 
 /* A whole problem without couplings has its table all the same: it is block 0, which no coupling

@@ -2,19 +2,52 @@
 
 #include "../base/minmax.h"
 #include "../base/saturate.h"
+#include "edge_value.h"
+#include "neighbours.h"
 
 int64_t qs_largest_pairwise(const qs_model *model)
 {
     size_t labels = model->labels;
-    if (model->pairwise.smoothness != QS_TABLE) {
+    if (model->pairwise.smoothness < QS_TABLE) {
         /* All others rise with the distance of the labels. */
         return qs_model_pairwise(model, 0, model->labels - 1);
     }
     int32_t largest = 0;
-    for (size_t i = 0; i < labels * labels; i++) {
-        largest = qs_max_i32(largest, model->pairwise.table[i]);
+    if (model->pairwise.smoothness == QS_TABLE) {
+        for (size_t i = 0; i < labels * labels; i++) {
+            largest = qs_max_i32(largest, model->pairwise.table[i]);
+        }
+        return largest;
+    }
+    for (uint32_t edge = 0, edges = qs_edge_numbers(model); edge < edges; edge++) {
+        largest = qs_max_i32(largest, model->table_max[model->table_of[edge]]);
     }
     return largest;
+}
+
+void qs_find_table_max(const int32_t *tables, size_t count, uint32_t labels, int32_t *table_max)
+{
+    size_t entries = (size_t)labels * labels;
+    for (size_t t = 0; t < count; t++) {
+        table_max[t] = 0;
+        for (size_t i = 0; i < entries; i++) {
+            table_max[t] = qs_max_i32(table_max[t], tables[t * entries + i]);
+        }
+    }
+}
+
+int32_t qs_leave_out(const qs_model *model, const uint8_t *kept, uint32_t site, int32_t *unary)
+{
+    size_t labels = model->labels, first = site * labels;
+    int64_t edges = qs_most_of_edges(model, site);
+    int32_t out = edges < INT32_MAX ? (int32_t)edges + 1 : INT32_MAX, least = INT32_MAX;
+    for (size_t at = first; at < first + labels; at++) {
+        least = kept[at] ? qs_min_i32(least, unary[at]) : least;
+    }
+    for (size_t at = first; at < first + labels; at++) {
+        unary[at] = kept[at] ? unary[at] - least : out;
+    }
+    return least;
 }
 
 /* Below 2^63: fewer than 2^32 edges of less than 2^31 each. */

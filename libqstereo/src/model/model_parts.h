@@ -6,8 +6,25 @@
 
 #include "../../include/qstereo/model.h"
 
-/* The largest V of two labels. */
+/* The largest V of two labels. Of QS_TABLES: that of all edges' tables. */
 int64_t qs_largest_pairwise(const qs_model *model);
+
+/* How many numbers of edges there are: see qs_model_edge_pairwise. Grids do not use all. */
+static inline uint32_t qs_edge_numbers(const qs_model *model)
+{
+    return model->width > 0 ? 2 * model->sites : model->edges;
+}
+
+/* Finds the largest entry of each of `count` tables. */
+void qs_find_table_max(const int32_t *tables, size_t count, uint32_t labels, int32_t *table_max);
+
+/* Brings a site's costs in order once its set of labels is known: each label left costs its cost
+ * less their least, which is returned; a label that is out costs one more than all edges of the
+ * site can, at most 2^31 - 1. The edges are there.
+ *
+ * kept   sites x labels, 0 = the label is out
+ * unary  sites x labels */
+int32_t qs_leave_out(const qs_model *model, const uint8_t *kept, uint32_t site, int32_t *unary);
 
 /* Returns true if no sum of costs leaves 64 bits, whatever the labels: see qs_model_build. The
  * edges and pairwise_max are there. */

@@ -1,23 +1,29 @@
 #include "neighbours.h"
 
 #include "../base/minmax.h"
+#include "edge_value.h"
 
 /* Beyond the border the weight is 0, and the site itself stands for the other one. */
 static bool see_grid_edge(const qs_model *model, uint32_t site, uint32_t at, qs_edge_seen *edge)
 {
     uint32_t width = model->width;
     switch (at) {
-    case 0: *edge = (qs_edge_seen){site + 1, model->right[site], true}; break;
-    case 1: *edge = (qs_edge_seen){site + width, model->down[site], true}; break;
-    case 2: *edge = (qs_edge_seen){site - 1, site > 0 ? model->right[site - 1] : 0, false}; break;
+    case 0: *edge = (qs_edge_seen){site + 1, model->right[site], 0, true}; break;
+    case 1: *edge = (qs_edge_seen){site + width, model->down[site], 0, true}; break;
+    case 2:
+        *edge = (qs_edge_seen){site - 1, site > 0 ? model->right[site - 1] : 0, 0, false};
+        break;
     case 3:
-        *edge = (qs_edge_seen){site - width, site >= width ? model->down[site - width] : 0, false};
+        *edge =
+            (qs_edge_seen){site - width, site >= width ? model->down[site - width] : 0, 0, false};
         break;
     default: return false;
     }
     if (edge->weight == 0) {
         edge->site = site;
+        return true;
     }
+    edge->edge = qs_cell_edge(edge->first ? site : edge->site, at % 2 == 1);
     return true;
 }
 
@@ -30,19 +36,29 @@ bool qs_see_edge(const qs_model *model, uint32_t site, uint32_t at, qs_edge_seen
     if (n >= model->link_start[site + 1]) {
         return false;
     }
-    *edge =
-        (qs_edge_seen){model->links[n].site, model->links[n].weight, model->links[n].site > site};
+    const qs_link *link = &model->links[n];
+    *edge = (qs_edge_seen){link->site, link->weight, link->edge, link->site > site};
     return true;
 }
 
 int64_t qs_most_of_edges(const qs_model *model, uint32_t site)
 {
-    int64_t weights = 0;
+    int64_t most = 0;
     qs_edge_seen edge;
     for (uint32_t at = 0; qs_see_edge(model, site, at, &edge); at++) {
-        weights += edge.weight;
+        most += edge.weight > 0 ? edge.weight * qs_edge_most(model, edge.edge) : 0;
     }
-    return weights * model->pairwise_max; /* at most 2^QS_MODEL_BITS */
+    return most;
+}
+
+int64_t qs_seen_cost(const qs_model *model, const qs_edge_seen *edge, uint32_t label,
+                     uint32_t other)
+{
+    if (edge->weight == 0) {
+        return 0;
+    }
+    return edge->weight * (edge->first ? qs_edge_value(model, edge->edge, label, other)
+                                       : qs_edge_value(model, edge->edge, other, label));
 }
 
 bool qs_has_many_neighbours(const qs_model *model, uint32_t site)
@@ -67,9 +83,7 @@ int64_t qs_label_cost(const qs_model *model, const uint16_t *labelling, uint32_t
     int64_t cost = model->unary[(size_t)site * model->labels + label];
     qs_edge_seen edge;
     for (uint32_t at = 0; qs_see_edge(model, site, at, &edge); at++) {
-        uint16_t other = labelling[edge.site];
-        cost += edge.weight * (edge.first ? qs_model_pairwise(model, label, other)
-                                          : qs_model_pairwise(model, other, label));
+        cost += qs_seen_cost(model, &edge, label, labelling[edge.site]);
     }
     return cost;
 }

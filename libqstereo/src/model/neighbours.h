@@ -8,6 +8,7 @@
 typedef struct qs_edge_seen {
     uint32_t site; /* the other one */
     int32_t weight;
+    uint32_t edge; /* its number, as in qs_model_edge_pairwise */
     bool first; /* the site that sees it has the lower number of the two */
 } qs_edge_seen;
 
@@ -15,8 +16,13 @@ typedef struct qs_edge_seen {
  * them; then edge->site is some site that exists. */
 bool qs_see_edge(const qs_model *model, uint32_t site, uint32_t at, qs_edge_seen *edge);
 
-/* The most that a site's edges can cost: the largest V times the sum of their weights. */
+/* The most that a site's edges can cost: the largest V of each times its weight. At most
+ * 2^QS_MODEL_BITS. */
 int64_t qs_most_of_edges(const qs_model *model, uint32_t site);
+
+/* What an edge costs with a label at the site that sees it, and another at the other site. */
+int64_t qs_seen_cost(const qs_model *model, const qs_edge_seen *edge, uint32_t label,
+                     uint32_t other);
 
 /* Returns true if a site has more neighbours than there are labels. Then it is less work to go
  * through the labels than through the neighbours. Never on a grid. */

@@ -105,7 +105,8 @@ bool qs_encoding_holds(qs_encoding encoding, const qs_pairwise *pairwise, uint32
     case QS_TRUNCATED_LINEAR:
         return qs_is_linear(pairwise, labels) ? r->linear : r->truncated_linear;
     case QS_TRUNCATED_QUADRATIC:
-    case QS_TABLE: break;
+    case QS_TABLE:
+    case QS_TABLES: break;
     }
     return r->others;
 }

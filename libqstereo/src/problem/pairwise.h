@@ -11,6 +11,7 @@ static inline int64_t qs_truncated(int64_t cost, uint32_t truncation)
     return truncation != 0 && cost > truncation ? truncation : cost;
 }
 
+/* V(a, b). The table of QS_TABLES is that of the edge. */
 static inline int64_t qs_pairwise_value(const qs_pairwise *pairwise, uint32_t labels, uint32_t a,
                                         uint32_t b)
 {
@@ -19,7 +20,8 @@ static inline int64_t qs_pairwise_value(const qs_pairwise *pairwise, uint32_t la
     case QS_POTTS: return a != b;
     case QS_TRUNCATED_LINEAR: return qs_truncated(apart, pairwise->truncation);
     case QS_TRUNCATED_QUADRATIC: return qs_truncated(apart * apart, pairwise->truncation);
-    case QS_TABLE: break;
+    case QS_TABLE:
+    case QS_TABLES: break;
     }
     return pairwise->table[(size_t)a * labels + b];
 }

@@ -2,25 +2,60 @@
 
 #include <stdbool.h>
 
-static bool weights_in_range(const int32_t *weights, size_t count)
+/* Returns true if no value is below 0. */
+static bool in_range(const int32_t *values, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
-        if (weights[i] < 0) {
+        if (values[i] < 0) {
             return false;
         }
     }
     return true;
 }
 
-static qs_status check_pairwise(const qs_problem *problem)
+/* A table of its own for each edge of a list, or a source of them for a grid. */
+static bool tables_in_range(const qs_problem *problem)
+{
+    size_t entries = (size_t)problem->labels * problem->labels, edges = problem->edge_count;
+    if (problem->grid.width > 0) {
+        return problem->table_source.row && !problem->tables;
+    }
+    if (edges == 0) {
+        return true;
+    }
+    return problem->tables && edges <= SIZE_MAX / sizeof(int32_t) / entries &&
+           in_range(problem->tables, edges * entries);
+}
+
+static bool pairwise_in_range(const qs_problem *problem)
 {
     const qs_pairwise *pairwise = &problem->pairwise;
-    if (pairwise->smoothness != QS_TABLE) {
-        return pairwise->smoothness <= QS_TABLE ? QS_OK : QS_E_ARGUMENT;
-    }
     size_t labels = problem->labels;
-    return pairwise->table && weights_in_range(pairwise->table, labels * labels) ? QS_OK
-                                                                                 : QS_E_ARGUMENT;
+    switch (pairwise->smoothness) {
+    case QS_POTTS:
+    case QS_TRUNCATED_LINEAR:
+    case QS_TRUNCATED_QUADRATIC: return true;
+    case QS_TABLE: return pairwise->table && in_range(pairwise->table, labels * labels);
+    case QS_TABLES: return tables_in_range(problem);
+    }
+    return false;
+}
+
+/* Returns true if a label is left to each site. */
+static bool sites_have_labels(const qs_problem *problem, uint32_t sites)
+{
+    size_t labels = problem->labels;
+    for (uint32_t p = 0; problem->allowed && p < sites; p++) {
+        const uint8_t *allowed = problem->allowed + p * labels;
+        size_t d = 0;
+        while (d < labels && allowed[d] == 0) {
+            d++;
+        }
+        if (d == labels) {
+            return false;
+        }
+    }
+    return true;
 }
 
 static qs_status check_grid(const qs_problem *problem)
@@ -33,8 +68,8 @@ static qs_status check_grid(const qs_problem *problem)
     if (cells > QS_VARIABLES_MAX) {
         return QS_E_LIMIT;
     }
-    if (grid->right && (!weights_in_range(grid->right, (size_t)cells) ||
-                        !weights_in_range(grid->down, (size_t)cells))) {
+    if (grid->right &&
+        (!in_range(grid->right, (size_t)cells) || !in_range(grid->down, (size_t)cells))) {
         return QS_E_ARGUMENT;
     }
     const qs_frame *frame = &problem->frame;
@@ -78,7 +113,8 @@ static bool has_costs(const qs_problem *problem)
 qs_status qs_problem_check(const qs_problem *problem)
 {
     if (!problem || problem->labels < 1 || problem->labels > QS_LABELS_MAX || problem->scale < 1 ||
-        !has_costs(problem) || problem->frame.first > INT32_MAX) {
+        !has_costs(problem) || problem->frame.first > INT32_MAX ||
+        !qs_meaning_is_valid(&problem->meaning)) {
         return QS_E_ARGUMENT;
     }
     qs_status status = problem->grid.width > 0 ? check_grid(problem) : check_edges(problem);
@@ -92,7 +128,7 @@ qs_status qs_problem_check(const qs_problem *problem)
     if ((uint64_t)sites * problem->labels > QS_VARIABLES_MAX) {
         return QS_E_LIMIT;
     }
-    return check_pairwise(problem);
+    return pairwise_in_range(problem) && sites_have_labels(problem, sites) ? QS_OK : QS_E_ARGUMENT;
 }
 
 uint32_t qs_problem_sites(const qs_problem *problem)

@@ -4,11 +4,28 @@
 
 #include "cost_strips.h"
 #include "edge_runs.h"
+#include "edge_tables.h"
 #include "pairwise.h"
+
+/* Hands out the workspace, or counts it.
+ *
+ * costs  out: of the strips of costs */
+static size_t take_parts(const qs_problem *problem, void *workspace, void **costs,
+                         qs_table_strip *tables)
+{
+    qs_arena arena = {.base = workspace};
+    *costs = qs_arena_take(&arena, problem->costs ? 0 : qs_costs_workspace(problem), 1);
+    if (problem->pairwise.smoothness == QS_TABLES) {
+        *tables = qs_table_strip_first(problem, &arena);
+    }
+    return qs_arena_size(&arena);
+}
 
 size_t qs_problem_workspace(const qs_problem *problem)
 {
-    return problem->costs ? 0 : qs_costs_workspace(problem);
+    void *costs;
+    qs_table_strip tables;
+    return take_parts(problem, NULL, &costs, &tables);
 }
 
 /* A sum that stays within +- QS_ENERGY_MAX. */
@@ -17,6 +34,7 @@ typedef struct total {
     const uint16_t *labelling;
     int64_t energy;
     bool overflow;
+    bool bad_table; /* an entry is below 0 */
 } total;
 
 static void add(total *sum, int64_t weight, int64_t cost)
@@ -61,6 +79,35 @@ static void add_edges(void *context, const qs_edge_run *run)
     }
 }
 
+static void add_tables(total *sum, qs_table_strip *strip)
+{
+    uint32_t labels = sum->problem->labels;
+    while (qs_table_strip_next(strip)) {
+        for (uint32_t at = 0; at < strip->count; at++) {
+            qs_table_edge edge = qs_table_edge_at(strip, at);
+            if (edge.weight != 0) {
+                uint16_t a = sum->labelling[edge.first], b = sum->labelling[edge.second];
+                int32_t cost = edge.table[(size_t)a * labels + b];
+                sum->bad_table |= cost < 0;
+                add(sum, edge.weight, cost);
+            }
+        }
+    }
+}
+
+/* Returns true if each site has a label that there is and that is allowed. */
+static bool is_labelling(const qs_problem *problem, const uint16_t *labelling)
+{
+    const uint8_t *allowed = problem->allowed;
+    size_t labels = problem->labels;
+    for (uint32_t p = 0, sites = qs_problem_sites(problem); p < sites; p++) {
+        if (labelling[p] >= labels || (allowed && allowed[p * labels + labelling[p]] == 0)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 qs_status qs_problem_energy(const qs_problem *problem, const uint16_t *labelling, void *workspace,
                             size_t workspace_size, int64_t *energy)
 {
@@ -71,21 +118,28 @@ qs_status qs_problem_energy(const qs_problem *problem, const uint16_t *labelling
     if (!labelling || !energy || (!workspace && qs_problem_workspace(problem) > 0)) {
         return QS_E_ARGUMENT;
     }
-    if (workspace_size < qs_problem_workspace(problem)) {
+    void *costs;
+    qs_table_strip tables;
+    if (workspace_size < take_parts(problem, workspace, &costs, &tables)) {
         return QS_E_WORKSPACE;
     }
-    for (uint32_t p = 0, sites = qs_problem_sites(problem); p < sites; p++) {
-        if (labelling[p] >= problem->labels) {
-            return QS_E_ARGUMENT;
-        }
+    if (!is_labelling(problem, labelling)) {
+        return QS_E_ARGUMENT;
     }
-    total sum = {problem, labelling, 0, false};
+    total sum = {.problem = problem, .labelling = labelling};
     if (problem->costs) {
         add_costs(&sum);
     } else {
-        add_made_costs(&sum, workspace);
+        add_made_costs(&sum, costs);
     }
-    qs_edges_visit(problem, add_edges, &sum);
+    if (problem->pairwise.smoothness == QS_TABLES) {
+        add_tables(&sum, &tables);
+    } else {
+        qs_edges_visit(problem, add_edges, &sum);
+    }
+    if (sum.bad_table) {
+        return QS_E_ARGUMENT;
+    }
     if (sum.overflow) {
         return QS_E_OVERFLOW;
     }

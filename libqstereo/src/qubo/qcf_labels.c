@@ -47,7 +47,7 @@ static bool fields_agree(const qs_labels *l, bool masked)
 static bool in_range(const qs_labels *l)
 {
     const qs_frame *f = &l->frame;
-    bool known = qs_encoding_facts_of(l->encoding) && l->pairwise.smoothness <= QS_TABLE &&
+    bool known = qs_encoding_facts_of(l->encoding) && l->pairwise.smoothness <= QS_TABLES &&
                  l->penalty <= QS_PENALTY_MINIMAL && l->scale >= 1 && l->gap >= 1 &&
                  l->gap <= INT32_MAX && l->weight >= -1 && f->first <= INT32_MAX &&
                  l->labels >= 1 && l->labels <= QS_LABELS_MAX;
@@ -93,6 +93,27 @@ static bool read_labl(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q)
     labels.undecided = labels.sites;
     q->labels = labels;
     q->has_labels = true;
+    return true;
+}
+
+/* ---- mean ---- */
+
+static bool read_mean(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q, bool in_place)
+{
+    const uint8_t *p = chunk->payload;
+    if (!in_place || chunk->length != QS_MEAN_SIZE) {
+        return corrupt(reader, chunk, "length, place or number of mean");
+    }
+    qs_meaning meaning = {(qs_meaning_kind)qs_load_u32(p),
+                          qs_load_u32(p + 4),
+                          qs_load_u32(p + 8),
+                          qs_load_u32(p + 12),
+                          qs_load_i32(p + 16),
+                          qs_load_i32(p + 20)};
+    if (!qs_meaning_is_valid(&meaning) || meaning.kind == QS_MEANS_DISPARITY) {
+        return corrupt(reader, chunk, "contents of mean");
+    }
+    q->labels.meaning = meaning;
     return true;
 }
 
@@ -282,6 +303,10 @@ static bool read_side_chunk(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q
     if (memcmp(chunk->type, "labl", 4) == 0) {
         *labl = *chunk;
         return read_labl(reader, chunk, q);
+    }
+    if (memcmp(chunk->type, "mean", 4) == 0) {
+        bool first = before_trnc && !*kept && q->labels.meaning.kind == QS_MEANS_DISPARITY;
+        return read_mean(reader, chunk, q, first);
     }
     if (memcmp(chunk->type, "kept", 4) == 0) {
         bool first = before_trnc && !*kept;

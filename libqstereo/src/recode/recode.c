@@ -108,7 +108,7 @@ static qs_status write_file(const qs_recoder *r, const qs_labels *labels, const 
     side.labels.encoding = r->encoding;
     side.labels.penalty = r->penalty;
     side.labels.gap = (uint32_t)r->gap;
-    uint32_t number = 1u + side.kept + r->rest.trims;
+    uint32_t number = qs_labl_chunks(&labels->meaning) + side.kept + r->rest.trims;
     return qs_draft_write(&r->draft, number, put_side_chunks, &side, sink, size);
 }
 

@@ -1,9 +1,10 @@
-/* The block of two sites depends on their label sets alone. So there is one block for each two sets
- * of which two sites are neighbours. */
+/* Where all edges share V the block of two sites depends on their label sets alone. So there is one
+ * block for each two sets of which two sites are neighbours. */
 #include <string.h>
 
 #include "../base/saturate.h"
 #include "../base/sort.h"
+#include "../model/edge_value.h"
 #include "../problem/pairwise.h"
 #include "recoder.h"
 
@@ -40,7 +41,7 @@ static int64_t pair_entry(const qs_recoder *r, const qs_block_of *block, uint32_
     if (r->encoding == QS_ONE_HOT_SPARSE) {
         return -qs_band_entry(qs_band(&m->pairwise, m->labels), (int64_t)a - b);
     }
-    return qs_model_pairwise(m, a, b);
+    return qs_edge_value(m, block->edge, a, b);
 }
 
 static int64_t entry(const void *context, uint32_t number, uint32_t row, uint32_t column)
@@ -72,7 +73,7 @@ static qs_block_shape shape(const void *context, uint32_t number)
     s.toeplitz = block->kind == QS_CHAIN_BLOCK || qs_remaining_is_range(rest, block->first);
     if (block->kind == QS_PAIR_BLOCK) {
         s.toeplitz &= qs_remaining_is_range(rest, block->second) &&
-                      rest->model->pairwise.smoothness != QS_TABLE;
+                      rest->model->pairwise.smoothness < QS_TABLE;
     }
     bool dense = r->encoding == QS_ONE_HOT || r->encoding == QS_MULTIWAY_CUT;
     s.fill = dense && s.columns > 1 ? entry(context, number, 0, s.columns - 1) : 0;
@@ -124,18 +125,20 @@ void qs_number_sets(qs_recoder *r)
 static bool edge_before(const void *context, uint32_t a, uint32_t b)
 {
     const qs_recoder *r = context;
-    const qs_edge *x = &r->rest.edges[a], *y = &r->rest.edges[b];
+    const qs_remaining_edge *x = &r->rest.edges[a], *y = &r->rest.edges[b];
     uint32_t first = r->set[x->first], other = r->set[y->first];
     return first != other ? first < other : r->set[x->second] < r->set[y->second];
 }
 
-/* In one-hot files of a whole masked grid no run goes on from one row into the next, nor over a
- * masked cell (docs/FORMAT.md). */
-static bool ends_run(const qs_recoder *r, const qs_edge *before, const qs_edge *edge)
+/* In one-hot files of a whole grid that is masked, or whose edges have tables of their own, no run
+ * goes on from one row into the next, nor over a masked cell (docs/FORMAT.md). */
+static bool ends_run(const qs_recoder *r, const qs_remaining_edge *before,
+                     const qs_remaining_edge *edge)
 {
     const qs_remaining *rest = &r->rest;
     const qs_model *m = rest->model;
-    if (!m->mask || !rest->counts.whole || !qs_encoding_facts_of(r->encoding)->is_streamed) {
+    bool by_rows = m->width > 0 && (m->mask || m->tables);
+    if (!by_rows || !rest->counts.whole || !qs_encoding_facts_of(r->encoding)->is_streamed) {
         return false;
     }
     uint32_t from = rest->cell[before->first], to = rest->cell[before->second];
@@ -146,8 +149,9 @@ static bool ends_run(const qs_recoder *r, const qs_edge *before, const qs_edge *
 static void couple_set_pair(qs_recoder *r, const uint32_t *edges, size_t count)
 {
     const qs_remaining *rest = &r->rest;
-    const qs_edge *one = &rest->edges[edges[0]];
-    uint32_t block = qs_add_block(r, (qs_block_of){QS_PAIR_BLOCK, one->first, one->second});
+    const qs_remaining_edge *one = &rest->edges[edges[0]];
+    uint32_t block =
+        qs_add_block(r, (qs_block_of){QS_PAIR_BLOCK, one->first, one->second, one->edge});
     /* The repair of linear walls needs a coupling for each edge, also where its block is all 0. */
     bool linear_walls =
         r->encoding == QS_DOMAIN_WALL && qs_is_linear(&rest->model->pairwise, rest->model->labels);
@@ -157,15 +161,67 @@ static void couple_set_pair(qs_recoder *r, const uint32_t *edges, size_t count)
         return;
     }
     for (size_t i = 0; i < count; i++) {
-        const qs_edge *edge = &rest->edges[edges[i]];
+        const qs_remaining_edge *edge = &rest->edges[edges[i]];
         bool ends = i > 0 && ends_run(r, &rest->edges[edges[i - 1]], edge);
         qs_draft_couple(&r->draft, edge->first, edge->second, block | (ends ? QS_NEW_RUN : 0),
                         edge->weight);
     }
 }
 
+/* Returns true if the same labels are left to the sites of two edges, and they cost the same. */
+static bool is_like(const qs_recoder *r, const qs_remaining_edge *x, const qs_remaining_edge *y)
+{
+    const qs_remaining *rest = &r->rest;
+    if (r->set[x->first] != r->set[y->first] || r->set[x->second] != r->set[y->second]) {
+        return false;
+    }
+    uint32_t rows = qs_remaining_size(rest, x->first), columns = qs_remaining_size(rest, x->second);
+    for (uint32_t i = 0; i < rows; i++) {
+        for (uint32_t j = 0; j < columns; j++) {
+            uint32_t a = label_of(rest, x->first, i), b = label_of(rest, x->second, j);
+            if (qs_edge_value(rest->model, x->edge, a, b) !=
+                qs_edge_value(rest->model, y->edge, a, b)) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+/* Edges with tables of their own, in their order, without those that cost nothing; one after
+ * another that are alike share a block. */
+static void couple_by_tables(qs_recoder *r)
+{
+    const qs_remaining_edge *last = NULL;
+    uint32_t block = 0;
+    for (uint64_t e = 0; e < r->rest.counts.edges; e++) {
+        const qs_remaining_edge *edge = &r->rest.edges[e];
+        bool alike = last && is_like(r, last, edge);
+        if (edge->weight == 0) {
+            continue;
+        }
+        if (!alike) {
+            block = qs_add_block(
+                r, (qs_block_of){QS_PAIR_BLOCK, edge->first, edge->second, edge->edge});
+            if (qs_draft_block_sum(&r->draft, block) == 0) {
+                r->draft.block_count--;
+                block -= last != NULL;
+                continue;
+            }
+        }
+        bool ends = alike && ends_run(r, last, edge);
+        qs_draft_couple(&r->draft, edge->first, edge->second, block | (ends ? QS_NEW_RUN : 0),
+                        edge->weight);
+        last = edge;
+    }
+}
+
 void qs_couple_neighbours(qs_recoder *r)
 {
+    if (r->rest.model->tables) {
+        couple_by_tables(r);
+        return;
+    }
     size_t count = (size_t)r->rest.counts.edges;
     for (size_t e = 0; e < count; e++) {
         r->order[e] = (uint32_t)e;
@@ -195,9 +251,9 @@ uint64_t qs_winner_energy(const qs_remaining *rest)
 {
     uint64_t energy = 0;
     for (uint64_t e = 0; e < rest->counts.edges; e++) {
-        const qs_edge *edge = &rest->edges[e];
-        int64_t cost =
-            qs_model_pairwise(rest->model, winner(rest, edge->first), winner(rest, edge->second));
+        const qs_remaining_edge *edge = &rest->edges[e];
+        int64_t cost = qs_edge_value(rest->model, edge->edge, winner(rest, edge->first),
+                                     winner(rest, edge->second));
         qs_grow(&energy, (uint64_t)edge->weight, (uint64_t)cost);
     }
     return energy;

@@ -59,7 +59,7 @@ static uint32_t boundary(const qs_remaining *rest, uint32_t p, uint32_t index)
 
 /* Boundaries for which the same two vertices stand make one edge. `number` is that of the first
  * edge; returns the number of the one behind the last. */
-static uint64_t visit_neighbours(qs_recoder *r, const qs_edge *edge, uint64_t number,
+static uint64_t visit_neighbours(qs_recoder *r, const qs_remaining_edge *edge, uint64_t number,
                                  visit_edge *visit)
 {
     const qs_remaining *rest = &r->rest;
@@ -185,7 +185,7 @@ static void enter_all_arcs(qs_recoder *r)
 void qs_recode_cut(qs_recoder *r)
 {
     uint32_t s = source(&r->rest);
-    qs_add_block(r, (qs_block_of){QS_SCALAR_BLOCK, 0, 0});
+    qs_add_block(r, (qs_block_of){QS_SCALAR_BLOCK, 0, 0, 0});
     if (r->encoding == QS_ST_CUT) {
         qs_draft_groups(&r->draft, s + 2, 1, 0, 0);
         by_kind(r, enter_arcs);

@@ -2,6 +2,7 @@
  * (docs/MATHS.md). */
 #include "../base/minmax.h"
 #include "../base/saturate.h"
+#include "../model/edge_value.h"
 #include "../problem/pairwise.h"
 #include "recoder.h"
 
@@ -30,11 +31,22 @@ static uint64_t weight_sum(const qs_remaining *rest)
     return sum;
 }
 
+/* What all edges together can cost. */
+static uint64_t edge_sum(const qs_remaining *rest)
+{
+    uint64_t sum = 0;
+    for (uint64_t e = 0; e < rest->counts.edges; e++) {
+        const qs_remaining_edge *edge = &rest->edges[e];
+        qs_grow(&sum, (uint64_t)edge->weight, (uint64_t)qs_edge_most(rest->model, edge->edge));
+    }
+    return sum;
+}
+
 /* The paper's alpha: above what any labelling costs. */
 static uint64_t paper_alpha(const qs_remaining *rest, uint64_t largest)
 {
     uint64_t bound = largest;
-    qs_grow(&bound, weight_sum(rest), (uint64_t)rest->model->pairwise_max);
+    qs_grow(&bound, 1, edge_sum(rest));
     qs_grow(&bound, 1, (uint64_t)qs_max_i64(rest->constant, 0) + 1);
     return bound;
 }
@@ -55,11 +67,12 @@ static void enter_groups(qs_recoder *r)
 }
 
 /* A whole problem is written as qs_encode writes it, to the byte: it has a block also where it has
- * no edge, and its couplings are lattices in a grid and a list in any other graph. */
+ * no edge (but for tables of edges), and its couplings are lattices in a grid and a list in any
+ * other graph. */
 static void match_encode(qs_recoder *r)
 {
-    if (r->draft.block_count == 0) {
-        qs_add_block(r, (qs_block_of){QS_PAIR_BLOCK, 0, 0});
+    if (r->draft.block_count == 0 && !r->rest.model->tables) {
+        qs_add_block(r, (qs_block_of){QS_PAIR_BLOCK, 0, 0, 0});
     }
     r->draft.lattice = r->rest.model->width > 0 ? 1 : UINT32_MAX;
 }
@@ -168,7 +181,7 @@ static void couple_terminals(qs_recoder *r)
         uint32_t p = r->order[i];
         int64_t top = ceiling(rest, p);
         if (i == 0 || r->set[p] != r->set[r->order[i - 1]]) {
-            block = qs_add_block(r, (qs_block_of){QS_TERMINAL_BLOCK, p, p});
+            block = qs_add_block(r, (qs_block_of){QS_TERMINAL_BLOCK, p, p, 0});
         }
         for (uint32_t n = rest->start[p]; n < rest->start[p + 1]; n++) {
             qs_draft_couple(&r->draft, p, sites + rest->label[n], block, top - rest->cost[n]);

@@ -39,7 +39,7 @@ static void enter_sites(qs_recoder *r)
 }
 
 /* Adds to one site of an edge what the edge costs while the other site has its lowest label. */
-static void add_edge(qs_recoder *r, const qs_edge *edge, bool first)
+static void add_edge(qs_recoder *r, const qs_remaining_edge *edge, bool first)
 {
     const qs_remaining *rest = &r->rest;
     const qs_model *m = rest->model;
@@ -76,7 +76,7 @@ static void couple_chains(qs_recoder *r)
         }
         if (size != qs_remaining_size(rest, p)) {
             size = qs_remaining_size(rest, p);
-            block = qs_add_block(r, (qs_block_of){QS_CHAIN_BLOCK, p, p});
+            block = qs_add_block(r, (qs_block_of){QS_CHAIN_BLOCK, p, p, 0});
         }
         qs_draft_couple(&r->draft, p, p, block, (int64_t)bound(r, p));
     }
@@ -87,7 +87,7 @@ void qs_recode_wall(qs_recoder *r)
     const qs_remaining *rest = &r->rest;
     enter_sites(r);
     for (uint64_t e = 0; e < rest->counts.edges; e++) {
-        const qs_edge *edge = &rest->edges[e];
+        const qs_remaining_edge *edge = &rest->edges[e];
         uint32_t first = rest->label[rest->start[edge->first]],
                  second = rest->label[rest->start[edge->second]];
         qs_draft_add(&r->draft, &r->draft.offset,

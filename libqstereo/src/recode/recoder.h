@@ -18,6 +18,7 @@ typedef enum qs_block_kind {
 typedef struct qs_block_of {
     qs_block_kind kind;
     uint32_t first, second;
+    uint32_t edge; /* of a pair block: the number of their edge in the model */
 } qs_block_of;
 
 typedef struct qs_recoder {
@@ -40,7 +41,8 @@ void qs_number_sets(qs_recoder *r);
 uint32_t qs_add_block(qs_recoder *r, qs_block_of block);
 
 /* Couples the groups of all neighbours by their pairwise cost, with a block for each two label sets
- * of which two sites are neighbours. Overwrites `order`. */
+ * of which two sites are neighbours. Where edges have tables of their own there is a block for each
+ * edge that is not like the one before. Overwrites `order`. */
 void qs_couple_neighbours(qs_recoder *r);
 
 /* The energy, without the constant, of the labelling in which each site takes its cheapest

@@ -4,6 +4,7 @@
 
 #include "../base/minmax.h"
 #include "../base/saturate.h"
+#include "../model/edge_value.h"
 #include "../qubo/sites.h"
 
 /* ---- The model's sites and edges. ---- */
@@ -31,7 +32,7 @@ typedef struct edge_cursor {
     const qs_model *model;
     uint32_t site, link;
     bool down;
-    qs_edge edge; /* of the model's sites */
+    qs_remaining_edge edge; /* of the model's sites */
 } edge_cursor;
 
 /* Moves on by a cell; returns true if there is an edge at the one before. */
@@ -43,7 +44,8 @@ static bool grid_edge(edge_cursor *at)
     if (!inside || qs_is_masked(m->mask, p) || qs_is_masked(m->mask, q)) {
         return false;
     }
-    at->edge = (qs_edge){p, q, at->down ? m->down[p] : m->right[p]};
+    int32_t weight = at->down ? m->down[p] : m->right[p];
+    at->edge = (qs_remaining_edge){p, q, weight, qs_cell_edge(p, at->down)};
     return true;
 }
 
@@ -72,7 +74,7 @@ static bool next_link(edge_cursor *at)
         }
         const qs_link *link = &m->links[at->link++];
         if (link->site > at->site) {
-            at->edge = (qs_edge){at->site, link->site, link->weight};
+            at->edge = (qs_remaining_edge){at->site, link->site, link->weight, link->edge};
             return true;
         }
     }
@@ -203,7 +205,7 @@ static void enter_sites(qs_remaining *rest, const uint8_t *kept)
 }
 
 /* Adds to each label of an undecided site what the edge to a fixed neighbour costs it. */
-static void fold(qs_remaining *rest, const qs_edge *edge, bool first_is_undecided)
+static void fold(qs_remaining *rest, const qs_remaining_edge *edge, bool first_is_undecided)
 {
     const qs_model *m = rest->model;
     uint32_t p = first_is_undecided ? edge->first : edge->second,
@@ -211,8 +213,8 @@ static void fold(qs_remaining *rest, const qs_edge *edge, bool first_is_undecide
     uint32_t site = (uint32_t)rest->number[p];
     for (uint32_t i = rest->start[site]; i < rest->start[site + 1]; i++) {
         uint32_t d = rest->label[i];
-        int64_t cost =
-            first_is_undecided ? qs_model_pairwise(m, d, other) : qs_model_pairwise(m, other, d);
+        int64_t cost = first_is_undecided ? qs_edge_value(m, edge->edge, d, other)
+                                          : qs_edge_value(m, edge->edge, other, d);
         qs_add(&rest->cost[i], edge->weight * cost, &rest->overflow);
     }
 }
@@ -222,20 +224,20 @@ static void enter_edges(qs_remaining *rest)
     const qs_model *m = rest->model;
     uint64_t count = 0;
     for (edge_cursor at = {.model = m}; next_edge(&at);) {
-        const qs_edge *edge = &at.edge;
+        const qs_remaining_edge *edge = &at.edge;
         int32_t first = rest->number[edge->first], second = rest->number[edge->second];
         if (edge->weight == 0 && !rest->counts.whole) {
             continue;
         }
         if (first != QS_NO_SITE && second != QS_NO_SITE) {
-            rest->edges[count++] = (qs_edge){(uint32_t)first, (uint32_t)second, edge->weight};
+            rest->edges[count++] =
+                (qs_remaining_edge){(uint32_t)first, (uint32_t)second, edge->weight, edge->edge};
         } else if (first != QS_NO_SITE || second != QS_NO_SITE) {
             fold(rest, edge, first != QS_NO_SITE);
         } else {
-            qs_add(&rest->constant,
-                   edge->weight *
-                       qs_model_pairwise(m, rest->fixed[edge->first], rest->fixed[edge->second]),
-                   &rest->overflow);
+            int64_t cost =
+                qs_edge_value(m, edge->edge, rest->fixed[edge->first], rest->fixed[edge->second]);
+            qs_add(&rest->constant, edge->weight * cost, &rest->overflow);
         }
     }
     rest->counts.edges = count;
@@ -274,37 +276,38 @@ static void find_maxima(const qs_remaining *rest)
     }
 }
 
-/* The largest V of a label beside the labels left to another undecided site. The label is V's first
- * argument or its second. */
-static int64_t largest_cost(const qs_remaining *rest, uint32_t label, uint32_t other, bool is_first)
+/* The largest V of an edge for a label beside the labels left to another undecided site. The label
+ * is V's first argument or its second. */
+static int64_t largest_cost(const qs_remaining *rest, uint32_t edge, uint32_t label, uint32_t other,
+                            bool is_first)
 {
     const qs_model *m = rest->model;
     const uint16_t *labels = rest->label + rest->start[other];
     uint32_t count = qs_remaining_size(rest, other);
-    if (m->pairwise.smoothness != QS_TABLE) {
+    if (m->pairwise.smoothness < QS_TABLE) {
         /* V rises with the distance. */
         return qs_max_i64(qs_model_pairwise(m, label, labels[0]),
                           qs_model_pairwise(m, label, labels[count - 1]));
     }
-    if (count == m->labels) {
+    if (rest->row_max && count == m->labels) {
         return is_first ? rest->row_max[label] : rest->column_max[label];
     }
     int64_t largest = 0;
     for (uint32_t i = 0; i < count; i++) {
-        int64_t cost = is_first ? qs_model_pairwise(m, label, labels[i])
-                                : qs_model_pairwise(m, labels[i], label);
+        int64_t cost = is_first ? qs_edge_value(m, edge, label, labels[i])
+                                : qs_edge_value(m, edge, labels[i], label);
         largest = qs_max_i64(largest, cost);
     }
     return largest;
 }
 
-/* Adds to each label of site p what the edge to site q can cost it. */
-static void reach_along(const qs_remaining *rest, uint32_t p, uint32_t q, int32_t weight,
-                        bool is_first)
+/* Adds to each label of the first or second site of an edge what the edge can cost it. */
+static void reach_along(const qs_remaining *rest, const qs_remaining_edge *edge, bool is_first)
 {
+    uint32_t p = is_first ? edge->first : edge->second, q = is_first ? edge->second : edge->first;
     for (uint32_t i = rest->start[p]; i < rest->start[p + 1]; i++) {
-        int64_t cost = largest_cost(rest, rest->label[i], q, is_first);
-        qs_grow(&rest->label_reach[i], (uint64_t)weight, (uint64_t)cost);
+        int64_t cost = largest_cost(rest, edge->edge, rest->label[i], q, is_first);
+        qs_grow(&rest->label_reach[i], (uint64_t)edge->weight, (uint64_t)cost);
     }
 }
 
@@ -315,9 +318,9 @@ static void reach_labels(const qs_remaining *rest)
         find_maxima(rest);
     }
     for (uint64_t e = 0; e < rest->counts.edges; e++) {
-        const qs_edge *edge = &rest->edges[e];
-        reach_along(rest, edge->first, edge->second, edge->weight, true);
-        reach_along(rest, edge->second, edge->first, edge->weight, false);
+        const qs_remaining_edge *edge = &rest->edges[e];
+        reach_along(rest, edge, true);
+        reach_along(rest, edge, false);
     }
     for (uint32_t p = 0; p < rest->counts.undecided; p++) {
         for (uint32_t i = rest->start[p]; i < rest->start[p + 1]; i++) {
@@ -338,7 +341,7 @@ static void reach_sites(const qs_remaining *rest)
 {
     memset(rest->reach, 0, sizeof *rest->reach * (size_t)rest->counts.undecided);
     for (uint64_t e = 0; e < rest->counts.edges; e++) {
-        const qs_edge *edge = &rest->edges[e];
+        const qs_remaining_edge *edge = &rest->edges[e];
         rest->reach[edge->first].weights += (uint64_t)edge->weight;
         rest->reach[edge->second].weights += (uint64_t)edge->weight;
     }

@@ -28,6 +28,13 @@ qs_remaining_counts qs_remaining_count(const qs_model *model, const uint8_t *kep
 
 enum { QS_NO_SITE = -1 };
 
+/* An edge of two sites: undecided ones, or the model's. */
+typedef struct qs_remaining_edge {
+    uint32_t first, second;
+    int32_t weight;
+    uint32_t edge; /* its number in the model: see qs_model_edge_pairwise */
+} qs_remaining_edge;
+
 typedef struct qs_remaining {
     const qs_model *model;
     qs_remaining_counts counts; /* its edges are exact once it has been filled */
@@ -44,14 +51,15 @@ typedef struct qs_remaining {
     qs_site_edges *reach; /* of each: what its edges can cost */
     uint32_t *cell; /* of each: the model's site */
     /* Edges between them. Only in a whole problem is a weight 0. */
-    qs_edge *edges;
+    qs_remaining_edge *edges;
     /* The model's sites. */
     int32_t *number; /* of each: the undecided site, or QS_NO_SITE */
     uint16_t *fixed; /* of each that is not undecided: its label */
     /* While it is being filled. */
     uint64_t
         *label_reach; /* of each label left: what the site's edges can cost it; NULL for Potts */
-    int64_t *row_max, *column_max; /* of a table: the largest cost of each row and column */
+    /* Of a table that all edges share: the largest cost of each row and column. */
+    int64_t *row_max, *column_max;
 } qs_remaining;
 
 /* Takes the memory. No site is empty. */

@@ -32,6 +32,9 @@ bool qs_block_take(qs_block *b, const qs_model *whole, qs_rectangle at, void *me
     qs_arena arena = {.base = memory};
     uint64_t cells = cells_of(at), labels = whole->labels;
     *b = (qs_block){.at = at};
+    if (whole->tables) {
+        return false; /* edges of the window would have other numbers */
+    }
     b->model = (qs_model){.sites = cells_of(at),
                           .labels = whole->labels,
                           .pairwise = whole->pairwise,
@@ -83,8 +86,7 @@ static bool add_edge(qs_block *b, const qs_model *whole, uint32_t cell, const qs
     int32_t *unary = b->unary + (size_t)cell * whole->labels;
     const uint8_t *kept = b->kept + (size_t)cell * whole->labels;
     for (uint32_t d = 0; d < whole->labels; d++) {
-        int64_t cost = edge->weight * (edge->first ? qs_model_pairwise(whole, d, other)
-                                                   : qs_model_pairwise(whole, other, d));
+        int64_t cost = qs_seen_cost(whole, edge, d, other);
         if (kept[d] && cost > INT32_MAX - unary[d]) {
             return false;
         }

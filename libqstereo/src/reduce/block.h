@@ -4,11 +4,7 @@
 
 #include "../solve/trws.h"
 #include "label_sets.h"
-
-/* Cells x .. x + width - 1 of rows y .. y + height - 1. */
-typedef struct qs_rectangle {
-    uint32_t x, y, width, height;
-} qs_rectangle;
+#include "rectangle.h"
 
 typedef struct qs_block {
     qs_rectangle at;
@@ -26,7 +22,8 @@ typedef struct qs_block {
     int64_t bound; /* of all labellings of the window */
 } qs_block;
 
-/* Lays a window out in memory that is aligned for any type. Returns false if it is too small. */
+/* Lays a window out in memory that is aligned for any type. Returns false if it is too small, or
+ * if the edges have tables of their own. */
 bool qs_block_take(qs_block *b, const qs_model *whole, qs_rectangle at, void *memory, size_t size);
 
 /* Fills it in: the labels that are kept of the window's sites, and what the edges to neighbours

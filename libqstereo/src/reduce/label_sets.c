@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "../base/minmax.h"
+#include "../model/edge_value.h"
 #include "../model/neighbours.h"
 #include "../qubo/sites.h"
 
@@ -82,21 +83,20 @@ static bool add_edge(qs_elimination *e, const qs_edge_seen *edge, uint32_t label
     uint32_t labels = e->model.labels;
     const uint8_t *kept = e->kept + (size_t)edge->site * labels;
     int32_t *unary = e->unary + (size_t)edge->site * labels;
+    int64_t largest = qs_edge_most(&e->model, edge->edge);
     for (uint32_t d = 0; d < labels; d++) {
         int64_t most = INT32_MAX - (kept[d] ? unary[d] : 0);
-        if (kept[d] && e->model.pairwise_max > 0 && edge->weight > most / e->model.pairwise_max) {
+        if (kept[d] && largest > 0 && edge->weight > most / largest) {
             return false;
         }
     }
     for (uint32_t d = 0; d < labels; d++) {
-        int64_t cost = edge->weight * (edge->first ? qs_model_pairwise(&e->model, label, d)
-                                                   : qs_model_pairwise(&e->model, d, label));
-        unary[d] += kept[d] ? (int32_t)cost : 0;
+        unary[d] += kept[d] ? (int32_t)qs_seen_cost(&e->model, edge, label, d) : 0;
     }
     return true;
 }
 
-void qs_eliminate_follow(qs_elimination *e, uint32_t site)
+void qs_eliminate_follow_set(qs_elimination *e, uint32_t site)
 {
     settle(e, site);
     qs_take_kept_label(&e->model, e->labelling, site);
@@ -181,7 +181,7 @@ static bool apply_everywhere(qs_elimination *e)
         if (e->due[p] != 0) {
             e->due[p] = 0;
             if (apply_criterion(e, p)) {
-                qs_eliminate_follow(e, p);
+                qs_eliminate_follow_set(e, p);
                 changed = true;
             }
         }
@@ -235,12 +235,6 @@ static void list_left(qs_elimination *e)
     }
 }
 
-void qs_eliminate_settle(qs_elimination *e)
-{
-    goldstein(e);
-    list_left(e);
-}
-
 /* Copies what will change. */
 static void copy_model(qs_elimination *e, const qs_model *model)
 {
@@ -286,9 +280,10 @@ void qs_eliminate_begin(qs_elimination *e, const qs_model *model, bool walls, ui
     copy_sets(e, model);
     qs_model_winner(model, labelling);
     for (uint32_t p = 0; p < model->sites; p++) {
-        qs_eliminate_follow(e, p);
+        qs_eliminate_follow_set(e, p);
     }
-    qs_eliminate_settle(e);
+    goldstein(e);
+    list_left(e);
 }
 
 /* The first site of a part as far as is known. The next time it is found in half as many steps. */
@@ -326,9 +321,8 @@ static int64_t cost_at(const qs_elimination *e, uint32_t site)
     int64_t cost = e->unary[(size_t)site * e->model.labels + e->labelling[site]];
     qs_edge_seen edge;
     for (uint32_t at = 0; qs_see_edge(&e->model, site, at, &edge); at++) {
-        cost += edge.first ? 0
-                           : edge.weight * qs_model_pairwise(&e->model, e->labelling[edge.site],
-                                                             e->labelling[site]);
+        uint16_t other = e->labelling[edge.site];
+        cost += edge.first ? 0 : qs_seen_cost(&e->model, &edge, e->labelling[site], other);
     }
     return cost;
 }
@@ -343,12 +337,11 @@ void qs_eliminate_restore(qs_elimination *e)
     }
 }
 
-/* Finds the room of each part. Returns the gap: the sum of the rooms, in units, each rounded down.
- *
- * room  out: the sum, not rounded */
-static int64_t find_room(qs_elimination *e, const int64_t *shares, unsigned shift, int64_t *room)
+int64_t qs_eliminate_find_rooms(qs_elimination *e, const int64_t *shares, unsigned shift,
+                                int64_t *room)
 {
     int64_t gap = 0;
+    qs_eliminate_find_parts(e);
     *room = 0;
     for (uint32_t i = 0; i < e->left_count; i++) {
         e->room[e->left[i]] = 0;
@@ -366,26 +359,8 @@ static int64_t find_room(qs_elimination *e, const int64_t *shares, unsigned shif
     return gap;
 }
 
-int64_t qs_eliminate_above(qs_elimination *e, const uint32_t *marginals, const int64_t *shares,
-                           unsigned shift, int64_t *room)
+void qs_eliminate_follow(qs_elimination *e)
 {
-    uint32_t labels = e->model.labels;
-    qs_eliminate_find_parts(e);
-    int64_t gap = find_room(e, shares, shift, room);
-    for (uint32_t i = 0; i < e->left_count; i++) {
-        uint32_t p = e->left[i];
-        int64_t most = e->room[e->part[p]];
-        const uint32_t *more = marginals + (size_t)p * labels;
-        uint8_t *kept = e->kept + (size_t)p * labels, changed = 0;
-        for (uint32_t d = 0; d < labels; d++) {
-            uint8_t leaves = kept[d] & (more[d] > most);
-            kept[d] ^= leaves;
-            changed |= leaves;
-        }
-        if (changed) {
-            qs_eliminate_follow(e, p);
-        }
-    }
-    qs_eliminate_settle(e);
-    return gap;
+    goldstein(e);
+    list_left(e);
 }

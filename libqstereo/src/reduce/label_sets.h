@@ -2,7 +2,7 @@
  *
  * A label that leaves stays in the arrays, at a cost that keeps it out of every labelling that a
  * solver may find. (Such a cost may be too large for its 31 bits. Then it is the largest there is,
- * and Goldstein's criterion keeps the label out: beside kept labels a kept one is cheaper.) The
+ * and solvers look at the sets: messages.h.) The
  * edges of a site with one label left become costs of its neighbours. So every solver works on the
  * problem as it is at any moment. */
 #ifndef QS_LABEL_SETS_H
@@ -10,6 +10,7 @@
 
 #include "../../include/qstereo/model.h"
 #include "../base/arena.h"
+#include "../solve/number.h"
 
 typedef struct qs_elimination {
     /* The problem as it is. Labellings of kept labels have the same energies as before. The
@@ -50,15 +51,29 @@ void qs_eliminate_take(qs_elimination *e, const qs_model *model, qs_arena *arena
 void qs_eliminate_begin(qs_elimination *e, const qs_model *model, bool walls, uint8_t *kept,
                         uint16_t *labelling);
 
+/* The set of a site has changed: its costs, its label and its neighbours follow. */
+void qs_eliminate_follow_set(qs_elimination *e, uint32_t site);
+
+/* After that: takes out what Goldstein's criterion rules out in turn, and lists what is left. */
+void qs_eliminate_follow(qs_elimination *e);
+
+/* Finds the parts, and the room of each. Returns the gap: the sum of the rooms, in units, each
+ * rounded down; of parts that are closed 0. The labelling is the best one there: see
+ * qs_eliminate_restore.
+ *
+ * shares  of each site in the bound, times 2^shift (trws.h)
+ * room    out: the sum, not rounded */
+int64_t qs_eliminate_find_rooms(qs_elimination *e, const int64_t *shares, unsigned shift,
+                                int64_t *room);
+
 /* Takes out the labels whose marginals (trws.h) prove that no labelling with them is as good as the
  * present one, each part of the problem for itself; then those that Goldstein's criterion rules out
  * in turn.
  *
  * room  out: how far the bound was below the energy of the labelling, times 2^shift
  *
- * Returns the same in units, rounded down in each part; of a part that is closed 0. The labelling
- * is the best one there: see qs_eliminate_restore. */
-int64_t qs_eliminate_above(qs_elimination *e, const uint32_t *marginals, const int64_t *shares,
+ * Returns the same in units, rounded down in each part. */
+int64_t qs_eliminate_above(qs_elimination *e, const qs_natural *marginals, const int64_t *shares,
                            unsigned shift, int64_t *room);
 
 /* Gives closed parts their best labelling again. The caller may have replaced it by one that is
@@ -67,12 +82,5 @@ void qs_eliminate_restore(qs_elimination *e);
 
 /* Finds the parts. */
 void qs_eliminate_find_parts(qs_elimination *e);
-
-/* Labels of a site have been taken out of its set: its costs, its label and its neighbours
- * follow. */
-void qs_eliminate_follow(qs_elimination *e, uint32_t site);
-
-/* Takes out what Goldstein's criterion rules out now, and lists what is left. */
-void qs_eliminate_settle(qs_elimination *e);
 
 #endif

@@ -130,7 +130,7 @@ static void fill_edge(part *w, uint32_t p, const qs_edge_seen *seen, qs_table_ed
     for (uint32_t a = 0; a < model->labels; a++) {
         for (uint32_t b = 0; is_kept(w->e, p, a) && b < model->labels; b++) {
             if (is_kept(w->e, seen->site, b)) {
-                *table++ = (seen->weight * qs_model_pairwise(model, a, b)) * ((int64_t)1 << UNITS);
+                *table++ = qs_seen_cost(model, seen, a, b) * ((int64_t)1 << UNITS);
             }
         }
     }
@@ -199,7 +199,7 @@ static int64_t energy_of(const part *w)
         qs_edge_seen edge;
         energy += w->e->unary[(size_t)p * model->labels + x[p]];
         for (uint32_t at = 0; qs_see_edge(model, p, at, &edge); at++) {
-            energy += edge.first ? edge.weight * qs_model_pairwise(model, x[p], x[edge.site]) : 0;
+            energy += edge.first ? qs_seen_cost(model, &edge, x[p], x[edge.site]) : 0;
         }
     }
     return energy;
@@ -229,7 +229,7 @@ static bool take_out(part *w)
             leaves |= out;
         }
         if (leaves) {
-            qs_eliminate_follow(e, w->sites[n]);
+            qs_eliminate_follow_set(e, w->sites[n]);
             changed = true;
         }
     }
@@ -302,7 +302,7 @@ bool qs_parts_solve(qs_elimination *e, void *memory, size_t size, uint64_t *work
         changed |= see_to(&w, i, work);
     }
     if (changed) {
-        qs_eliminate_settle(e);
+        qs_eliminate_follow(e);
     }
     return changed;
 }

@@ -7,6 +7,7 @@
 #include "../model/neighbours.h"
 #include "../solve/best.h"
 #include "label_sets.h"
+#include "hand_over.h"
 #include "parts.h"
 #include "windows.h"
 
@@ -33,12 +34,28 @@ enum {
     ROUNDS = 6
 };
 
+/* A restart: where the bound stalls, messages begin anew on what is left of the problem, and often
+ * get further. If they do not in due time, the old ones come back. */
+typedef struct restart {
+    int64_t bound; /* the best bound at iteration `since`, */
+    uint64_t since;
+    bool trying; /* the old messages are in the memory of the marginals */
+    uint32_t failed; /* sites that were left when it was of no use last */
+} restart;
+
+enum {
+    STALL = 128, /* iterations in which at least a STALL_PART-th of the gap must go */
+    STALL_PART = 32,
+    TRY = 256, /* iterations that a restart may take, or half of all so far */
+    FEWER = 16 /* after a failure a FEWER-th of the sites must have gone */
+};
+
 /* The guest of qs_best_with. */
 typedef struct reducer {
     qs_elimination sets;
     const qs_reduce_options *options;
     uint64_t iterations, target; /* of the options */
-    uint32_t *marginals; /* and the memory of parts: parts_size bytes */
+    qs_natural *marginals; /* and the memory of parts: parts_size bytes */
     size_t parts_size;
     uint64_t work; /* what parts may still look at, */
     uint64_t parts_at; /* and the iteration that it was counted at */
@@ -52,6 +69,7 @@ typedef struct reducer {
     int64_t looked; /* the gap after that was done last, */
     uint64_t looked_at; /* and the iteration */
     bool stopped; /* by the watch */
+    restart again;
     qs_reduction so_far;
 } reducer;
 
@@ -111,7 +129,10 @@ static int64_t take_out(reducer *r, qs_trws_state *state, qs_solution *so_far)
     int64_t room;
     qs_eliminate_restore(&r->sets);
     int64_t energy = qs_model_energy(&r->sets.model, r->sets.labelling);
+    qs_look *look = state->look;
+    state->look = NULL; /* half of the marginals would be of no use */
     qs_trws_marginals(state, r->marginals, r->shares);
+    state->look = look;
     int64_t gap = qs_eliminate_above(&r->sets, r->marginals, r->shares, state->scale.shift, &room);
     so_far->lower_bound = qs_max_i64(so_far->lower_bound, energy - gap);
     so_far->energy = qs_model_energy(&r->sets.model, r->sets.labelling);
@@ -225,7 +246,9 @@ static bool choose_start(reducer *r, const qs_trws_state *state, const qs_soluti
         memcpy(r->trial, r->sets.labelling, sizeof *r->trial * model->sites);
         return true;
     }
-    qs_trws_grid_labels(state, true, r->trial);
+    qs_trws_state whole = *state;
+    whole.look = NULL; /* a half of the labels would be of no use */
+    qs_trws_grid_labels(&whole, true, r->trial);
     bool made = qs_icm(model, NULL, NULL, 0, r->trial, &ended) == QS_OK;
     (void)qs_take_kept_everywhere(model, r->trial);
     return made;
@@ -269,17 +292,77 @@ static void offer_start(reducer *r, qs_solution *so_far)
     }
 }
 
+static size_t messages_size(const qs_trws_state *state)
+{
+    return sizeof *state->messages * (size_t)qs_trws_messages(state->model);
+}
+
+static void begin_anew(reducer *r, qs_trws_state *state)
+{
+    memcpy(r->marginals, state->messages, messages_size(state));
+    memset(state->messages, 0, messages_size(state));
+    r->again.trying = true;
+}
+
+static void take_back(reducer *r, qs_trws_state *state)
+{
+    memcpy(state->messages, r->marginals, messages_size(state));
+    r->again.trying = false;
+    r->again.failed = r->sets.left_count;
+}
+
+/* Whether the bound has hardly risen for a while, so that it is time to begin anew. */
+static bool has_stalled(const reducer *r, const qs_solution *so_far)
+{
+    int64_t rise = so_far->lower_bound - r->again.bound, gap = so_far->energy - so_far->lower_bound;
+    return so_far->iterations - r->again.since >= STALL && rise < gap / STALL_PART + 1;
+}
+
+/* After each iteration. */
+static void consider_restart(reducer *r, qs_trws_state *state, qs_solution *so_far)
+{
+    restart *a = &r->again;
+    uint64_t since = so_far->iterations - a->since;
+    bool better = so_far->lower_bound > a->bound;
+    if (a->trying && !better) {
+        if (since >= qs_max_u64(TRY, a->since / 2)) {
+            take_back(r, state);
+            a->since = so_far->iterations;
+        }
+        return;
+    }
+    if (a->trying || (since >= STALL && !has_stalled(r, so_far))) {
+        *a = (restart){so_far->lower_bound, so_far->iterations, false, a->failed};
+        return;
+    }
+    if (has_stalled(r, so_far) && r->sets.left_count < a->failed - a->failed / FEWER) {
+        (void)tighten(r, state, so_far);
+        begin_anew(r, state);
+        a->bound = so_far->lower_bound;
+        a->since = so_far->iterations;
+    }
+}
+
 static bool between(void *context, qs_trws_state *state, qs_solution *so_far, bool stopped)
 {
     reducer *r = context;
+    bool proven = so_far->energy == so_far->lower_bound;
+    bool ends = stopped || proven || so_far->iterations >= r->iterations;
     if (so_far->iterations <= 1) {
         offer_start(r, so_far);
     }
-    if (r->target == 0 && !stopped && so_far->iterations >= r->next_windows &&
-        so_far->energy > so_far->lower_bound) {
+    if (r->again.trying && ends && so_far->lower_bound <= r->again.bound) {
+        take_back(r, state); /* their marginals are the better ones */
+    }
+    r->again.trying = r->again.trying && !ends;
+    if (!ends) {
+        consider_restart(r, state, so_far);
+    }
+    /* The memory of windows is that of the old messages, too. */
+    if (r->target == 0 && !ends && !r->again.trying && so_far->iterations >= r->next_windows) {
         solve_windows(r, state, so_far);
     }
-    if (!at_target(r) && is_due(r, state, so_far, stopped)) {
+    if (!at_target(r) && !r->again.trying && is_due(r, state, so_far, stopped)) {
         int64_t room = tighten(r, state, so_far);
         if (so_far->energy == so_far->lower_bound && !stopped) {
             finish(r, state, so_far, room);
@@ -305,6 +388,9 @@ static size_t take_parts(reducer *r, const qs_model *model, void *workspace)
 
 size_t qs_reduce_workspace(const qs_model *model)
 {
+    if (!qs_messages_fit(model, true)) {
+        return QS_IN_64_BITS(SIZE_MAX, qs_reduce_workspace, model);
+    }
     reducer r;
     return take_parts(&r, model, NULL);
 }
@@ -319,11 +405,16 @@ qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, voi
     if (options && options->start && !qs_labels_in_range(model, options->start)) {
         return QS_E_ARGUMENT;
     }
+    if (!qs_messages_fit(model, true)) {
+        return QS_IN_64_BITS(QS_E_OVERFLOW, qs_reduce, model, options, workspace, workspace_size,
+                             kept, labelling, reduction);
+    }
     reducer r = {.options = options,
                  .next = FIRST,
                  .next_windows = FIRST_WINDOWS,
                  .windowed = INT64_MAX,
                  .looked = INT64_MAX};
+    r.again.failed = model->sites;
     size_t size = take_parts(&r, model, workspace);
     if (workspace_size < size || size == SIZE_MAX) {
         return QS_E_WORKSPACE;
@@ -338,7 +429,6 @@ qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, voi
     qs_status status =
         qs_best_with(&r.sets.model, &watched, &guest, r.best, r.best_size, labelling, &solution);
     if (status == QS_OK) {
-        offer_start(&r, &solution); /* without messages nobody was called in between */
         r.so_far.upper_bound = solution.energy;
         r.so_far.lower_bound = solution.lower_bound;
         r.so_far.iterations = solution.iterations;

@@ -1,6 +1,7 @@
 #include "windows.h"
 
 #include "../base/minmax.h"
+#include "block.h"
 
 /* The cells from `begin` on, of those before `all`; begins and ends outside are cut off. */
 static uint32_t cut(int64_t begin, uint32_t side, uint32_t all, uint32_t *length)

@@ -2,7 +2,8 @@
 #ifndef QS_WINDOWS_H
 #define QS_WINDOWS_H
 
-#include "block.h"
+#include "label_sets.h"
+#include "rectangle.h"
 
 /* Called before each window. Returns false to stop. */
 typedef bool qs_windows_watch(void *context);

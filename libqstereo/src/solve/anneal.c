@@ -60,13 +60,13 @@ static int64_t accepted_rise(uint64_t temperature, uint32_t u)
     return (int64_t)(temperature * minus_ln >> 24);
 }
 
-/* A sweep at one temperature: every site in turn is offered a label. Returns the change of the
- * energy. */
-static int64_t sweep(const qs_model *model, uint64_t temperature, uint64_t *random,
-                     uint16_t *labelling)
+enum { WORK = 64 }; /* what the offer of a label counts as, in numbers computed */
+
+/* A sweep at one temperature: every site in turn is offered a label. */
+static void sweep(const qs_model *model, uint64_t temperature, qs_look *look, uint64_t *random,
+                  uint16_t *labelling, qs_solution *s)
 {
-    int64_t change = 0;
-    for (uint32_t p = 0; p < model->sites; p++) {
+    for (uint32_t p = 0; p < model->sites && qs_look_at(look, p, WORK); p++) {
         uint64_t number = draw(random);
         uint16_t label = (uint16_t)((number >> 32) * model->labels >> 32);
         if (label == labelling[p]) {
@@ -76,10 +76,9 @@ static int64_t sweep(const qs_model *model, uint64_t temperature, uint64_t *rand
                        qs_label_cost(model, labelling, p, labelling[p]);
         if (rise <= 0 || rise <= accepted_rise(temperature, (uint32_t)number)) {
             labelling[p] = label;
-            change += rise;
+            s->energy += rise;
         }
     }
-    return change;
 }
 
 /* The largest cost of an edge, at least 1: about what it takes to move a site against its
@@ -100,31 +99,47 @@ static uint64_t largest_edge(const qs_model *model)
     return qs_min_u64(cost, INT32_MAX);
 }
 
-/* The logarithm of FINE times the temperature of a sweep. From half the largest cost of an edge,
- * where labels of a Potts model begin to hold together, down to a COOLEST-th of that, where nothing
- * moves any more. */
-static uint32_t cooled(uint32_t hottest, uint64_t sweep_number, uint64_t sweeps)
+/* The logarithm of FINE times the temperature when `done` of ONE is done. From half the largest
+ * cost of an edge, where labels of a Potts model begin to hold together, down to a COOLEST-th of
+ * that, where nothing moves any more. */
+static uint32_t cooled(uint32_t hottest, uint64_t done)
 {
-    uint32_t span = log2_of(COOLEST);
-    if (sweeps == 1) {
-        return hottest - span;
+    return hottest - (uint32_t)(log2_of(COOLEST) * done / ONE);
+}
+
+/* How much of the sweeps is done, of ONE; ONE in the last one. Where the time is limited, a part of
+ * it is left for icm.
+ *
+ * sweeps  0 = no limit */
+static uint64_t done_of(const qs_solve_options *options, uint64_t sweep_number, uint64_t sweeps)
+{
+    enum { LEFT_PART = 16 };
+    uint64_t done = sweeps == 1 ? ONE : sweeps == 0 ? 0 : sweep_number * ONE / (sweeps - 1);
+    if (options && options->spent) {
+        uint64_t spent = options->spent(options->context);
+        done = qs_max_u64(done, (spent + spent / LEFT_PART) * ONE / QS_ALL_TIME);
     }
-    return hottest - (uint32_t)(span * (sweep_number * ONE / (sweeps - 1)) / ONE);
+    return qs_min_u64(done, ONE);
 }
 
 /* All sweeps. Returns false if the watch has stopped it. */
 static bool cool(const qs_model *model, const qs_solve_options *options, uint16_t *labelling,
                  qs_solution *s)
 {
-    uint64_t random = options ? options->seed : 0,
-             sweeps = options && options->iterations > 0 ? options->iterations : SWEEPS;
+    uint64_t random = options ? options->seed : 0, sweeps = options && options->iterations > 0
+                                                                ? options->iterations
+                                                            : options && options->spent ? 0
+                                                                                        : SWEEPS;
     uint32_t hottest = log2_of(largest_edge(model) * FINE / 2);
+    qs_reporter reporter = {options, s};
+    qs_look look = {.going = qs_report_now, .context = &reporter};
+    uint64_t done = 0;
     bool go = true;
-    while (go && s->iterations < sweeps) {
-        uint64_t temperature = exp2_of(cooled(hottest, s->iterations, sweeps)) / FINE;
-        s->energy += sweep(model, temperature, &random, labelling);
-        go = qs_report_progress(options, s);
-        s->iterations++;
+    while (go && done < ONE) {
+        done = done_of(options, s->iterations, sweeps);
+        sweep(model, exp2_of(cooled(hottest, done)) / FINE, &look, &random, labelling, s);
+        go = !look.stopped && qs_report_progress(options, s);
+        s->iterations += !look.stopped;
     }
     return go;
 }

@@ -8,9 +8,14 @@
 #include "../model/neighbours.h"
 #include "cut.h"
 #include "fusion.h"
+#include "pack.h"
 #include "progress.h"
+#include "solve_64.h"
 
 enum { ITERATIONS = 2000, FIRST_MOVES = 8 };
+
+/* The most that packing may do before messages: labellings tried times sites and edges. */
+static const uint64_t packing_work = UINT64_C(1) << 30;
 
 /* It watches TRW-S: it takes over the bounds and the labellings, improves these by moves, and stops
  * TRW-S when the best labelling is proven. */
@@ -28,6 +33,7 @@ typedef struct supervisor {
     uint64_t next_moves; /* the iteration that they are due at */
     bool metric; /* the pairwise cost is one */
     bool stopped; /* by the caller's watch */
+    qs_look look; /* of messages at that watch */
     qs_solution solution;
 } supervisor;
 
@@ -40,42 +46,33 @@ static void keep(supervisor *s, const uint16_t *labelling, int64_t energy)
     }
 }
 
-/* The watch of the moves: it only asks the caller's watch whether to stop, for moves take time,
- * too. */
-static bool watch_moves(void *context, const qs_progress *progress)
+/* Within moves and within iterations the caller's watch is only asked whether to stop. */
+static bool is_going(void *context)
 {
     supervisor *s = context;
-    (void)progress;
     s->stopped = s->stopped || !qs_report_progress(s->options, &s->solution);
     return !s->stopped;
 }
 
-static bool watch_rows(void *context)
+static bool watch_moves(void *context, const qs_progress *progress)
 {
-    supervisor *s = context;
-    s->stopped = s->stopped || !s->options->going(s->options->context);
-    return !s->stopped;
+    (void)progress;
+    return is_going(context);
 }
 
-/* Improves a labelling by expansion, where the pairwise cost is not a metric by fusion moves, and
- * where the costs are too large for cuts by icm. */
-static qs_status improve(supervisor *s, uint16_t *labelling)
+/* Improves a labelling by expansion, or, where the pairwise cost is no metric, by fusion moves. A
+ * guest may raise costs until moves need more memory than there is: from then on there are none. */
+static void improve(supervisor *s, uint16_t *labelling)
 {
-    bool asked = s->options && s->options->going;
-    qs_solve_options options = {
-        .watch = watch_moves, .context = s, .going = asked ? watch_rows : NULL};
+    qs_solve_options options = {.watch = watch_moves, .context = s};
     qs_solution moved;
     qs_status status =
         s->metric ? qs_expansion(s->model, &options, s->moves, s->moves_size, labelling, &moved)
                   : qs_fusion_moves(QS_FUSION_JUMPS, s->model, &options, s->moves, s->moves_size,
                                     labelling, &moved);
-    if (status == QS_E_OVERFLOW) {
-        status = qs_icm(s->model, &options, NULL, 0, labelling, &moved);
-    }
     if (status == QS_OK) {
         keep(s, labelling, moved.energy);
     }
-    return status;
 }
 
 /* The moves start from the labelling of TRW-S. The guest may have taken labels of it out since. */
@@ -87,28 +84,36 @@ static void start_moves(supervisor *s)
     }
 }
 
+/* Whether the best labelling is proven, or so near to it that the caller asks for no more. */
+static bool is_near(const supervisor *s)
+{
+    enum { MILLION = 1000000 };
+    int64_t energy = s->solution.energy, gap = energy - s->solution.lower_bound,
+            parts = s->options ? qs_min_i64(s->options->gap, MILLION) : 0;
+    energy = energy < 0 ? -energy : energy;
+    return gap <= energy / MILLION * parts + energy % MILLION * parts / MILLION;
+}
+
 static bool watch_messages(void *context, const qs_progress *progress)
 {
     supervisor *s = context;
     s->solution.lower_bound = qs_max_i64(s->solution.lower_bound, progress->lower_bound);
     s->solution.iterations = progress->iteration;
     keep(s, s->found, progress->energy);
-    bool proven = s->solution.energy == s->solution.lower_bound;
+    bool near = is_near(s);
     /* Less and less often: TRW-S gets on slowly, and moves cost as much as many of its
      * iterations. */
-    if (!proven && progress->iteration >= s->next_moves && progress->energy != s->moved_energy) {
+    if (!near && progress->iteration >= s->next_moves && progress->energy != s->moved_energy) {
         s->next_moves = 2 * progress->iteration;
         s->moved_energy = progress->energy;
         start_moves(s);
-        proven = improve(s, s->moved) != QS_OK || s->solution.energy == s->solution.lower_bound;
+        improve(s, s->moved);
+        near = is_near(s);
     }
     bool done = !s->stopped && s->guest &&
                 !s->guest->between(s->guest->context, &s->state, &s->solution, false);
-    s->stopped = s->stopped || !qs_report_progress(s->options, &s->solution);
-    if (s->stopped && s->guest) {
-        s->guest->between(s->guest->context, &s->state, &s->solution, true);
-    }
-    return !done && !proven && s->solution.energy > s->solution.lower_bound && !s->stopped;
+    (void)is_going(s);
+    return !done && !near && !is_near(s) && !s->stopped;
 }
 
 /* Hands out the workspace, or counts it. Returns its size. */
@@ -126,11 +131,25 @@ static size_t take_parts(supervisor *s, void *workspace)
     return qs_arena_size(&arena);
 }
 
+/* Packing needs room of its own, and then for what it found beside the workspace of the others. */
+static size_t packing_size(const qs_model *model, size_t others)
+{
+    qs_arena arena = {0};
+    (void)qs_arena_take(&arena, model->sites, sizeof(uint16_t));
+    (void)qs_arena_take(&arena, qs_max_u64(others, qs_pack_workspace(model)), 1);
+    return qs_arena_size(&arena);
+}
+
 size_t qs_best_workspace(const qs_model *model)
 {
+    if (!qs_messages_fit(model, model->kept != NULL)) {
+        return QS_IN_64_BITS(SIZE_MAX, qs_best_workspace, model);
+    }
     supervisor s = {.model = model};
     size_t others = take_parts(&s, NULL),
-           cut = qs_cut_is_quick(model) ? qs_min_cut_workspace(model) : 0;
+           cut = qs_cut_is_quick(model) ? qs_min_cut_workspace(model) : 0,
+           packed = qs_can_pack(model) ? packing_size(model, others) : 0;
+    others = packed > others ? packed : others;
     return cut > others && cut < SIZE_MAX ? cut : others;
 }
 
@@ -147,11 +166,51 @@ static qs_status cut_quickly(const qs_model *model, const qs_solve_options *opti
     return qs_min_cut(model, &own, workspace, workspace_size, labelling, solution);
 }
 
+/* Packs within a limit of work. If that does not prove an optimum, the others go on, and the better
+ * of the two labellings counts. */
+static qs_status pack_first(const qs_model *model, const qs_solve_options *options, void *workspace,
+                            size_t workspace_size, uint16_t *labelling, qs_solution *solution)
+{
+    qs_arena arena = {.base = workspace};
+    uint16_t *packed = qs_arena_take(&arena, model->sites, sizeof *packed);
+    size_t size = workspace_size - (size_t)arena.used;
+    void *rest = qs_arena_take(&arena, size, 1);
+    qs_solve_options own = {.iterations = 1 + packing_work / (1 + model->sites + model->edges)};
+    qs_solution first, second;
+    if (options) {
+        own.watch = options->watch;
+        own.context = options->context;
+    }
+    qs_status status = qs_pack(model, &own, rest, size, labelling, &first);
+    if (status == QS_OK && !first.converged) {
+        memcpy(packed, labelling, sizeof *packed * model->sites);
+        status = qs_best_with(model, options, NULL, rest, size, labelling, &second);
+    }
+    if (status != QS_OK) {
+        return status;
+    }
+    if (first.converged) {
+        *solution = first;
+        return QS_OK;
+    }
+    if (first.energy < second.energy) {
+        memcpy(labelling, packed, sizeof *packed * model->sites);
+        second.energy = first.energy;
+    }
+    second.lower_bound = qs_max_i64(first.lower_bound, second.lower_bound);
+    *solution = second;
+    return QS_OK;
+}
+
 qs_status qs_best(const qs_model *model, const qs_solve_options *options, void *workspace,
                   size_t workspace_size, uint16_t *labelling, qs_solution *solution)
 {
     if (!model || !workspace || !labelling || !solution) {
         return QS_E_ARGUMENT;
+    }
+    if (!qs_messages_fit(model, model->kept != NULL)) {
+        return QS_IN_64_BITS(QS_E_OVERFLOW, qs_best, model, options, workspace, workspace_size,
+                             labelling, solution);
     }
     if (workspace_size < qs_best_workspace(model)) {
         return QS_E_WORKSPACE;
@@ -160,10 +219,12 @@ qs_status qs_best(const qs_model *model, const qs_solve_options *options, void *
         cut_quickly(model, options, workspace, workspace_size, labelling, solution) == QS_OK) {
         return QS_OK;
     }
+    if (qs_can_pack(model)) {
+        return pack_first(model, options, workspace, workspace_size, labelling, solution);
+    }
     return qs_best_with(model, options, NULL, workspace, workspace_size, labelling, solution);
 }
 
-/* Where the costs are too large for messages there are moves alone, and no bound. */
 static qs_status solve(supervisor *s)
 {
     const qs_solve_options *options = s->options;
@@ -171,15 +232,15 @@ static qs_status solve(supervisor *s)
     qs_solve_options own = {.iterations = iterations > 0 ? iterations : ITERATIONS,
                             .watch = watch_messages,
                             .context = s};
-    if (options && options->going && !s->guest) { /* a guest needs whole iterations */
-        own.going = watch_rows;
-    }
     qs_solution ended;
-    qs_status status =
-        qs_trws_watched(s->model, &own, s->messages, s->messages_size, s->found, &ended, &s->state);
-    if (status == QS_E_OVERFLOW) {
-        memcpy(s->moved, s->best, sizeof *s->best * s->model->sites);
-        status = improve(s, s->moved);
+    s->look = (qs_look){.going = is_going, .context = s};
+    qs_status status = qs_trws_watched(s->model, &own, &s->look, s->messages, s->messages_size,
+                                       s->found, &ended, &s->state);
+    if (status == QS_OK && s->stopped && s->guest) {
+        s->guest->between(s->guest->context, &s->state, &s->solution, true);
+    } else if (status == QS_OK && !s->guest) { /* stopped within an iteration */
+        s->solution.lower_bound = qs_max_i64(s->solution.lower_bound, ended.lower_bound);
+        keep(s, s->found, ended.energy);
     }
     return status;
 }
@@ -203,12 +264,12 @@ qs_status qs_best_with(const qs_model *model, const qs_solve_options *options,
     }
     qs_model_winner(model, labelling);
     s.solution.energy = qs_model_energy(model, labelling);
-    s.solution.lower_bound = QS_NO_BOUND;
+    s.solution.lower_bound = model->constant; /* no cost is below 0 */
     s.moved_energy = s.solution.energy;
     qs_status status = solve(&s);
     if (status == QS_OK) {
         s.solution.energy -= qs_take_kept_everywhere(model, labelling);
-        s.solution.converged = s.solution.energy == s.solution.lower_bound;
+        s.solution.converged = is_near(&s);
         *solution = s.solution;
     }
     return status;

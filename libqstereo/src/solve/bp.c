@@ -7,6 +7,7 @@
 #include "../model/neighbours.h"
 #include "label_from_messages.h"
 #include "progress.h"
+#include "solve_64.h"
 
 enum { DEFAULT_ITERATIONS = 50, FINEST = 12 };
 
@@ -38,6 +39,9 @@ static size_t take_parts(qs_bp_state *state, void *workspace, uint16_t **trial)
 
 size_t qs_bp_workspace(const qs_model *model)
 {
+    if (!qs_messages_fit(model, model->kept != NULL)) {
+        return QS_IN_64_BITS(SIZE_MAX, qs_bp_workspace, model);
+    }
     qs_bp_state state = {.model = model};
     uint16_t *trial;
     return take_parts(&state, NULL, &trial);
@@ -51,7 +55,7 @@ static void sweep(const qs_bp_state *state, bool wide)
         qs_bp_graph_sweep(state);
         return;
     }
-#if QS_HAVE_AVX2
+#if QS_HAVE_AVX2 && QS_BITS == 32
     if (wide && model->labels >= QS_LANES && model->pairwise.smoothness == QS_POTTS) {
         qs_bp_wide_sweep(state);
         return;
@@ -67,15 +71,36 @@ static void make_labelling(const qs_bp_state *state, bool wide, uint16_t *labell
         qs_bp_graph_labels(state, labelling);
         return;
     }
-    qs_message_reader reader = {state->model,
-                                state->scale,
-                                wide,
-                                true,
-                                state->messages + QS_FROM_RIGHT * labels,
-                                state->messages + QS_FROM_BELOW * labels,
-                                QS_FROM_ALL * labels,
-                                state->scratch};
+    qs_message_reader reader = {.model = state->model,
+                                .scale = state->scale,
+                                .wide = wide,
+                                .forward = true,
+                                .row = state->messages + QS_FROM_RIGHT * labels,
+                                .column = state->messages + QS_FROM_BELOW * labels,
+                                .stride = QS_FROM_ALL * labels,
+                                .scratch = state->scratch,
+                                .look = state->look};
     qs_label_grid(&reader, labelling);
+}
+
+/* One iteration, and its labelling if that is the best so far. Returns false if the watch has
+ * stopped it. */
+static bool iterate(const qs_bp_state *state, bool wide, uint16_t *trial, uint16_t *labelling,
+                    qs_solution *s)
+{
+    sweep(state, wide);
+    if (!state->look->stopped) {
+        make_labelling(state, wide, trial);
+    }
+    if (state->look->stopped) {
+        return false;
+    }
+    int64_t energy = qs_model_energy(state->model, trial);
+    if (s->iterations == 0 || energy < s->energy) {
+        s->energy = energy;
+        memcpy(labelling, trial, sizeof *labelling * state->model->sites);
+    }
+    return true;
 }
 
 qs_status qs_bp(const qs_model *model, const qs_solve_options *options, void *workspace,
@@ -85,26 +110,23 @@ qs_status qs_bp(const qs_model *model, const qs_solve_options *options, void *wo
     if (!model || !workspace || !labelling || !solution) {
         return QS_E_ARGUMENT;
     }
+    if (!qs_scale_choose(model, FINEST, &state.scale)) {
+        return QS_IN_64_BITS(QS_E_OVERFLOW, qs_bp, model, options, workspace, workspace_size,
+                             labelling, solution);
+    }
     uint16_t *trial;
     size_t size = take_parts(&state, workspace, &trial);
     if (workspace_size < size || size == SIZE_MAX) {
         return QS_E_WORKSPACE;
     }
-    if (!qs_scale_choose(model, FINEST, &state.scale)) {
-        return QS_E_OVERFLOW;
-    }
-    memset(workspace, 0, size);
-    qs_solution s = {.lower_bound = QS_NO_BOUND};
+    qs_model_winner(model, labelling);
+    qs_solution s = {.energy = qs_model_energy(model, labelling), .lower_bound = QS_NO_BOUND};
+    qs_reporter reporter = {options, &s};
+    qs_look look = {.going = qs_report_now, .context = &reporter};
+    state.look = &look;
     bool wide = qs_lanes_avx2();
-    bool go = true;
-    while (go) {
-        sweep(&state, wide);
-        make_labelling(&state, wide, trial);
-        int64_t energy = qs_model_energy(model, trial);
-        if (s.iterations == 0 || energy < s.energy) {
-            s.energy = energy;
-            memcpy(labelling, trial, sizeof *labelling * model->sites);
-        }
+    bool go = qs_clear(&look, workspace, size);
+    while (go && iterate(&state, wide, trial, labelling, &s)) {
         s.iterations++;
         go = qs_report_progress(options, &s) && !qs_limit_reached(options, &s, DEFAULT_ITERATIONS);
     }

@@ -7,6 +7,7 @@
 #define QS_BP_H
 
 #include "messages.h"
+#include "progress.h"
 
 /* The messages to a site of a grid, in the order in which they stand in memory, `labels` numbers
  * each. */
@@ -18,8 +19,9 @@ typedef struct qs_bp_state {
     qs_scale scale;
     /* Of a grid the messages to each site. Of a graph, for each edge, that to the higher-numbered
      * site, then that to the lower. */
-    int32_t *messages;
-    int32_t *scratch;
+    qs_number *messages;
+    qs_number *scratch;
+    qs_look *look; /* NULL = nothing stops a sweep */
 } qs_bp_state;
 
 /* The old message that is kept: QS_KEEP / 2^QS_KEEP_OF. */
@@ -28,8 +30,16 @@ enum { QS_KEEP = 3, QS_KEEP_OF = 4 };
 /* Sends as qs_message_send does, and mixes the message with the one before.
  *
  * scratch  `labels` numbers, and then qs_message_scratch more */
-void qs_bp_send(const qs_bp_state *state, int32_t weight, bool upward, int32_t *costs,
-                int32_t *message, int32_t *scratch);
+void qs_bp_send(const qs_bp_state *state, uint32_t edge, qs_number weight, bool upward,
+                qs_number *costs, qs_number *message, qs_number *scratch);
+
+/* In a loop over the sites: false if the sweep is to stop. */
+static inline bool qs_bp_going(const qs_bp_state *state, uint32_t at)
+{
+    bool table = state->model->pairwise.smoothness >= QS_TABLE;
+    uint64_t labels = state->model->labels;
+    return qs_look_at(state->look, at, table ? labels * labels : labels);
+}
 
 /* The sweeps of one iteration. The wide one is for grids with Potts costs and at least 8 labels; it
  * computes the same by AVX2. */

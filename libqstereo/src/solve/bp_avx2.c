@@ -9,9 +9,9 @@ enum { AHEAD = 8 };
 QS_WIDE qs_lanes sum_of(const qs_bp_state *state, const qs_letter *letter, uint32_t run,
                         uint32_t labels)
 {
-    qs_lanes unary =
-        qs_lanes_min(qs_lanes_load(letter->unary, run, labels), qs_lanes_all(state->scale.most))
-        << (int)state->scale.shift;
+    qs_lanes unary = qs_lanes_min(qs_lanes_load(state->model->unary + letter->first, run, labels),
+                                  qs_lanes_all(state->scale.most))
+                     << (int)state->scale.shift;
     return unary + qs_lanes_load(letter->beside[0], run, labels) +
            qs_lanes_load(letter->beside[1], run, labels) +
            qs_lanes_load(letter->behind, run, labels);
@@ -102,13 +102,15 @@ QS_WIDE void across(const qs_bp_state *state, uint32_t first, int from, uint32_t
 QS_WIDE void sweep(const qs_bp_state *state, uint32_t labels, draft one, draft two)
 {
     uint32_t width = state->model->width, sites = state->model->sites;
-    for (uint32_t first = 0; first < sites; first += width) {
+    uint64_t work = 3 * (uint64_t)width * labels;
+    for (uint32_t first = 0; first < sites && qs_look_up(state->look, work); first += width) {
         along_row(state, first, labels, one, two);
         if (first > 0) {
             across(state, first - width, QS_FROM_ABOVE, labels, one, two);
         }
     }
-    for (uint32_t first = sites - width; first > 0; first -= width) {
+    for (uint32_t first = sites - width; first > 0 && qs_look_up(state->look, work / 3);
+         first -= width) {
         across(state, first, QS_FROM_BELOW, labels, one, two);
     }
 }

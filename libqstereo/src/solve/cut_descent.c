@@ -41,9 +41,7 @@ qs_status qs_descent(const qs_model *model, const qs_solve_options *options, voi
     qs_fusion f = {.m = {.model = model, .x = labelling}, .options = options, .solution = solution};
     (void)qs_take_kept_everywhere(model, labelling);
     qs_fusion_take(&f, &arena);
-    if (!qs_fusion_start(&f)) {
-        return QS_E_OVERFLOW;
-    }
+    qs_fusion_start(&f);
     *solution = (qs_solution){.energy = f.m.energy, .lower_bound = QS_NO_BOUND};
     int32_t step = 1;
     while (2 * step < (int32_t)model->labels) {

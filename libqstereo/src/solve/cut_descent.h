@@ -11,7 +11,7 @@
 
 size_t qs_descent_workspace(const qs_model *model);
 
-/* As a qs_solver; the costs must be convex and the labelling in range. */
+/* As a qs_solver; the costs must be convex and fit (qs_fusion_fits), and the labelling in range. */
 qs_status qs_descent(const qs_model *model, const qs_solve_options *options, void *workspace,
                      uint16_t *labelling, qs_solution *solution);
 

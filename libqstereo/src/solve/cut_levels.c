@@ -9,7 +9,8 @@
 #include "progress.h"
 #include "trws.h"
 
-#define RANGE ((int64_t)1 << 30) /* of an excess, whatever flows, and of capacities */
+#define RANGE                                                                                      \
+    ((int64_t)(QS_NUMBER_MAX / 2 + 1)) /* of an excess, whatever flows, and of capacities */
 
 enum { FINEST = 12, PASSES = 20, LABEL_EVERY = 5 };
 
@@ -32,7 +33,7 @@ typedef struct levels {
     uint32_t *start, *sister; /* of the graph, if it is not layered */
     qs_link *links;
     /* Messages go before the flow: NULL = none do. */
-    int32_t *messages, *scratch;
+    qs_number *messages, *scratch;
     qs_scale scale; /* of all costs, so that what the messages say is a flow */
     int64_t base; /* F where each site has label 0, scaled, less the model's constant */
 } levels;
@@ -146,21 +147,18 @@ static uint32_t node_of(const levels *l, uint32_t level, uint32_t site)
 
 /* The most that one level of an edge of weight 1 has in capacities, or in what V adds to its
  * excess. */
-static int64_t largest_sum(const levels *l)
+static int64_t largest_sum(const qs_model *model)
 {
-    const qs_model *model = l->model;
-    int64_t largest = 0;
-    for (size_t n = 0, end; n < l->product_count; n = end) { /* rows, one after the other */
-        int64_t sum = 0;
-        for (end = n; end < l->product_count && l->products[end].i == l->products[n].i; end++) {
-            sum += l->products[end].gain;
-        }
+    uint32_t last = model->labels - 1, row = 0;
+    int64_t largest = 0, sum = 0;
+    for (product next = {0}; next_product(model, &next); next.j++) { /* row by row */
+        sum = next.i == row ? sum + next.gain : next.gain;
+        row = next.i;
         largest = qs_max_i64(largest, sum);
     }
-    for (uint32_t j = 0; j < l->count; j++) { /* columns: they telescope */
+    for (uint32_t j = 0; j < last; j++) { /* columns: they telescope */
         int64_t low = qs_model_pairwise(model, 0, j + 1) - qs_model_pairwise(model, 0, j);
-        int64_t high =
-            qs_model_pairwise(model, l->count, j + 1) - qs_model_pairwise(model, l->count, j);
+        int64_t high = qs_model_pairwise(model, last, j + 1) - qs_model_pairwise(model, last, j);
         largest = qs_max_i64(largest, low - high);
         largest = qs_max_i64(largest, low > 0 ? low : -low);
         int64_t other = qs_model_pairwise(model, j + 1, 0) - qs_model_pairwise(model, j, 0);
@@ -169,56 +167,60 @@ static int64_t largest_sum(const levels *l)
     return largest;
 }
 
-static int32_t cost_of(const levels *l, uint32_t site, uint32_t label)
-{
-    int32_t cost = l->model->unary[(size_t)site * l->model->labels + label];
-    return qs_min_i32(cost, l->scale.most) << l->scale.shift;
-}
-
 /* What a level at 1 above one at 0 costs: more than everything else at the site can gain by it.
- * Beyond RANGE where the costs are too large. */
-static int64_t wall_of(const levels *l, uint32_t site, int64_t largest)
+ * RANGE where the costs are too large. */
+static int64_t wall_of(const qs_model *model, qs_scale scale, uint32_t site, int64_t largest)
 {
-    const qs_model *model = l->model;
-    int64_t weights = 0, unary = 0;
+    int64_t weights = 0, unary = 0, count = qs_max_i64(1, model->labels - 1);
+    int64_t most = RANGE / 4 / count; /* of each level */
     qs_edge_seen edge;
     for (uint32_t at = 0; qs_see_edge(model, site, at, &edge); at++) {
-        weights += (int64_t)edge.weight << l->scale.shift;
+        weights += qs_scaled_weight(scale, edge.weight);
     }
     for (uint32_t a = 0; a < model->labels; a++) {
-        unary = qs_max_i64(unary, cost_of(l, site, a));
+        size_t at = (size_t)site * model->labels + a;
+        unary = qs_max_i64(unary, qs_scaled_cost(model, scale, at));
     }
-    if (weights >= RANGE || largest >= RANGE) {
-        return largest > 0 && weights > 0 ? RANGE : 1 + l->count * unary;
+    if (unary > most || (largest > 0 && weights > most / 3 / largest)) {
+        return RANGE;
     }
     /* Of each level: its excess by unary costs, by V and by products, and the capacities. */
-    return 1 + (int64_t)l->count * (unary + 3 * weights * largest);
+    return 1 + count * (unary + 3 * weights * largest);
 }
 
-static bool in_range(const levels *l, int64_t largest)
+static bool in_range(const qs_model *model, qs_scale scale, int64_t largest)
 {
-    for (uint32_t p = 0; p < l->model->sites; p++) {
+    for (uint32_t p = 0; p < model->sites; p++) {
         /* A level has two walls and, counted in them, an excess and capacities. */
-        if (wall_of(l, p, largest) >= RANGE / 4) {
+        if (wall_of(model, scale, p, largest) >= RANGE / 4) {
             return false;
         }
     }
     return true;
 }
 
-/* Chooses the finest scale at which messages and flow fit. Returns false if there is none. */
-static bool choose_scale(levels *l)
+/* Chooses the finest scale at which messages, if any are sent, and flow fit. Returns false if there
+ * is none.
+ *
+ * sends  out: whether messages are sent */
+static bool choose_scale(const qs_model *model, qs_scale *scale, bool *sends)
 {
-    int64_t largest = largest_sum(l);
-    bool sends = qs_levels_send(l->model) && qs_scale_choose(l->model, FINEST, &l->scale);
-    if (!sends) {
-        l->messages = NULL;
-        l->scale = (qs_scale){0, INT32_MAX};
+    int64_t largest = largest_sum(model);
+    *sends = qs_levels_send(model) && qs_scale_choose(model, FINEST, scale);
+    if (!*sends && (QS_BITS == 32 || !qs_scale_choose(model, 0, scale))) {
+        *scale = (qs_scale){0, QS_NUMBER_MAX};
     }
-    while (l->scale.shift > 0 && !in_range(l, largest)) {
-        l->scale.shift--;
+    while (scale->shift > 0 && !in_range(model, *scale, largest)) {
+        scale->shift--;
     }
-    return in_range(l, largest);
+    return in_range(model, *scale, largest);
+}
+
+bool qs_levels_fit(const qs_model *model)
+{
+    qs_scale scale;
+    bool sends;
+    return choose_scale(model, &scale, &sends);
 }
 
 /* ---- The graph. ---- */
@@ -237,7 +239,7 @@ static size_t arc_below(const levels *l, uint32_t node)
 }
 
 /* Adds the arcs between two nodes of a graph; the queue holds how many each has so far. */
-static void add_arcs(levels *l, uint32_t from, uint32_t to, int32_t out, int32_t in)
+static void add_arcs(levels *l, uint32_t from, uint32_t to, qs_number out, qs_number in)
 {
     uint32_t there = l->start[from] + l->cut.queue[from]++;
     uint32_t back = l->start[to] + l->cut.queue[to]++;
@@ -259,10 +261,10 @@ static void count_arcs(const levels *l, uint32_t p, uint32_t q)
 }
 
 /* The two arcs cost what the product does, less a half of it at each of its levels. */
-static void load_product(levels *l, uint32_t p, uint32_t q, int32_t weight, const product *gained)
+static void load_product(levels *l, uint32_t p, uint32_t q, qs_number weight, const product *gained)
 {
     uint32_t from = node_of(l, gained->i, p), to = node_of(l, gained->j, q);
-    int32_t gain = (int32_t)(weight * gained->gain), in = gain / 2, out = gain - in;
+    qs_number gain = (qs_number)(weight * gained->gain), in = gain / 2, out = gain - in;
     l->cut.excess[from] += out;
     l->cut.excess[to] += in;
     if (!l->layered) {
@@ -274,15 +276,17 @@ static void load_product(levels *l, uint32_t p, uint32_t q, int32_t weight, cons
     l->cut.residual[(size_t)(way ^ 1) * l->cut.nodes + to] = in;
 }
 
-static void load_edge(levels *l, uint32_t p, uint32_t q, int32_t weight)
+static void load_edge(levels *l, uint32_t p, uint32_t q, qs_number weight)
 {
     const qs_model *model = l->model;
     l->base += weight * qs_model_pairwise(model, 0, 0);
     for (uint32_t i = 0; i < l->count; i++) {
-        l->cut.excess[node_of(l, i, p)] -= (int32_t)(weight * (qs_model_pairwise(model, i + 1, 0) -
-                                                               qs_model_pairwise(model, i, 0)));
-        l->cut.excess[node_of(l, i, q)] -= (int32_t)(weight * (qs_model_pairwise(model, 0, i + 1) -
-                                                               qs_model_pairwise(model, 0, i)));
+        l->cut.excess[node_of(l, i, p)] -=
+            (qs_number)(weight *
+                        (qs_model_pairwise(model, i + 1, 0) - qs_model_pairwise(model, i, 0)));
+        l->cut.excess[node_of(l, i, q)] -=
+            (qs_number)(weight *
+                        (qs_model_pairwise(model, 0, i + 1) - qs_model_pairwise(model, 0, i)));
     }
     for (size_t n = 0; n < l->product_count; n++) {
         load_product(l, p, q, weight, &l->products[n]);
@@ -315,9 +319,9 @@ static void make_room(levels *l)
 static void load_walls(levels *l)
 {
     const qs_model *model = l->model;
-    int64_t largest = largest_sum(l);
+    int64_t largest = largest_sum(model);
     for (uint32_t p = 0; p < model->sites; p++) {
-        int32_t wall = (int32_t)wall_of(l, p, largest); /* in range */
+        qs_number wall = (qs_number)wall_of(model, l->scale, p, largest); /* in range */
         for (uint32_t v = p; v + model->sites < l->cut.nodes; v += model->sites) {
             if (l->layered) {
                 l->cut.residual[arc_below(l, v + model->sites)] = wall;
@@ -326,6 +330,11 @@ static void load_walls(levels *l)
             }
         }
     }
+}
+
+static qs_number cost_of(const levels *l, uint32_t site, uint32_t label)
+{
+    return qs_scaled_cost(l->model, l->scale, (size_t)site * l->model->labels + label);
 }
 
 static void load_costs(levels *l)
@@ -355,7 +364,7 @@ static void load(levels *l)
     for (uint32_t p = 0; p < model->sites; p++) {
         for (uint32_t at = 0; qs_see_edge(model, p, at, &edge); at++) {
             if (edge.first && edge.weight > 0) {
-                load_edge(l, p, edge.site, edge.weight << l->scale.shift);
+                load_edge(l, p, edge.site, qs_scaled_weight(l->scale, edge.weight));
             }
         }
     }
@@ -368,16 +377,16 @@ static void load(levels *l)
 static void settle_sites(levels *l)
 {
     uint32_t sites = l->model->sites;
-    int32_t *excess = l->cut.excess, *residual = l->cut.residual;
+    qs_number *excess = l->cut.excess, *residual = l->cut.residual;
     for (uint32_t v = l->cut.nodes; v-- > sites;) {
-        int32_t flow = qs_max_i32(excess[v], 0);
+        qs_number flow = qs_max_number(excess[v], 0);
         residual[arc_below(l, v)] -= flow;
         residual[arc_above(l, v - sites)] += flow;
         excess[v] -= flow;
         excess[v - sites] += flow;
     }
     for (uint32_t v = 0; v + sites < l->cut.nodes; v++) {
-        int32_t back = qs_min_i32(qs_max_i32(excess[v], 0), residual[arc_above(l, v)]);
+        qs_number back = qs_min_number(qs_max_number(excess[v], 0), residual[arc_above(l, v)]);
         residual[arc_above(l, v)] -= back;
         residual[arc_below(l, v + sites)] += back;
         excess[v] -= back;
@@ -395,15 +404,15 @@ static bool watch_cut(void *context)
  * cost of p and takes it from that of q. For level i of p this means an excess that is larger by
  * m(i) - m(i + 1): so much flows there from level i of q. With linear costs the arc always holds
  * that much. */
-static void take_message(levels *l, const int32_t *message, uint32_t p, uint32_t way)
+static void take_message(levels *l, const qs_number *message, uint32_t p, uint32_t way)
 {
     size_t nodes = l->cut.nodes;
     uint32_t step = way == QS_CUT_RIGHT ? 1 : l->model->width;
     for (uint32_t i = 0; i < l->count; i++) {
         uint32_t to = node_of(l, i, p), from = to + step;
-        int32_t *out = &l->cut.residual[way * nodes + to],
-                *in = &l->cut.residual[(way ^ 1) * nodes + from];
-        int32_t flow = qs_max_i32(qs_min_i32(message[i] - message[i + 1], *in), -*out);
+        qs_number *out = &l->cut.residual[way * nodes + to],
+                  *in = &l->cut.residual[(way ^ 1) * nodes + from];
+        qs_number flow = qs_max_number(qs_min_number(message[i] - message[i + 1], *in), -*out);
         *in -= flow;
         *out += flow;
         l->cut.excess[from] -= flow;
@@ -416,6 +425,9 @@ static void take_messages_labelling(levels *l, const qs_trws_state *state, uint1
 {
     uint16_t *trial = (uint16_t *)l->cut.queue; /* not in use yet, and twice as long or more */
     qs_trws_grid_labels(state, false, trial);
+    if (state->look->stopped) {
+        return;
+    }
     int64_t energy = qs_model_energy(l->model, trial);
     energy -= qs_take_kept_everywhere(l->model, trial);
     if (energy < l->solution->energy) {
@@ -431,19 +443,21 @@ static bool send_messages(levels *l, uint16_t *labelling)
     const qs_model *model = l->model;
     size_t padding = (size_t)qs_trws_padding(model), labels = model->labels;
     qs_trws_state state = {.model = model, .scale = l->scale, .scratch = l->scratch};
+    qs_look look = {.going = watch_cut, .context = l};
+    state.look = &look;
     state.messages = l->messages + padding;
     memset(l->messages, 0, sizeof *l->messages * (padding + (size_t)qs_trws_messages(model)));
     for (int i = 1; i <= PASSES; i++) {
         qs_trws_iterate(&state, 1);
-        if (i % LABEL_EVERY == 0) {
+        if (i % LABEL_EVERY == 0 && !look.stopped) {
             take_messages_labelling(l, &state, labelling);
         }
-        if (!watch_cut(l)) {
+        if (look.stopped || !watch_cut(l)) {
             return false;
         }
     }
     for (uint32_t p = 0; p < model->sites; p++) {
-        const int32_t *own = state.messages + 2 * labels * p;
+        const qs_number *own = state.messages + 2 * labels * p;
         if (model->right[p] != 0) {
             take_message(l, own, p, QS_CUT_RIGHT);
         }
@@ -459,7 +473,7 @@ static int64_t bound_of(const levels *l)
 {
     int64_t bound = l->base, unit = (int64_t)1 << l->scale.shift;
     for (uint32_t v = 0; v < l->cut.nodes; v++) {
-        bound -= qs_max_i32(l->cut.excess[v], 0);
+        bound -= qs_max_number(l->cut.excess[v], 0);
     }
     return l->model->constant + bound / unit + (bound % unit > 0);
 }
@@ -526,9 +540,11 @@ qs_status qs_levels(const qs_model *model, const qs_solve_options *options, void
     levels l = {.options = options, .solution = solution};
     (void)lay_out(&l, model, workspace);
     begin(&l);
-    if (!choose_scale(&l)) {
+    bool sends;
+    if (!choose_scale(model, &l.scale, &sends)) {
         return QS_E_OVERFLOW;
     }
+    l.messages = sends ? l.messages : NULL;
     (void)qs_take_kept_everywhere(model, labelling);
     *solution =
         (qs_solution){.energy = qs_model_energy(model, labelling), .lower_bound = QS_NO_BOUND};

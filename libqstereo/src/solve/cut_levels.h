@@ -15,6 +15,9 @@
  * 2^32 nodes or arcs. V must be submodular. */
 size_t qs_levels_workspace(const qs_model *model);
 
+/* Whether the costs are small enough for numbers of this width. V must be submodular. */
+bool qs_levels_fit(const qs_model *model);
+
 /* Whether messages go before the flow (V is submodular): of linear costs on a grid, with more than
  * a few labels. */
 bool qs_levels_send(const qs_model *model);

@@ -8,6 +8,7 @@
 #include "fusion.h"
 #include "mover.h"
 #include "progress.h"
+#include "solve_64.h"
 
 /* Expansion keeps a reparametrisation of the energy from move to move (Komodakis and Tziritas 2007,
  * PD3; there for approximation, here only for speed: each move is the exact minimum cut). An edge
@@ -37,27 +38,19 @@ enum {
 typedef struct expansion {
     qs_mover m;
     uint32_t chunks;
-    int32_t *height; /* labels x sites */
-    int32_t *dual; /* labels x edges; of a grid the edges to the right, then those down */
-    int32_t *now; /* height of each site's present label */
+    qs_number *height; /* labels x sites */
+    qs_number *dual; /* labels x edges; of a grid the edges to the right, then those down */
+    qs_number *now; /* height of each site's present label */
     /* y of each edge: of the present label of its first site, and of its second. */
-    int32_t *first, *second;
+    qs_number *first, *second;
     uint64_t *changed; /* of each chunk: when a label in it or next to it changed last */
     /* Of the present move: */
     uint16_t label;
-    int32_t *label_height, *label_dual; /* the label's rows of height and dual */
-    int32_t *row; /* V(label, .) */
+    qs_number *label_height, *label_dual; /* the label's rows of height and dual */
+    qs_number *row; /* V(label, .) */
+    qs_look look; /* at the watch, within a move */
     uint32_t *loaded, loaded_count; /* the chunks that have been loaded */
-    const qs_solve_options *options; /* its `going` may stop a cut */
-    bool stopped;
 } expansion;
-
-static bool ask_in_cut(void *context)
-{
-    expansion *e = context;
-    e->stopped = !e->options->going(e->options->context);
-    return !e->stopped;
-}
 
 static uint64_t edge_count(const qs_model *model)
 {
@@ -85,6 +78,12 @@ static size_t take_expansion(expansion *e, const qs_model *model, void *workspac
 
 size_t qs_expansion_workspace(const qs_model *model)
 {
+    if (!qs_is_metric(model)) {
+        return qs_fusion_moves_workspace(model);
+    }
+    if (qs_times_in_range(model) < QS_TIMES_NEEDED) {
+        return QS_IN_64_BITS(SIZE_MAX, qs_expansion_workspace, model);
+    }
     expansion e;
     return take_expansion(&e, model, NULL);
 }
@@ -100,8 +99,8 @@ static void start_edge(expansion *e, size_t edge, int32_t weight, uint32_t p, ui
 {
     size_t sites = e->m.model->sites, edges = (size_t)edge_count(e->m.model);
     uint16_t a = e->m.x[p], b = e->m.x[q];
-    int32_t cost = (int32_t)(weight * qs_model_pairwise(e->m.model, a, b));
-    int32_t near = cost - cost / 2, far = -(cost / 2);
+    qs_number cost = (qs_number)(weight * qs_model_pairwise(e->m.model, a, b));
+    qs_number near = cost - cost / 2, far = -(cost / 2);
     e->first[edge] = near;
     e->second[edge] = far;
     if (a != b) {
@@ -140,17 +139,20 @@ static void start_graph_edges(expansion *e)
     }
 }
 
-/* Sets all duals from the present labelling. Every chunk counts as changed. */
-static void start_duals(expansion *e)
+/* Sets all duals anew, from the present labelling. Every chunk counts as changed. Returns false if
+ * the watch has stopped it. */
+static bool start_duals(expansion *e)
 {
     const qs_model *model = e->m.model;
     size_t sites = model->sites, labels = model->labels, edges = (size_t)edge_count(model);
-    for (size_t p = 0; p < sites; p++) {
+    for (uint32_t p = 0; p < model->sites && qs_look_at(&e->look, p, labels); p++) {
         for (size_t a = 0; a < labels; a++) {
             e->height[a * sites + p] = model->unary[p * labels + a];
         }
     }
-    memset(e->dual, 0, sizeof *e->dual * edges * labels);
+    if (!qs_clear(&e->look, e->dual, sizeof *e->dual * edges * labels)) {
+        return false;
+    }
     memset(e->first, 0, sizeof *e->first * edges);
     memset(e->second, 0, sizeof *e->second * edges);
     if (qs_is_grid(model)) {
@@ -164,6 +166,7 @@ static void start_duals(expansion *e)
     for (uint32_t c = 0; c < e->chunks; c++) {
         e->changed[c] = e->m.now;
     }
+    return true;
 }
 
 /* Edges of a grid whose first sites are neighbours: what the three passes over a chunk need of
@@ -173,8 +176,9 @@ static void start_duals(expansion *e)
 typedef struct edge_run {
     uint32_t count;
     const uint16_t *x_p, *x_q;
-    const int32_t *weight, *first, *second;
-    int32_t *dual, *height_p, *height_q, *out, *in;
+    const int32_t *weight;
+    const qs_number *first, *second;
+    qs_number *dual, *height_p, *height_q, *out, *in;
 } edge_run;
 
 /* The edges to the right of sites begin .. end - 1, or those down, as far as there are any. */
@@ -183,7 +187,7 @@ static edge_run run_of(const expansion *e, bool down, uint32_t begin, uint32_t e
     const qs_model *model = e->m.model;
     uint32_t step = down ? model->width : 1, last = model->sites - step;
     size_t at = down ? (size_t)model->sites + begin : begin;
-    int32_t *residual = e->m.cut.residual + (down ? 2 * (size_t)model->sites : 0) + begin;
+    qs_number *residual = e->m.cut.residual + (down ? 2 * (size_t)model->sites : 0) + begin;
     end = end < last ? end : last;
     return (edge_run){.count = begin < end ? end - begin : 0,
                       .x_p = e->m.x + begin,
@@ -199,7 +203,7 @@ static edge_run run_of(const expansion *e, bool down, uint32_t begin, uint32_t e
 }
 
 /* weight V(x, label) */
-QS_KERNEL int32_t apart(const expansion *e, bool potts, int32_t weight, uint16_t x)
+QS_KERNEL qs_number apart(const expansion *e, bool potts, int32_t weight, uint16_t x)
 {
     return potts ? (x != e->label ? weight : 0) : weight * e->row[x];
 }
@@ -207,11 +211,11 @@ QS_KERNEL int32_t apart(const expansion *e, bool potts, int32_t weight, uint16_t
 /* Puts the duals between their bounds. */
 QS_KERNEL void settle_run(expansion *e, bool potts, const edge_run *run)
 {
-    int32_t shift[CHUNK], *restrict dual = run->dual;
+    qs_number shift[CHUNK], *restrict dual = run->dual;
     for (uint32_t i = 0; i < run->count; i++) {
-        int32_t low = run->first[i] - apart(e, potts, run->weight[i], run->x_p[i]);
-        int32_t high = run->second[i] + apart(e, potts, run->weight[i], run->x_q[i]);
-        int32_t to = dual[i] > high ? high : dual[i];
+        qs_number low = run->first[i] - apart(e, potts, run->weight[i], run->x_p[i]);
+        qs_number high = run->second[i] + apart(e, potts, run->weight[i], run->x_q[i]);
+        qs_number to = dual[i] > high ? high : dual[i];
         to = to < low ? low : to;
         shift[i] = to - dual[i];
         dual[i] = to;
@@ -226,7 +230,7 @@ QS_KERNEL void settle_run(expansion *e, bool potts, const edge_run *run)
 
 QS_KERNEL void load_run(const expansion *e, bool potts, const edge_run *run)
 {
-    int32_t *restrict out = run->out, *restrict in = run->in;
+    qs_number *restrict out = run->out, *restrict in = run->in;
     for (uint32_t i = 0; i < run->count; i++) {
         out[i] = run->second[i] + apart(e, potts, run->weight[i], run->x_q[i]) - run->dual[i];
         in[i] = run->dual[i] - run->first[i] + apart(e, potts, run->weight[i], run->x_p[i]);
@@ -235,7 +239,7 @@ QS_KERNEL void load_run(const expansion *e, bool potts, const edge_run *run)
 
 QS_KERNEL void store_run(const expansion *e, bool potts, const edge_run *run)
 {
-    int32_t *restrict dual = run->dual;
+    qs_number *restrict dual = run->dual;
     for (uint32_t i = 0; i < run->count; i++) {
         dual[i] = run->second[i] + apart(e, potts, run->weight[i], run->x_q[i]) - run->out[i];
     }
@@ -328,6 +332,12 @@ static void load(void *context, uint32_t node)
     load_chunk(context, node / CHUNK);
 }
 
+static bool watch_cut(void *context)
+{
+    expansion *e = context;
+    return qs_look_up(&e->look, QS_CUT_WORK);
+}
+
 /* What the flow made of the duals and heights of the label. */
 static void store_chunk(expansion *e, uint32_t chunk)
 {
@@ -366,7 +376,7 @@ static void tell_graph(expansion *e, uint32_t p)
     const qs_model *model = e->m.model;
     for (uint32_t n = model->link_start[p]; n < model->link_start[p + 1]; n++) {
         const qs_link *link = &model->links[n];
-        int32_t *present = link->site > p ? e->first : e->second;
+        qs_number *present = link->site > p ? e->first : e->second;
         present[link->edge] = e->label_dual[link->edge];
         e->changed[link->site / CHUNK] = e->m.now;
     }
@@ -415,8 +425,8 @@ static void find_sources(expansion *e)
     }
 }
 
-/* Makes the best move to the label. Returns true if it lowered the energy. A move that is
- * stopped is not made, and no other may follow it. */
+/* Makes the best move to the label. Returns true if it lowered the energy, false if not or if it
+ * was stopped. */
 static bool expand(expansion *e, uint16_t label)
 {
     const qs_model *model = e->m.model;
@@ -426,7 +436,7 @@ static bool expand(expansion *e, uint16_t label)
     e->label_dual = e->dual + (size_t)label * (size_t)edge_count(model);
     e->loaded_count = 0;
     for (uint32_t b = 0; b < model->labels; b++) {
-        e->row[b] = (int32_t)qs_model_pairwise(model, label, b);
+        e->row[b] = (qs_number)qs_model_pairwise(model, label, b);
     }
     qs_cut_begin(&e->m.cut);
     find_sources(e);
@@ -460,21 +470,19 @@ static void expand_all(expansion *e, const qs_solve_options *options, int64_t ti
         for (uint32_t a = 0; going && a < labels && failed < labels; a++) {
             /* A move adds at most the pairwise costs once more to a dual. */
             if (++reached > times) {
-                start_duals(e);
+                going = start_duals(e);
                 reached = 2;
             }
-            bool lowered = expand(e, (uint16_t)a);
-            if (e->stopped) {
-                going = false;
-                break;
+            if (going) {
+                failed = expand(e, (uint16_t)a) ? 0 : failed + 1;
+                e->m.now++;
+                solution->energy = e->m.energy;
+                going = !e->look.stopped && qs_report_progress(options, solution);
+                e->look.done = 0;
             }
-            failed = lowered ? 0 : failed + 1;
-            e->m.now++;
-            solution->energy = e->m.energy;
-            going = qs_report_progress(options, solution);
         }
     }
-    solution->converged = failed >= labels;
+    solution->converged = failed >= labels && !e->look.stopped;
     solution->energy = e->m.energy;
 }
 
@@ -484,27 +492,30 @@ qs_status qs_expansion(const qs_model *model, const qs_solve_options *options, v
     if (!model || !workspace || !labelling || !solution || !qs_labels_in_range(model, labelling)) {
         return QS_E_ARGUMENT;
     }
-    if (workspace_size < qs_expansion_workspace(model)) {
-        return QS_E_WORKSPACE;
-    }
     if (!qs_is_metric(model)) {
         return qs_fusion_moves(QS_FUSION_EXPANSION, model, options, workspace, workspace_size,
                                labelling, solution);
     }
     int64_t times = qs_times_in_range(model);
     if (times < QS_TIMES_NEEDED) {
-        return QS_E_OVERFLOW;
+        return QS_IN_64_BITS(QS_E_OVERFLOW, qs_expansion, model, options, workspace, workspace_size,
+                             labelling, solution);
     }
     expansion e = {.m.x = labelling, .m.now = 2 * (uint64_t)model->labels};
-    take_expansion(&e, model, workspace);
+    size_t size = take_expansion(&e, model, workspace);
+    if (workspace_size < size || size == SIZE_MAX) {
+        return QS_E_WORKSPACE;
+    }
     qs_mover_start(&e.m);
     e.m.cut.load = load;
-    e.m.cut.going = options && options->going ? ask_in_cut : NULL;
+    e.m.cut.going = watch_cut;
     e.m.cut.context = &e;
-    e.options = options;
-    start_duals(&e);
     *solution = (qs_solution){.energy = e.m.energy, .lower_bound = QS_NO_BOUND};
-    expand_all(&e, options, times, solution);
+    qs_reporter reporter = {options, solution};
+    e.look = (qs_look){.going = qs_report_now, .context = &reporter};
+    if (start_duals(&e)) {
+        expand_all(&e, options, times, solution);
+    }
     solution->energy -= qs_take_kept_everywhere(model, labelling);
     return QS_OK;
 }

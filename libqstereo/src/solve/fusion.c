@@ -3,10 +3,9 @@
 #include <string.h>
 
 #include "../base/minmax.h"
+#include "../model/edge_value.h"
 #include "../model/neighbours.h"
 #include "progress.h"
-
-#define RANGE ((int64_t)1 << 30) /* of an excess, whatever flows: twice that fits */
 
 void qs_fusion_take(qs_fusion *fusion, qs_arena *arena)
 {
@@ -14,16 +13,19 @@ void qs_fusion_take(qs_fusion *fusion, qs_arena *arena)
     fusion->proposal = qs_arena_take(arena, fusion->m.model->sites, sizeof *fusion->proposal);
 }
 
-/* Twice what a site's edges can cost, as excess and as capacities, and its unary costs. */
-static bool in_range(const qs_model *model)
+/* What all edges of a site may cost. An excess, whatever flows, is at most four times that and the
+ * difference of two unary costs; what flows on its way may be twice that more. */
+#define LIMIT (QS_BITS == 64 ? INT64_C(1) << QS_MODEL_BITS : INT64_C(1) << 27)
+
+bool qs_fusion_fits(const qs_model *model)
 {
     for (uint32_t p = 0; p < model->sites; p++) {
         const int32_t *costs = model->unary + (size_t)p * model->labels;
-        int32_t largest = 0;
+        int64_t largest = 0;
         for (uint32_t a = 0; a < model->labels; a++) {
-            largest = qs_max_i32(largest, costs[a]);
+            largest = qs_max_i64(largest, costs[a]);
         }
-        if (largest >= RANGE / 2 || qs_most_of_edges(model, p) >= RANGE / 8) {
+        if (largest >= QS_NUMBER_MAX / 4 + 1 || qs_most_of_edges(model, p) >= LIMIT) {
             return false;
         }
     }
@@ -36,15 +38,11 @@ static bool watch_cut(void *context)
     return qs_report_progress(f->options, f->solution);
 }
 
-bool qs_fusion_start(qs_fusion *fusion)
+void qs_fusion_start(qs_fusion *fusion)
 {
-    if (!in_range(fusion->m.model)) {
-        return false;
-    }
     qs_mover_start(&fusion->m);
     fusion->m.cut.going = watch_cut;
     fusion->m.cut.context = fusion;
-    return true;
 }
 
 /* Whether the proposal has another label for site p that it may take. */
@@ -55,42 +53,46 @@ static bool can_take(const qs_fusion *f, uint32_t p)
     return label != f->m.x[p] && (!model->kept || model->kept[(size_t)p * model->labels + label]);
 }
 
-/* The edge of sites p and q, p < q, whose arcs' residuals are *out and *in. A site that can take
+/* An edge, seen by its first site p, whose arcs' residuals are *out and *in. A site that can take
  * nothing has no arcs. */
-static void load_edge(qs_fusion *f, uint32_t p, uint32_t q, int32_t weight, int32_t *out,
-                      int32_t *in)
+static void load_edge(qs_fusion *f, uint32_t p, const qs_edge_seen *edge, qs_number *out,
+                      qs_number *in)
 {
     const qs_model *model = f->m.model;
     const uint16_t *x = f->m.x, *to = f->proposal;
+    uint32_t q = edge->site, number = edge->edge;
+    int32_t weight = edge->weight;
     bool p_takes = can_take(f, p), q_takes = can_take(f, q);
-    int64_t keep = qs_model_pairwise(model, x[p], x[q]);
-    int64_t p_alone = p_takes ? qs_model_pairwise(model, to[p], x[q]) : keep;
-    int64_t q_alone = q_takes ? qs_model_pairwise(model, x[p], to[q]) : keep;
+    int64_t keep = qs_edge_value(model, number, x[p], x[q]);
+    int64_t p_alone = p_takes ? qs_edge_value(model, number, to[p], x[q]) : keep;
+    int64_t q_alone = q_takes ? qs_edge_value(model, number, x[p], to[q]) : keep;
     *out = *in = 0;
     if (p_takes && q_takes) {
-        int64_t both = qs_model_pairwise(model, to[p], to[q]);
+        int64_t both = qs_edge_value(model, number, to[p], to[q]);
         keep = qs_min_i64(keep, p_alone + q_alone - both);
         int64_t apart = p_alone + q_alone - keep - both;
-        *out = (int32_t)(weight * (apart - apart / 2));
-        *in = (int32_t)(weight * (apart / 2));
+        *out = (qs_number)(weight * (apart - apart / 2));
+        *in = (qs_number)(weight * (apart / 2));
     }
-    f->m.cut.excess[p] += p_takes ? *out - (int32_t)(weight * (p_alone - keep)) : 0;
-    f->m.cut.excess[q] += q_takes ? *in - (int32_t)(weight * (q_alone - keep)) : 0;
+    f->m.cut.excess[p] += p_takes ? *out - (qs_number)(weight * (p_alone - keep)) : 0;
+    f->m.cut.excess[q] += q_takes ? *in - (qs_number)(weight * (q_alone - keep)) : 0;
 }
 
 static void load_grid(qs_fusion *f)
 {
     const qs_model *model = f->m.model;
     size_t sites = model->sites, width = model->width;
-    int32_t *right = f->m.cut.residual, *left = right + sites, *down = left + sites,
-            *up = down + sites;
+    qs_number *right = f->m.cut.residual, *left = right + sites, *down = left + sites,
+              *up = down + sites;
     memset(right, 0, sizeof *right * 4 * sites);
     for (uint32_t p = 0; p < model->sites; p++) {
         if (model->right[p] != 0) {
-            load_edge(f, p, p + 1, model->right[p], &right[p], &left[p + 1]);
+            qs_edge_seen edge = {p + 1, model->right[p], qs_cell_edge(p, false), true};
+            load_edge(f, p, &edge, &right[p], &left[p + 1]);
         }
         if (model->down[p] != 0) {
-            load_edge(f, p, p + model->width, model->down[p], &down[p], &up[p + width]);
+            qs_edge_seen edge = {p + model->width, model->down[p], qs_cell_edge(p, true), true};
+            load_edge(f, p, &edge, &down[p], &up[p + width]);
         }
     }
 }
@@ -98,12 +100,13 @@ static void load_grid(qs_fusion *f)
 static void load_graph(qs_fusion *f)
 {
     const qs_model *model = f->m.model;
-    int32_t *residual = f->m.cut.residual;
+    qs_number *residual = f->m.cut.residual;
     for (uint32_t p = 0; p < model->sites; p++) {
         for (uint32_t n = model->link_start[p]; n < model->link_start[p + 1]; n++) {
             const qs_link *link = &model->links[n];
             if (link->site > p) {
-                load_edge(f, p, link->site, link->weight, &residual[n], &residual[f->m.sister[n]]);
+                qs_edge_seen edge = {link->site, link->weight, link->edge, true};
+                load_edge(f, p, &edge, &residual[n], &residual[f->m.sister[n]]);
             }
         }
     }
@@ -239,6 +242,9 @@ static void cycle(qs_fusion *f, qs_fusion_kind kind)
 
 size_t qs_fusion_moves_workspace(const qs_model *model)
 {
+    if (!qs_fusion_fits(model)) {
+        return QS_IN_64_BITS(SIZE_MAX, qs_fusion_moves_workspace, model);
+    }
     qs_arena arena = {0};
     qs_fusion fusion = {.m = {.model = model}};
     qs_fusion_take(&fusion, &arena);
@@ -249,17 +255,19 @@ qs_status qs_fusion_moves(qs_fusion_kind kind, const qs_model *model,
                           const qs_solve_options *options, void *workspace, size_t workspace_size,
                           uint16_t *labelling, qs_solution *solution)
 {
-    if (workspace_size < qs_fusion_moves_workspace(model)) {
-        return QS_E_WORKSPACE;
+    if (!qs_fusion_fits(model)) {
+        return QS_IN_64_BITS(QS_E_OVERFLOW, qs_fusion_moves, kind, model, options, workspace,
+                             workspace_size, labelling, solution);
     }
     qs_arena arena = {.base = workspace};
     qs_fusion fusion = {
         .m = {.model = model, .x = labelling}, .options = options, .solution = solution};
-    (void)qs_take_kept_everywhere(model, labelling);
     qs_fusion_take(&fusion, &arena);
-    if (!qs_fusion_start(&fusion)) {
-        return QS_E_OVERFLOW;
+    if (workspace_size < qs_arena_size(&arena) || qs_arena_size(&arena) == SIZE_MAX) {
+        return QS_E_WORKSPACE;
     }
+    (void)qs_take_kept_everywhere(model, labelling);
+    qs_fusion_start(&fusion);
     *solution = (qs_solution){.energy = fusion.m.energy, .lower_bound = QS_NO_BOUND};
     cycle(&fusion, kind);
     return QS_OK;

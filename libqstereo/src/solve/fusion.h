@@ -27,8 +27,11 @@ typedef struct qs_fusion {
 /* Takes memory. m.model is set. */
 void qs_fusion_take(qs_fusion *fusion, qs_arena *arena);
 
-/* Begins, with m.x and the last two fields set. Returns false if the costs are too large. */
-bool qs_fusion_start(qs_fusion *fusion);
+/* Whether the costs are small enough for numbers of this width. In 64 bits they always are. */
+bool qs_fusion_fits(const qs_model *model);
+
+/* Begins, with m.x and the last two fields set. The costs fit. */
+void qs_fusion_start(qs_fusion *fusion);
 
 /* The best choice. Labels that are not left to their site are not taken.
  *
@@ -50,10 +53,16 @@ typedef enum qs_fusion_kind {
 } qs_fusion_kind;
 
 /* Moves until none of them gains. As a qs_solver; an iteration is a cycle of all moves. Returns
- * QS_OK, QS_E_WORKSPACE or QS_E_OVERFLOW. */
+ * QS_OK or QS_E_WORKSPACE. */
 qs_status qs_fusion_moves(qs_fusion_kind kind, const qs_model *model,
                           const qs_solve_options *options, void *workspace, size_t workspace_size,
                           uint16_t *labelling, qs_solution *solution);
 size_t qs_fusion_moves_workspace(const qs_model *model);
+
+/* The same in 64 bits, to which it hands over where costs are too large (number.h). */
+qs_status qs_fusion_moves_64(qs_fusion_kind kind, const qs_model *model,
+                             const qs_solve_options *options, void *workspace,
+                             size_t workspace_size, uint16_t *labelling, qs_solution *solution);
+size_t qs_fusion_moves_workspace_64(const qs_model *model);
 
 #endif

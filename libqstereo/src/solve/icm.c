@@ -9,18 +9,15 @@ size_t qs_icm_workspace(const qs_model *model)
     return 0;
 }
 
-/* One sweep. Returns how many sites change.
- *
- * gain  out: by how much the energy falls */
-static uint32_t sweep(const qs_model *model, uint16_t *labelling, int64_t *gain)
+/* One sweep. Returns how many sites change. */
+static uint32_t sweep(const qs_model *model, qs_look *look, uint16_t *labelling, qs_solution *s)
 {
     uint32_t changed = 0;
-    *gain = 0;
-    for (uint32_t p = 0; p < model->sites; p++) {
+    for (uint32_t p = 0; p < model->sites && qs_look_at(look, p, model->labels); p++) {
         uint16_t best = qs_best_label(model, labelling, p);
         if (best != labelling[p]) {
-            *gain += qs_label_cost(model, labelling, p, labelling[p]) -
-                     qs_label_cost(model, labelling, p, best);
+            s->energy += qs_label_cost(model, labelling, p, best) -
+                         qs_label_cost(model, labelling, p, labelling[p]);
             labelling[p] = best;
             changed++;
         }
@@ -37,12 +34,15 @@ qs_status qs_icm(const qs_model *model, const qs_solve_options *options, void *w
         return QS_E_ARGUMENT;
     }
     qs_solution s = {.energy = qs_model_energy(model, labelling), .lower_bound = QS_NO_BOUND};
+    qs_reporter reporter = {options, &s};
+    qs_look look = {.going = qs_report_now, .context = &reporter};
     bool go = true;
     while (go && !s.converged) {
-        int64_t gain;
-        uint32_t changed = sweep(model, labelling, &gain);
+        uint32_t changed = sweep(model, &look, labelling, &s);
+        if (look.stopped) {
+            break;
+        }
         s.converged = changed == 0; /* of equals the lower label is taken, so this ends */
-        s.energy -= gain;
         s.iterations++;
         go = qs_report_progress(options, &s) && !qs_limit_reached(options, &s, 0);
     }

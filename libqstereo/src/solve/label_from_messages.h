@@ -5,6 +5,7 @@
 #define QS_LABEL_FROM_MESSAGES_H
 
 #include "messages.h"
+#include "progress.h"
 
 /* Where the messages are. For site p the one from its later neighbour along the row is at
  * row + p * stride, the one along the column at column + p * stride. */
@@ -14,12 +15,13 @@ typedef struct qs_message_reader {
     bool wide; /* the processor has AVX2 */
     bool forward; /* in the order of the sites; else in reverse, and the later neighbours are the
                      left and the upper one */
-    const int32_t *row, *column;
+    const qs_number *row, *column;
     size_t stride;
-    int32_t *scratch; /* `labels` numbers */
+    qs_number *scratch; /* `labels` numbers */
+    qs_look *look; /* NULL = nothing stops it */
 } qs_message_reader;
 
-/* Labels all sites. */
+/* Labels all sites, unless it is stopped. */
 void qs_label_grid(const qs_message_reader *reader, uint16_t *labelling);
 
 /* The cheapest label of each of `count` sites by its later messages alone, as if it had no earlier

@@ -7,8 +7,6 @@
  * graph), is a constant wherever they are called. */
 enum { GRAPH = 0, FLAT = 4, LAYERED = 6 };
 
-enum { BETWEEN_CHECKS = 1 << 14 }; /* nodes taken from the queue between two calls of `going` */
-
 /* Where the residual of arc `a` of node `p` is. */
 QS_KERNEL size_t index_of(const qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a)
 {
@@ -80,13 +78,13 @@ QS_KERNEL uint16_t farther(uint16_t distance)
 QS_KERNEL void augment(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint32_t q)
 {
     const qs_cut_node *node = cut->node;
-    int32_t *residual = cut->residual, *excess = cut->excess;
+    qs_number *residual = cut->residual, *excess = cut->excess;
     size_t last = index_of(cut, ways, p, a);
-    int32_t most = residual[last] < -excess[q] ? residual[last] : -excess[q];
+    qs_number most = residual[last] < -excess[q] ? residual[last] : -excess[q];
     uint32_t i = p;
     while (node[i].parent != QS_CUT_ROOT) {
         uint32_t up = (uint32_t)head(cut, ways, i, node[i].parent);
-        int32_t r = residual[sister(cut, ways, i, node[i].parent, up)];
+        qs_number r = residual[sister(cut, ways, i, node[i].parent, up)];
         most = r < most ? r : most;
         i = up;
     }
@@ -97,7 +95,7 @@ QS_KERNEL void augment(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a, uint3
     i = p;
     while (node[i].parent != QS_CUT_ROOT) {
         uint32_t arc = node[i].parent, up = (uint32_t)head(cut, ways, i, arc);
-        int32_t *r = &residual[sister(cut, ways, i, arc, up)];
+        qs_number *r = &residual[sister(cut, ways, i, arc, up)];
         residual[index_of(cut, ways, i, arc)] += most;
         *r -= most;
         if (*r == 0) {
@@ -228,7 +226,7 @@ QS_KERNEL void adopt_all(qs_cut *cut, uint32_t ways)
 QS_KERNEL void grow(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a)
 {
     qs_cut_node *node = cut->node;
-    const int32_t *residual = &cut->residual[index_of(cut, ways, p, a)], *excess = cut->excess;
+    const qs_number *residual = &cut->residual[index_of(cut, ways, p, a)], *excess = cut->excess;
     if (*residual == 0) {
         return;
     }
@@ -262,7 +260,7 @@ QS_KERNEL void grow(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a)
 QS_KERNEL bool run(qs_cut *cut, uint32_t ways)
 {
     for (uint32_t taken = 1; cut->queue_count > 0; taken++) {
-        if (taken % BETWEEN_CHECKS == 0 && cut->going && !cut->going(cut->context)) {
+        if (taken % QS_CUT_BETWEEN == 0 && cut->going && !cut->going(cut->context)) {
             return false;
         }
         uint32_t p = next_active(cut);
@@ -276,9 +274,9 @@ QS_KERNEL bool run(qs_cut *cut, uint32_t ways)
 /* How much of a flow an edge takes. `most` below 0 is a flow in the other direction.
  *
  * in, out  the residuals of its two arcs */
-QS_KERNEL int32_t clamp(int32_t most, int32_t in, int32_t out)
+QS_KERNEL qs_number clamp(qs_number most, qs_number in, qs_number out)
 {
-    return qs_max_i32(qs_min_i32(most, out), -in);
+    return qs_max_number(qs_min_number(most, out), -in);
 }
 
 /* Shares the excess or want of p out to its later neighbours, or to its earlier ones. */
@@ -291,12 +289,12 @@ QS_KERNEL void spread_node(qs_cut *cut, uint32_t ways, uint32_t p, bool forward)
     for (uint32_t a = 0; a < count; a++) {
         ptrdiff_t to = head(cut, ways, p, a);
         if ((to > (ptrdiff_t)p) == forward) {
-            int32_t share = cut->excess[p] / (int32_t)left--;
+            qs_number share = cut->excess[p] / (qs_number)left--;
             if (cut->node[to].parent != QS_CUT_UNLOADED) {
                 uint32_t q = (uint32_t)to;
-                int32_t *out = &cut->residual[index_of(cut, ways, p, a)],
-                        *in = &cut->residual[sister(cut, ways, p, a, q)];
-                int32_t flow = clamp(share, *in, *out);
+                qs_number *out = &cut->residual[index_of(cut, ways, p, a)],
+                          *in = &cut->residual[sister(cut, ways, p, a, q)];
+                qs_number flow = clamp(share, *in, *out);
                 *out -= flow;
                 *in += flow;
                 cut->excess[p] -= flow;
@@ -307,11 +305,12 @@ QS_KERNEL void spread_node(qs_cut *cut, uint32_t ways, uint32_t p, bool forward)
 }
 
 /* Along a row: half of what each node has goes to the next one. */
-static void spread_along(int32_t *excess, int32_t *out, int32_t *in, uint32_t count, ptrdiff_t step)
+static void spread_along(qs_number *excess, qs_number *out, qs_number *in, uint32_t count,
+                         ptrdiff_t step)
 {
-    int32_t flow = 0;
+    qs_number flow = 0;
     for (uint32_t i = 1; i < count; i++, excess += step, out += step, in += step) {
-        int32_t here = *excess + flow;
+        qs_number here = *excess + flow;
         flow = clamp(here / 2, in[step], *out);
         *out -= flow;
         in[step] += flow;
@@ -321,11 +320,11 @@ static void spread_along(int32_t *excess, int32_t *out, int32_t *in, uint32_t co
 }
 
 /* All that is left of a row goes to the next row, as far as the edges take it. */
-static void spread_across(int32_t *restrict excess, int32_t *restrict next, int32_t *restrict out,
-                          int32_t *restrict in, uint32_t count)
+static void spread_across(qs_number *restrict excess, qs_number *restrict next,
+                          qs_number *restrict out, qs_number *restrict in, uint32_t count)
 {
     for (uint32_t x = 0; x < count; x++) {
-        int32_t flow = clamp(excess[x], in[x], out[x]);
+        qs_number flow = clamp(excess[x], in[x], out[x]);
         excess[x] -= flow;
         next[x] += flow;
         out[x] -= flow;
@@ -337,8 +336,8 @@ static void spread_across(int32_t *restrict excess, int32_t *restrict next, int3
 static void spread_rows(qs_cut *cut, size_t begin, size_t end)
 {
     size_t width = cut->width, nodes = cut->nodes;
-    int32_t *right = cut->residual, *left = right + nodes, *down = left + nodes, *up = down + nodes,
-            *excess = cut->excess;
+    qs_number *right = cut->residual, *left = right + nodes, *down = left + nodes,
+              *up = down + nodes, *excess = cut->excess;
     for (size_t row = begin; row < end; row += width) {
         spread_along(excess + row, right + row, left + row, cut->width, 1);
         if (row + width < end) {

@@ -15,6 +15,7 @@
 #include <stdbool.h>
 
 #include "../../include/qstereo/model.h"
+#include "number.h"
 
 /* The parent of a node in the tree: the number of the arc to it among the node's arcs; or: */
 #define QS_CUT_ORPHAN   (UINT32_MAX - 3)
@@ -37,10 +38,10 @@ typedef struct qs_cut {
     uint32_t nodes;
     /* Of a grid with `width` more on either side, of layers with `layer` more, all unloaded. */
     qs_cut_node *node;
-    int32_t *excess;
+    qs_number *excess;
     /* Of a grid `nodes` to the right, then `nodes` to the left, down and up, of layers also
      * above and below; those that leave the grid are 0. Of a graph one for each link. */
-    int32_t *residual;
+    qs_number *residual;
     uint32_t layer; /* nodes of each layer; 0 = a flat grid or a graph */
     uint32_t width; /* 0 = a graph: */
     const uint32_t *start; /* as in qs_model */
@@ -57,6 +58,10 @@ typedef struct qs_cut {
     bool (*going)(void *context);
     void *context; /* of both */
 } qs_cut;
+
+/* Nodes taken from the queue between two calls of `going`, and what that work counts as beside
+ * numbers that are computed (qs_look_up). */
+enum { QS_CUT_BETWEEN = 1 << 14, QS_CUT_WORK = 16 * QS_CUT_BETWEEN };
 
 /* Makes ready for the next cut. The caller fills in nodes (free, and the rest of them 0), excess
  * and residuals. */

@@ -4,7 +4,7 @@
 
 #include "../base/minmax.h"
 
-#define RANGE ((int64_t)1 << 30) /* of any height: the difference of two fits 31 bits */
+#define RANGE ((int64_t)(QS_NUMBER_MAX / 2 + 1)) /* of any height: two differ by a number */
 
 static uint64_t link_count(const qs_model *model)
 {

@@ -6,6 +6,7 @@
 #include "fusion.h"
 #include "mover.h"
 #include "progress.h"
+#include "solve_64.h"
 
 /* A move of the pair (a, b) is a cut on the sites that have one of the two labels; the source side
  * takes b. At the start the edges between these sites carry as much flow as they can in the
@@ -21,6 +22,7 @@ typedef struct swapper {
     /* Of the present move: */
     uint16_t a, b;
     uint32_t *members, member_count; /* the sites that have a or b, in order */
+    qs_look look; /* at the watch, within a move */
 } swapper;
 
 /* Hands out the workspace, or counts it. Returns its size. */
@@ -36,6 +38,12 @@ static size_t take_swapper(swapper *s, const qs_model *model, void *workspace)
 
 size_t qs_swap_workspace(const qs_model *model)
 {
+    if (!qs_is_semi_metric(model)) {
+        return qs_fusion_moves_workspace(model);
+    }
+    if (qs_times_in_range(model) < QS_TIMES_NEEDED) {
+        return QS_IN_64_BITS(SIZE_MAX, qs_swap_workspace, model);
+    }
     swapper s;
     return take_swapper(&s, model, NULL);
 }
@@ -68,17 +76,17 @@ static void find_members(swapper *s)
 /* The edge from p to q. Returns what it adds to the excess of p.
  *
  * residual  out: of the arc from p to q */
-static int32_t load_swap_arc(const swapper *s, uint32_t p, uint32_t q, int32_t weight,
-                             int32_t *residual)
+static qs_number load_swap_arc(const swapper *s, uint32_t p, uint32_t q, qs_number weight,
+                               qs_number *residual)
 {
     const qs_model *model = s->m.model;
     uint16_t here = s->m.x[p], there = s->m.x[q];
     if (there != s->a && there != s->b) {
         *residual = 0;
-        return weight * (int32_t)(qs_model_pairwise(model, s->a, there) -
-                                  qs_model_pairwise(model, s->b, there));
+        return weight * (qs_number)(qs_model_pairwise(model, s->a, there) -
+                                    qs_model_pairwise(model, s->b, there));
     }
-    int32_t cost = weight * (int32_t)qs_model_pairwise(model, s->a, s->b);
+    qs_number cost = weight * (qs_number)qs_model_pairwise(model, s->a, s->b);
     if (here == there) {
         *residual = cost;
         return 0;
@@ -89,14 +97,14 @@ static int32_t load_swap_arc(const swapper *s, uint32_t p, uint32_t q, int32_t w
 }
 
 /* An edge of a grid. Of weight 0 there is none. */
-static int32_t load_grid_arc(const swapper *s, uint32_t p, uint32_t q, int32_t weight, size_t arc)
+static qs_number load_grid_arc(const swapper *s, uint32_t p, uint32_t q, int32_t weight, size_t arc)
 {
-    int32_t *residual = s->m.cut.residual + arc * s->m.model->sites + p;
+    qs_number *residual = s->m.cut.residual + arc * s->m.model->sites + p;
     return weight != 0 ? load_swap_arc(s, p, q, weight, residual) : 0;
 }
 
 /* What all edges of p add to its excess. */
-static int32_t load_grid_arcs(const swapper *s, uint32_t p)
+static qs_number load_grid_arcs(const swapper *s, uint32_t p)
 {
     const qs_model *model = s->m.model;
     uint32_t width = model->width;
@@ -107,10 +115,10 @@ static int32_t load_grid_arcs(const swapper *s, uint32_t p)
            load_grid_arc(s, p, p - width, up, QS_CUT_UP);
 }
 
-static int32_t load_graph_arcs(const swapper *s, uint32_t p)
+static qs_number load_graph_arcs(const swapper *s, uint32_t p)
 {
     const qs_model *model = s->m.model;
-    int32_t excess = 0;
+    qs_number excess = 0;
     for (uint32_t n = model->link_start[p]; n < model->link_start[p + 1]; n++) {
         const qs_link *link = &model->links[n];
         excess += load_swap_arc(s, p, link->site, link->weight, &s->m.cut.residual[n]);
@@ -122,9 +130,9 @@ static void load_member(swapper *s, uint32_t p)
 {
     const qs_model *model = s->m.model;
     const int32_t *unary = model->unary + (size_t)p * model->labels;
-    int32_t edges = qs_is_grid(model) ? load_grid_arcs(s, p) : load_graph_arcs(s, p);
+    qs_number edges = qs_is_grid(model) ? load_grid_arcs(s, p) : load_graph_arcs(s, p);
     s->m.cut.node[p] = (qs_cut_node){.parent = QS_CUT_FREE};
-    s->m.cut.excess[p] = unary[s->a] - unary[s->b] + edges;
+    s->m.cut.excess[p] = (qs_number)unary[s->a] - unary[s->b] + edges;
 }
 
 /* What the terminal arcs cost that the present labelling cuts: from the source to a site with a,
@@ -144,7 +152,7 @@ static int64_t total_excess(const swapper *s)
 {
     int64_t sum = 0;
     for (uint32_t i = 0; i < s->member_count; i++) {
-        sum += qs_max_i32(0, s->m.cut.excess[s->members[i]]);
+        sum += qs_max_number(0, s->m.cut.excess[s->members[i]]);
     }
     return sum;
 }
@@ -177,7 +185,13 @@ static void take_sides(swapper *s)
     s->changed[s->b] = s->m.now;
 }
 
-/* Makes the best move of the pair. Returns true if it lowered the energy. */
+static bool watch_cut(void *context)
+{
+    swapper *s = context;
+    return qs_look_up(&s->look, QS_CUT_WORK);
+}
+
+/* Makes the best move of the pair. Returns true if it lowered the energy; not if it was stopped. */
 static bool swap(swapper *s, uint16_t a, uint16_t b)
 {
     s->a = a;
@@ -196,7 +210,9 @@ static bool swap(swapper *s, uint16_t a, uint16_t b)
                 qs_cut_source(&s->m.cut, s->members[i]);
             }
         }
-        qs_cut_run(&s->m.cut);
+        if (!qs_cut_run(&s->m.cut)) {
+            return false;
+        }
         lower = cost - (before - total_excess(s));
     }
     if (lower > 0) {
@@ -225,11 +241,12 @@ static void swap_all(swapper *s, const qs_solve_options *options, qs_solution *s
                 failed = again && swap(s, (uint16_t)a, (uint16_t)b) ? 0 : failed + 1;
                 s->m.now++;
                 solution->energy = s->m.energy;
-                going = qs_report_progress(options, solution);
+                going = !s->look.stopped && qs_report_progress(options, solution);
+                s->look.done = 0;
             }
         }
     }
-    solution->converged = failed >= pairs;
+    solution->converged = failed >= pairs && !s->look.stopped;
     solution->energy = s->m.energy;
 }
 
@@ -239,23 +256,28 @@ qs_status qs_swap(const qs_model *model, const qs_solve_options *options, void *
     if (!model || !workspace || !labelling || !solution || !qs_labels_in_range(model, labelling)) {
         return QS_E_ARGUMENT;
     }
-    if (workspace_size < qs_swap_workspace(model)) {
-        return QS_E_WORKSPACE;
-    }
     if (!qs_is_semi_metric(model)) {
         return qs_fusion_moves(QS_FUSION_SWAP, model, options, workspace, workspace_size, labelling,
                                solution);
     }
     if (qs_times_in_range(model) < QS_TIMES_NEEDED) {
-        return QS_E_OVERFLOW;
+        return QS_IN_64_BITS(QS_E_OVERFLOW, qs_swap, model, options, workspace, workspace_size,
+                             labelling, solution);
     }
     swapper s = {.m.x = labelling, .m.now = (uint64_t)model->labels * model->labels};
-    take_swapper(&s, model, workspace);
+    size_t size = take_swapper(&s, model, workspace);
+    if (workspace_size < size || size == SIZE_MAX) {
+        return QS_E_WORKSPACE;
+    }
     qs_mover_start(&s.m);
     for (uint32_t a = 0; a < model->labels; a++) {
         s.changed[a] = s.m.now;
     }
-    *solution = (qs_solution){.lower_bound = QS_NO_BOUND};
+    s.m.cut.going = watch_cut;
+    s.m.cut.context = &s;
+    *solution = (qs_solution){.energy = s.m.energy, .lower_bound = QS_NO_BOUND};
+    qs_reporter reporter = {options, solution};
+    s.look = (qs_look){.going = qs_report_now, .context = &reporter};
     swap_all(&s, options, solution);
     solution->energy -= qs_take_kept_everywhere(model, labelling);
     return QS_OK;

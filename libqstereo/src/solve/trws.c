@@ -6,6 +6,7 @@
 #include "../base/simd.h"
 #include "../model/neighbours.h"
 #include "progress.h"
+#include "solve_64.h"
 
 enum { DEFAULT_ITERATIONS = 500, FINEST = 14, LABELS_EVERY = 8 };
 
@@ -17,7 +18,7 @@ static size_t take_parts(qs_trws_state *state, void *workspace, uint16_t **trial
     const qs_model *model = state->model;
     qs_arena arena = {.base = workspace};
     uint64_t padding = qs_trws_padding(model);
-    int32_t *padded = qs_arena_take(&arena, padding + qs_trws_messages(model), sizeof *padded);
+    qs_number *padded = qs_arena_take(&arena, padding + qs_trws_messages(model), sizeof *padded);
     state->messages = padded ? padded + padding : NULL;
     state->scratch = qs_arena_take(&arena, qs_trws_scratch(model), sizeof *state->scratch);
     *trial = qs_arena_take(&arena, model->sites, sizeof **trial);
@@ -26,6 +27,9 @@ static size_t take_parts(qs_trws_state *state, void *workspace, uint16_t **trial
 
 size_t qs_trws_workspace(const qs_model *model)
 {
+    if (!qs_messages_fit(model, model->kept != NULL)) {
+        return QS_IN_64_BITS(SIZE_MAX, qs_trws_workspace, model);
+    }
     qs_trws_state state = {.model = model};
     uint16_t *trial;
     return take_parts(&state, NULL, &trial);
@@ -47,9 +51,14 @@ static void raise_bound(const qs_trws_state *state, int64_t bound, qs_solution *
     s->lower_bound = whole > s->lower_bound ? whole : s->lower_bound;
 }
 
+static bool is_stopped(const qs_trws_state *state)
+{
+    return state->look && state->look->stopped;
+}
+
 void qs_trws_iterate(const qs_trws_state *state, uint64_t times)
 {
-    for (uint64_t i = 0; i < times; i++) {
+    for (uint64_t i = 0; i < times && !is_stopped(state); i++) {
         pass(state, true);
         pass(state, false);
     }
@@ -65,13 +74,13 @@ void qs_trws_visit_only(qs_trws_state *state, const uint32_t *sites, uint32_t co
         return; /* a graph's passes do not look at such edges */
     }
     for (uint32_t p = 0; p < model->sites; p++) {
-        int32_t *right = state->messages + 2 * labels * p, *down = right + labels;
+        qs_number *right = state->messages + 2 * labels * p, *down = right + labels;
         memset(right, 0, model->right[p] == 0 ? sizeof *right * labels : 0);
         memset(down, 0, model->down[p] == 0 ? sizeof *down * labels : 0);
     }
 }
 
-void qs_trws_marginals(const qs_trws_state *state, uint32_t *marginals, int64_t *shares)
+void qs_trws_marginals(const qs_trws_state *state, qs_natural *marginals, int64_t *shares)
 {
     if (state->model->width > 0) {
         qs_trws_grid_marginals(state, marginals, shares);
@@ -125,9 +134,9 @@ static int64_t improve(const qs_trws_state *state, uint16_t *labelling)
 {
     const qs_model *model = state->model;
     int64_t all = 0, gain = 1;
-    while (gain > 0) {
+    while (gain > 0 && qs_look_up(state->look, model->sites)) {
         gain = 0;
-        for (uint32_t p = 0; p < model->sites && qs_trws_goes_on_at(state, p); p++) {
+        for (uint32_t p = 0; p < model->sites; p++) {
             if (model->width == 0 || !is_inside(model, p, labelling)) {
                 gain += take_from_neighbours(model, p, labelling);
             }
@@ -146,8 +155,13 @@ static void try_labelling(const qs_trws_state *state, bool forward, uint16_t *tr
     } else {
         qs_trws_graph_labels(state, forward, trial);
     }
+    if (is_stopped(state)) {
+        return;
+    }
     int64_t energy = qs_model_energy(state->model, trial);
     energy -= improve(state, trial);
+    /* Beside large edges a label that is out can be cheap to the neighbours that improve it. */
+    energy -= state->model->kept ? qs_take_kept_everywhere(state->model, trial) : 0;
     if (energy < s->energy) {
         s->energy = energy;
         memcpy(labelling, trial, sizeof *labelling * state->model->sites);
@@ -162,46 +176,70 @@ static bool is_due(uint64_t iteration, bool last, bool forward)
     return last || iteration == 1 || (now && odd == !forward);
 }
 
+/* Both passes of an iteration. Returns false if the watch has stopped it on the way. */
+static bool iterate(const qs_trws_state *state, uint64_t number, bool last, uint16_t *trial,
+                    uint16_t *labelling, qs_solution *s)
+{
+    for (int way = 0; way < 2; way++) {
+        bool forward = way == 0;
+        int64_t bound = pass(state, forward);
+        if (is_stopped(state)) {
+            return false;
+        }
+        raise_bound(state, bound, s);
+        if (is_due(number, last, forward)) {
+            try_labelling(state, !forward, trial, labelling, s);
+        }
+    }
+    return !is_stopped(state);
+}
+
 static void solve(const qs_trws_state *state, const qs_solve_options *options, uint16_t *trial,
                   uint16_t *labelling, qs_solution *s)
 {
     bool go = true;
     while (go && !s->converged) {
-        s->iterations++;
-        bool last = qs_limit_reached(options, s, DEFAULT_ITERATIONS);
-        for (int way = 0; way < 2; way++) {
-            bool forward = way == 0;
-            int64_t bound = pass(state, forward);
-            if (!qs_trws_goes_on(state)) {
-                s->iterations--; /* not done; and the bound is that of a part of the sites */
-                return;
-            }
-            raise_bound(state, bound, s);
-            if (is_due(s->iterations, last, forward)) {
-                try_labelling(state, !forward, trial, labelling, s);
-            }
-        }
+        qs_solution next = *s;
+        next.iterations++;
+        bool last = qs_limit_reached(options, &next, DEFAULT_ITERATIONS);
+        bool whole = iterate(state, next.iterations, last, trial, labelling, s);
+        s->iterations += whole;
         s->converged = s->energy == s->lower_bound;
-        go = qs_report_progress(options, s) && !last;
+        go = whole && qs_report_progress(options, s) && !last;
     }
 }
 
 qs_status qs_trws(const qs_model *model, const qs_solve_options *options, void *workspace,
                   size_t workspace_size, uint16_t *labelling, qs_solution *solution)
 {
+    if (!model || !solution) {
+        return QS_E_ARGUMENT;
+    }
+    if (!qs_messages_fit(model, model->kept != NULL)) {
+        return QS_IN_64_BITS(QS_E_OVERFLOW, qs_trws, model, options, workspace, workspace_size,
+                             labelling, solution);
+    }
     qs_trws_state state;
-    return qs_trws_watched(model, options, workspace, workspace_size, labelling, solution, &state);
+    qs_solution so_far;
+    qs_reporter reporter = {options, &so_far};
+    qs_look look = {.going = qs_report_now, .context = &reporter};
+    qs_status status = qs_trws_watched(model, options, &look, workspace, workspace_size, labelling,
+                                       &so_far, &state);
+    if (status == QS_OK) {
+        *solution = so_far;
+    }
+    return status;
 }
 
-qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options, void *workspace,
-                          size_t workspace_size, uint16_t *labelling, qs_solution *solution,
-                          qs_trws_state *state)
+qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options, qs_look *look,
+                          void *workspace, size_t workspace_size, uint16_t *labelling,
+                          qs_solution *solution, qs_trws_state *state)
 {
-    if (!model || !workspace || !labelling || !solution) {
+    if (!workspace || !labelling) {
         return QS_E_ARGUMENT;
     }
     uint16_t *trial;
-    *state = (qs_trws_state){.model = model, .wide = qs_lanes_avx2()};
+    *state = (qs_trws_state){.model = model, .wide = qs_lanes_avx2(), .look = look};
     size_t size = take_parts(state, workspace, &trial);
     if (workspace_size < size || size == SIZE_MAX) {
         return QS_E_WORKSPACE;
@@ -209,19 +247,13 @@ qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options
     if (!qs_scale_choose(model, FINEST, &state->scale)) {
         return QS_E_OVERFLOW;
     }
-    memset(workspace, 0, size);
-    qs_solution s = {.energy = INT64_MAX, .lower_bound = QS_NO_BOUND};
-    bool stopped = false;
-    state->going = options ? options->going : NULL;
-    state->context = options ? options->context : NULL;
-    state->stopped = &stopped;
-    solve(state, options, trial, labelling, &s);
-    state->going = NULL;
-    if (s.energy == INT64_MAX) {
-        qs_model_winner(model, labelling);
-        s.energy = qs_model_energy(model, labelling);
+    qs_model_winner(model, labelling);
+    /* No cost is below 0. */
+    *solution =
+        (qs_solution){.energy = qs_model_energy(model, labelling), .lower_bound = model->constant};
+    if (qs_clear(look, workspace, size)) {
+        solve(state, options, trial, labelling, solution);
     }
-    s.energy -= qs_take_kept_everywhere(model, labelling);
-    *solution = s;
+    solution->energy -= qs_take_kept_everywhere(model, labelling);
     return QS_OK;
 }

@@ -6,12 +6,17 @@
 
 /* qs_trws with a state that the caller sees. When the watch is called it is the state between two
  * iterations. The watch may then change the costs and the constant of the model, and which sites
- * are visited. */
-qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options, void *workspace,
-                          size_t workspace_size, uint16_t *labelling, qs_solution *solution,
-                          qs_trws_state *state);
+ * are visited.
+ *
+ * look      asks within an iteration whether to go on; it may not change anything
+ * solution  out: always what has been found so far
+ *
+ * Returns QS_OK, QS_E_ARGUMENT, QS_E_WORKSPACE, or QS_E_OVERFLOW: the messages do not fit. */
+qs_status qs_trws_watched(const qs_model *model, const qs_solve_options *options, qs_look *look,
+                          void *workspace, size_t workspace_size, uint16_t *labelling,
+                          qs_solution *solution, qs_trws_state *state);
 
-/* Iterations: each a forward and a backward pass. */
+/* Iterations: each a forward and a backward pass. The state's look may stop them. */
 void qs_trws_iterate(const qs_trws_state *state, uint64_t times);
 
 /* From now on the passes visit these sites alone, which are in order. Messages on edges whose
@@ -30,10 +35,10 @@ void qs_trws_visit_only(qs_trws_state *state, const uint32_t *sites, uint32_t co
  * sweep back over the same costs adds what comes later: these are the min-marginals of the chain.
  * Less the chain's least, and summed over the chains through the site, they are the marginals.
  *
- * marginals  out: sites x labels, of sites visited, at most UINT32_MAX; and memory behind them. In
- *            all qs_trws_marginal_numbers
+ * marginals  out: sites x labels, of sites visited, at most QS_NATURAL_MAX; and memory behind
+ *            them. In all qs_trws_marginal_numbers
  * shares     out: the share of each site visited in the bound */
-void qs_trws_marginals(const qs_trws_state *state, uint32_t *marginals, int64_t *shares);
+void qs_trws_marginals(const qs_trws_state *state, qs_natural *marginals, int64_t *shares);
 uint64_t qs_trws_marginal_numbers(const qs_model *model);
 
 #endif

@@ -29,8 +29,9 @@ QS_WIDE int64_t site(const qs_trws_state *state, uint32_t at, uint32_t labels, b
     for (uint32_t run = 0; run < runs; run++) {
         qs_lanes row_back = qs_lanes_load(v.row_out, run, labels),
                  column_back = qs_lanes_load(v.column_out, run, labels);
-        qs_lanes total = qs_lanes_min(qs_lanes_load(v.unary, run, labels), most)
-                         << (int)state->scale.shift;
+        qs_lanes total =
+            qs_lanes_min(qs_lanes_load(state->model->unary + v.first, run, labels), most)
+            << (int)state->scale.shift;
         total = total + row_back + column_back + qs_lanes_load(v.column_in, run, labels) +
                 qs_lanes_load(v.row_in, run, labels);
         qs_lanes part = total >> (int)v.halves & share;
@@ -72,12 +73,13 @@ QS_WIDE int64_t pass(const qs_trws_state *state, uint32_t labels, bool forward, 
     uint32_t width = model->width, y = 0, last = model->sites - 1;
     int64_t bound = 0;
     if (state->visits) {
-        for (uint32_t at = 0; at < state->visit_count && qs_trws_goes_on_at(state, at); at++) {
+        for (uint32_t at = 0; at < state->visit_count && qs_trws_going(state, at); at++) {
             bound += site(state, qs_trws_site(state, at, forward), labels, forward, row, column);
         }
         return bound;
     }
-    for (; y + 1 < model->height && qs_trws_goes_on(state); y += 2) {
+    uint64_t work = 2 * (uint64_t)width * labels;
+    for (; y + 1 < model->height && qs_look_up(state->look, work); y += 2) {
         uint32_t first = y * width, second = first + width;
         bound += two_rows(state, labels, forward, forward ? first : last - first,
                           forward ? second : last - second, row, column);

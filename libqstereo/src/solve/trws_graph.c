@@ -18,26 +18,26 @@ static void count_chains(const qs_model *model, uint32_t site, uint32_t *lower, 
     }
 }
 
-static int32_t *message_of(const qs_trws_state *state, const qs_link *link)
+static qs_number *message_of(const qs_trws_state *state, const qs_link *link)
 {
     return state->messages + (size_t)link->edge * state->model->labels;
 }
 
-static void add_message(const qs_trws_state *state, const qs_link *link, int32_t *costs)
+static void add_message(const qs_trws_state *state, const qs_link *link, qs_number *costs)
 {
-    const int32_t *message = message_of(state, link);
+    const qs_number *message = message_of(state, link);
     for (uint32_t d = 0; d < state->model->labels; d++) {
         costs[d] += message[d];
     }
 }
 
 /* The unary costs of a site and the messages to it. */
-static void add_all(const qs_trws_state *state, uint32_t site, int32_t *total)
+static void add_all(const qs_trws_state *state, uint32_t site, qs_number *total)
 {
     const qs_model *model = state->model;
-    const int32_t *unary = model->unary + (size_t)site * model->labels;
+    size_t first = (size_t)site * model->labels;
     for (uint32_t d = 0; d < model->labels; d++) {
-        total[d] = qs_min_i32(unary[d], state->scale.most) << state->scale.shift;
+        total[d] = qs_scaled_cost(model, state->scale, first + d);
     }
     for (uint32_t n = model->link_start[site]; n < model->link_start[site + 1]; n++) {
         if (model->links[n].weight > 0) {
@@ -47,28 +47,29 @@ static void add_all(const qs_trws_state *state, uint32_t site, int32_t *total)
 }
 
 /* The i-th of n whole parts of each cost. The n parts add up to the cost, whatever its sign. */
-static void take_part(const int32_t *total, uint32_t labels, uint32_t i, uint32_t n, int32_t *part)
+static void take_part(const qs_number *total, uint32_t labels, uint32_t i, uint32_t n,
+                      qs_number *part)
 {
-    int32_t parts = (int32_t)n, at = (int32_t)i;
+    qs_number parts = (qs_number)n, at = (qs_number)i;
     for (uint32_t d = 0; d < labels; d++) {
-        int32_t rest = total[d] % parts;
+        qs_number rest = total[d] % parts;
         part[d] = total[d] / parts + (at < rest) - (at < -rest);
     }
 }
 
-static int32_t least_part(const int32_t *part, uint32_t labels)
+static qs_number least_part(const qs_number *part, uint32_t labels)
 {
-    int32_t least = part[0];
+    qs_number least = part[0];
     for (uint32_t d = 1; d < labels; d++) {
-        least = qs_min_i32(least, part[d]);
+        least = qs_min_number(least, part[d]);
     }
     return least;
 }
 
 /* What a forward pass leaves for the sweep back. */
 typedef struct record {
-    int32_t *total; /* of each site: what was charged there */
-    int32_t *replaced; /* of each edge: the message that was replaced */
+    qs_number *total; /* of each site: what was charged there */
+    qs_number *replaced; /* of each edge: the message that was replaced */
 } pass_record;
 
 static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward,
@@ -76,7 +77,7 @@ static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward,
 {
     const qs_model *model = state->model;
     uint32_t labels = model->labels, lower, higher, sent = 0;
-    int32_t *total = state->scratch, *part = total + labels, *rest = part + labels;
+    qs_number *total = state->scratch, *part = total + labels, *rest = part + labels;
     count_chains(model, site, &lower, &higher);
     uint32_t chains = lower > higher ? lower : higher;
     chains = chains > 0 ? chains : 1;
@@ -90,7 +91,7 @@ static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward,
         if (link->weight == 0 || (link->site > site) != forward) {
             continue;
         }
-        int32_t *message = message_of(state, link);
+        qs_number *message = message_of(state, link);
         if (record) {
             memcpy(record->replaced + (size_t)link->edge * labels, message,
                    sizeof *message * labels);
@@ -99,8 +100,8 @@ static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward,
         for (uint32_t d = 0; d < labels; d++) {
             part[d] -= message[d];
         }
-        bound += qs_message_send(model, link->weight << state->scale.shift, forward, part, message,
-                                 rest);
+        bound += qs_message_send(model, link->edge, qs_scaled_weight(state->scale, link->weight),
+                                 forward, part, message, rest);
     }
     for (; sent < chains; sent++) { /* the chains that end here */
         take_part(total, labels, sent, chains, part);
@@ -112,7 +113,7 @@ static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward,
 int64_t qs_trws_graph_pass(const qs_trws_state *state, bool forward)
 {
     int64_t bound = 0;
-    for (uint32_t at = 0; at < qs_trws_visits(state) && qs_trws_goes_on_at(state, at); at++) {
+    for (uint32_t at = 0; at < qs_trws_visits(state) && qs_trws_going(state, at); at++) {
         bound += visit(state, qs_trws_site(state, at, forward), forward, NULL);
     }
     return bound;
@@ -134,31 +135,31 @@ static uint32_t next_link(const qs_model *model, uint32_t at, uint32_t end)
  * before, after  the chain's edges at the site; NULL = it begins or ends here
  * part           what the chain was charged here; overwritten */
 static void sweep_chain(const qs_trws_state *state, const pass_record *record,
-                        const qs_link *before, const qs_link *after, int32_t *part,
-                        uint32_t *marginals)
+                        const qs_link *before, const qs_link *after, qs_number *part,
+                        qs_natural *marginals)
 {
     const qs_model *model = state->model;
     uint32_t labels = model->labels;
     if (after) {
-        const int32_t *later = record->replaced + (size_t)after->edge * labels;
+        const qs_number *later = record->replaced + (size_t)after->edge * labels;
         for (uint32_t d = 0; d < labels; d++) {
             part[d] += later[d];
         }
     }
-    int32_t least = least_part(part, labels);
+    qs_number least = least_part(part, labels);
     for (uint32_t d = 0; d < labels; d++) {
-        uint32_t more = (uint32_t)part[d] - (uint32_t)least;
-        marginals[d] = more < UINT32_MAX - marginals[d] ? marginals[d] + more : UINT32_MAX;
+        qs_natural more = (qs_natural)part[d] - (qs_natural)least;
+        marginals[d] = more < QS_NATURAL_MAX - marginals[d] ? marginals[d] + more : QS_NATURAL_MAX;
     }
     if (before) {
-        const int32_t *came = message_of(state, before);
-        int32_t *message = state->scratch, *rest = message + labels,
-                *replaced = record->replaced + (size_t)before->edge * labels;
+        const qs_number *came = message_of(state, before);
+        qs_number *message = state->scratch, *rest = message + labels,
+                  *replaced = record->replaced + (size_t)before->edge * labels;
         for (uint32_t d = 0; d < labels; d++) {
             part[d] -= came[d];
         }
-        (void)qs_message_send(model, before->weight << state->scale.shift, false, part, message,
-                              rest);
+        (void)qs_message_send(model, before->edge, qs_scaled_weight(state->scale, before->weight),
+                              false, part, message, rest);
         for (uint32_t d = 0; d < labels; d++) {
             replaced[d] = message[d] - replaced[d];
         }
@@ -169,7 +170,7 @@ static void sweep_chain(const qs_trws_state *state, const pass_record *record,
  *
  * work  memory for two numbers a label */
 static void sweep_site(const qs_trws_state *state, uint32_t site, const pass_record *record,
-                       int32_t *work)
+                       qs_number *work)
 {
     const qs_model *model = state->model;
     uint32_t labels = model->labels, lower, higher, end = model->link_start[site + 1];
@@ -180,8 +181,8 @@ static void sweep_site(const qs_trws_state *state, uint32_t site, const pass_rec
     for (uint32_t i = 0; i < lower; i++) {
         after = next_link(model, after + 1, end);
     }
-    int32_t *part = work, *total = record->total + (size_t)site * labels;
-    uint32_t *marginals = (uint32_t *)work + labels;
+    qs_number *part = work, *total = record->total + (size_t)site * labels;
+    qs_natural *marginals = (qs_natural *)work + labels;
     memset(marginals, 0, sizeof *marginals * labels);
     for (uint32_t i = 0; i < chains; i++) {
         take_part(total, labels, i, chains, part);
@@ -193,17 +194,17 @@ static void sweep_site(const qs_trws_state *state, uint32_t site, const pass_rec
     memcpy(total, marginals, sizeof *marginals * labels);
 }
 
-void qs_trws_graph_marginals(const qs_trws_state *state, uint32_t *marginals, int64_t *shares)
+void qs_trws_graph_marginals(const qs_trws_state *state, qs_natural *marginals, int64_t *shares)
 {
     const qs_model *model = state->model;
-    pass_record record = {(int32_t *)marginals,
-                          (int32_t *)marginals + (size_t)model->sites * model->labels};
-    int32_t *work = record.replaced + (size_t)model->edges * model->labels;
-    for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
+    pass_record record = {(qs_number *)marginals,
+                          (qs_number *)marginals + (size_t)model->sites * model->labels};
+    qs_number *work = record.replaced + (size_t)model->edges * model->labels;
+    for (uint32_t at = 0; at < qs_trws_visits(state) && qs_trws_going(state, at); at++) {
         uint32_t p = qs_trws_site(state, at, true);
         shares[p] = visit(state, p, true, &record);
     }
-    for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
+    for (uint32_t at = 0; at < qs_trws_visits(state) && qs_trws_going(state, at); at++) {
         sweep_site(state, qs_trws_site(state, at, false), &record, work);
     }
 }
@@ -211,17 +212,17 @@ void qs_trws_graph_marginals(const qs_trws_state *state, uint32_t *marginals, in
 /* What each label of a site costs, given the labels of its earlier neighbours and the messages from
  * the later ones. */
 static void add_around(const qs_trws_state *state, uint32_t site, bool forward,
-                       const uint16_t *labelling, int32_t *costs)
+                       const uint16_t *labelling, qs_number *costs)
 {
     const qs_model *model = state->model;
-    const int32_t *unary = model->unary + (size_t)site * model->labels;
+    size_t first = (size_t)site * model->labels;
     for (uint32_t d = 0; d < model->labels; d++) {
-        costs[d] = qs_min_i32(unary[d], state->scale.most) << state->scale.shift;
+        costs[d] = qs_scaled_cost(model, state->scale, first + d);
     }
     for (uint32_t n = model->link_start[site]; n < model->link_start[site + 1]; n++) {
         const qs_link *link = &model->links[n];
         if ((link->site < site) == forward) {
-            qs_message_pay(model, link->weight << state->scale.shift, forward,
+            qs_message_pay(model, link->edge, qs_scaled_weight(state->scale, link->weight), forward,
                            labelling[link->site], costs);
         } else if (link->weight > 0) {
             add_message(state, link, costs);
@@ -232,10 +233,10 @@ static void add_around(const qs_trws_state *state, uint32_t site, bool forward,
 void qs_trws_graph_labels(const qs_trws_state *state, bool forward, uint16_t *labelling)
 {
     const qs_model *model = state->model;
-    int32_t *costs = state->scratch;
-    for (uint32_t at = 0; at < model->sites; at++) {
+    qs_number *costs = state->scratch;
+    for (uint32_t at = 0; at < model->sites && qs_trws_going(state, at); at++) {
         uint32_t p = forward ? at : model->sites - 1 - at;
         add_around(state, p, forward, labelling, costs);
-        labelling[p] = (uint16_t)qs_first_least(costs, model->labels);
+        labelling[p] = (uint16_t)qs_least_at(costs, model->labels);
     }
 }

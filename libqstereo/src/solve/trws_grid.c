@@ -14,15 +14,15 @@ uint64_t qs_trws_padding(const qs_model *model)
     return model->width > 0 ? 2 * (uint64_t)model->labels * model->width : 0;
 }
 
-QS_KERNEL int32_t send_potts(const int32_t *costs, int32_t *message, uint32_t labels,
-                             int32_t weight)
+QS_KERNEL qs_number send_potts(const qs_number *costs, qs_number *message, uint32_t labels,
+                               qs_number weight)
 {
-    int32_t least = costs[0];
+    qs_number least = costs[0];
     for (uint32_t d = 1; d < labels; d++) {
-        least = qs_min_i32(least, costs[d]);
+        least = qs_min_number(least, costs[d]);
     }
     for (uint32_t d = 0; d < labels; d++) {
-        message[d] = qs_min_i32(costs[d] - least, weight);
+        message[d] = qs_min_number(costs[d] - least, weight);
     }
     return least;
 }
@@ -31,11 +31,11 @@ QS_KERNEL int64_t potts_pass(const qs_trws_state *state, bool forward)
 {
     const qs_model *model = state->model;
     uint32_t labels = model->labels;
-    int32_t *row = state->scratch, *column = row + labels;
+    qs_number *row = state->scratch, *column = row + labels;
     int64_t bound = 0;
-    for (uint32_t at = 0; at < qs_trws_visits(state) && qs_trws_goes_on_at(state, at); at++) {
+    for (uint32_t at = 0; at < qs_trws_visits(state) && qs_trws_going(state, at); at++) {
         qs_visit v = qs_visit_of(state, qs_trws_site(state, at, forward), labels, forward);
-        qs_visit_charge(&v, state->scale, labels, row, column);
+        qs_visit_charge(state, &v, labels, row, column);
         bound += send_potts(row, v.row_out, labels, v.row_weight);
         bound += send_potts(column, v.column_out, labels, v.column_weight);
     }
@@ -46,13 +46,14 @@ static int64_t other_pass(const qs_trws_state *state, bool forward)
 {
     const qs_model *model = state->model;
     uint32_t labels = model->labels;
-    int32_t *row = state->scratch, *column = row + labels, *rest = column + labels;
+    qs_number *row = state->scratch, *column = row + labels, *rest = column + labels;
     int64_t bound = 0;
-    for (uint32_t at = 0; at < qs_trws_visits(state) && qs_trws_goes_on_at(state, at); at++) {
+    for (uint32_t at = 0; at < qs_trws_visits(state) && qs_trws_going(state, at); at++) {
         qs_visit v = qs_visit_of(state, qs_trws_site(state, at, forward), labels, forward);
-        qs_visit_charge(&v, state->scale, labels, row, column);
-        bound += qs_message_send(model, v.row_weight, forward, row, v.row_out, rest);
-        bound += qs_message_send(model, v.column_weight, forward, column, v.column_out, rest);
+        qs_visit_charge(state, &v, labels, row, column);
+        bound += qs_message_send(model, v.row_edge, v.row_weight, forward, row, v.row_out, rest);
+        bound += qs_message_send(model, v.column_edge, v.column_weight, forward, column,
+                                 v.column_out, rest);
     }
     return bound;
 }
@@ -62,7 +63,7 @@ int64_t qs_trws_grid_pass(const qs_trws_state *state, bool forward)
     if (state->model->pairwise.smoothness != QS_POTTS) {
         return other_pass(state, forward);
     }
-#if QS_HAVE_AVX2
+#if QS_HAVE_AVX2 && QS_BITS == 32
     if (state->wide && state->model->labels >= QS_LANES) {
         return qs_trws_wide_pass(state, forward);
     }
@@ -80,10 +81,10 @@ uint64_t qs_trws_scratch(const qs_model *model)
 void qs_trws_grid_labels(const qs_trws_state *state, bool forward, uint16_t *labelling)
 {
     size_t labels = state->model->labels, site = 2 * labels;
-    const int32_t *row = forward ? state->messages : state->messages - site;
-    const int32_t *column =
+    const qs_number *row = forward ? state->messages : state->messages - site;
+    const qs_number *column =
         (forward ? state->messages : state->messages - site * state->model->width) + labels;
-    qs_message_reader reader = {state->model, state->scale, state->wide, forward,
-                                row,          column,       site,        state->scratch};
+    qs_message_reader reader = {state->model, state->scale, state->wide,    forward,    row,
+                                column,       site,         state->scratch, state->look};
     qs_label_grid(&reader, labelling);
 }

@@ -31,8 +31,8 @@
 #ifndef QS_TRWS_PASSES_H
 #define QS_TRWS_PASSES_H
 
-#include "../../include/qstereo/solve.h"
 #include "messages.h"
+#include "progress.h"
 
 /* The state between passes. */
 typedef struct qs_trws_state {
@@ -41,32 +41,16 @@ typedef struct qs_trws_state {
     bool wide; /* the processor has AVX2 */
     /* Of a grid, two messages of `labels` numbers for each site: on the edge to its right
      * neighbour, then on that to its lower one. Of a graph one for each edge. */
-    int32_t *messages;
-    int32_t *scratch;
+    qs_number *messages;
+    qs_number *scratch;
     /* The sites that the passes visit, in order; NULL = all. The others have no edges, and a label
      * that costs 0: they add nothing to the bound. */
     const uint32_t *visits;
     uint32_t visit_count;
-    /* Asked after every few rows of a pass, which ends there if it says no; NULL = nobody. */
-    qs_going *going;
-    void *context;
-    bool *stopped;
+    /* NULL = nothing stops a pass. A pass that is stopped leaves messages that are as good as any,
+     * but no bound; labels and marginals are then not to be used. */
+    qs_look *look;
 } qs_trws_state;
-
-static inline bool qs_trws_goes_on(const qs_trws_state *state)
-{
-    if (state->going && !*state->stopped) {
-        *state->stopped = !state->going(state->context);
-    }
-    return !state->going || !*state->stopped;
-}
-
-/* The same between two sites, but not asked of each. */
-static inline bool qs_trws_goes_on_at(const qs_trws_state *state, uint32_t at)
-{
-    enum { SITES = 1024 };
-    return at % SITES != 0 || qs_trws_goes_on(state);
-}
 
 /* How many sites a pass visits. */
 static inline uint32_t qs_trws_visits(const qs_trws_state *state)
@@ -81,6 +65,19 @@ static inline uint32_t qs_trws_site(const qs_trws_state *state, uint32_t at, boo
     return state->visits ? state->visits[at] : at;
 }
 
+/* Numbers that are computed for each site of a pass. */
+static inline uint64_t qs_trws_work(const qs_model *model)
+{
+    bool table = model->pairwise.smoothness >= QS_TABLE;
+    return (uint64_t)model->labels * (table ? model->labels : 1);
+}
+
+/* In a loop over the sites: false if the pass is to stop. */
+static inline bool qs_trws_going(const qs_trws_state *state, uint32_t at)
+{
+    return qs_look_at(state->look, at, qs_trws_work(state->model));
+}
+
 /* Memory, in numbers of 4 bytes: of messages, of the padding before them, and of scratch. */
 uint64_t qs_trws_messages(const qs_model *model);
 uint64_t qs_trws_padding(const qs_model *model);
@@ -93,8 +90,8 @@ int64_t qs_trws_wide_pass(const qs_trws_state *state, bool forward);
 int64_t qs_trws_graph_pass(const qs_trws_state *state, bool forward);
 
 /* Forward passes that also find the marginals: see qs_trws_marginals. */
-void qs_trws_grid_marginals(const qs_trws_state *state, uint32_t *marginals, int64_t *shares);
-void qs_trws_graph_marginals(const qs_trws_state *state, uint32_t *marginals, int64_t *shares);
+void qs_trws_grid_marginals(const qs_trws_state *state, qs_natural *marginals, int64_t *shares);
+void qs_trws_graph_marginals(const qs_trws_state *state, qs_natural *marginals, int64_t *shares);
 
 /* A labelling from the messages, as label_from_messages.h says: in reverse order after a forward
  * pass, in order after a backward pass.

@@ -153,15 +153,9 @@ static void scaled_ad_row(void *context, uint32_t row, void *costs, int32_t *lea
     }
 }
 
-static bool is_image(const qs_image *image)
-{
-    return image->pixels && image->width > 0 && image->height > 0 &&
-           image->stride >= image->width && image->width <= INT32_MAX && image->height <= INT32_MAX;
-}
-
 static bool is_stereo(const qs_stereo *stereo)
 {
-    return stereo && is_image(&stereo->left) && is_image(&stereo->right) &&
+    return stereo && qs_image_is_valid(&stereo->left) && qs_image_is_valid(&stereo->right) &&
            stereo->cost == QS_COST_AD && stereo->disparity_min <= stereo->disparity_max &&
            stereo->scale >= 1 && stereo->scale <= INT32_MAX / UINT8_MAX && stereo->weight >= 0;
 }

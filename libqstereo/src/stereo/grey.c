@@ -2,6 +2,12 @@
 
 #include <string.h>
 
+bool qs_image_is_valid(const qs_image *image)
+{
+    return image->pixels && image->width > 0 && image->height > 0 &&
+           image->stride >= image->width && image->width <= INT32_MAX && image->height <= INT32_MAX;
+}
+
 static void grey_row(const uint8_t *colour, size_t width, unsigned channels, uint8_t *grey)
 {
     for (size_t x = 0; x < width; x++) {

@@ -231,7 +231,7 @@ static void broken_promises(void **unused)
         {"labl", 0, 0, QS_E_CORRUPT},
         {"labl", 0, 3, QS_E_CORRUPT},
         {"labl", 0, 7, QS_E_CORRUPT},
-        {"labl", 4, 4, QS_E_CORRUPT},
+        {"labl", 4, 5, QS_E_CORRUPT},
         {"labl", 12, 4, QS_E_CORRUPT},
         {"labl", 16, 0, QS_E_CORRUPT},
         {"labl", 20, 4, QS_E_CORRUPT},
@@ -367,6 +367,41 @@ static void lattices_name_a_pair_once(void **unused)
     expect_breaches(q.file, q.size, breaches, sizeof breaches / sizeof *breaches, open_qubo);
 }
 
+/* What labels stand for goes through a file and comes back; each field has its range. */
+static void meanings(void **unused)
+{
+    (void)unused;
+    static const qs_meaning known[] = {{QS_MEANS_NUMBER, 0, 0, 0, 0, 0},
+                                       {QS_MEANS_GREY, 255, 0, 0, 0, 0},
+                                       {QS_MEANS_CLASS, 0, 0, 0, 0, 0},
+                                       {QS_MEANS_KEEP, 0, 0, 0, 0, 0},
+                                       {QS_MEANS_DISPLACEMENT, 8, 21, 4, -(1 << 24), 1 << 24}};
+    const breach breaches[] = {
+        {"mean", 0, 0, QS_E_CORRUPT},
+        {"mean", 0, 1, QS_E_CORRUPT},
+        {"mean", 0, 2, QS_E_CORRUPT},
+        {"mean", 0, 6, QS_E_CORRUPT},
+        {"mean", 4, 0, QS_E_CORRUPT},
+        {"mean", 4, 65536, QS_E_CORRUPT},
+        {"mean", 8, 0, QS_E_CORRUPT},
+        {"mean", 8, 65536, QS_E_CORRUPT},
+        {"mean", 12, 0, QS_E_CORRUPT},
+        {"mean", 12, 65536, QS_E_CORRUPT},
+        {"mean", 20, (1 << 24) + 1, QS_E_CORRUPT},
+        {"mean", 16, (uint32_t)-(1 << 24) - 1, QS_E_CORRUPT},
+    };
+    tiny t;
+    for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
+        sample_problem(&t);
+        t.problem.meaning = known[i];
+        tiny_encode(&t.problem, (qs_encode_options){QS_ONE_HOT, QS_PENALTY_LOCAL, 0, 3}, &q);
+        assert_memory_equal(&q.qubo.labels.meaning, &known[i], sizeof known[i]);
+    }
+    expect_breaches(q.file, q.size, breaches, sizeof breaches / sizeof *breaches, open_qubo);
+    t.problem.meaning.unit = 0;
+    assert_int_equal(qs_problem_check(&t.problem), QS_E_ARGUMENT);
+}
+
 /* Chunks of types that are not listed: a lower-case one is skipped, an upper-case one is a later
  * version's. */
 static void strange_chunks(void **unused)
@@ -375,11 +410,8 @@ static void strange_chunks(void **unused)
     static const struct {
         const char *type;
         qs_status status;
-    } cases[] = {{"note", QS_OK},
-                 {"NOTE", QS_E_UNSUPPORTED},
-                 {"LINR", QS_E_CORRUPT},
-                 {"n\0te", QS_E_CORRUPT},
-                 {"labl", QS_E_CORRUPT}};
+    } cases[] = {{"note", QS_OK},         {"NOTE", QS_E_UNSUPPORTED}, {"LINR", QS_E_CORRUPT},
+                 {"n\0te", QS_E_CORRUPT}, {"labl", QS_E_CORRUPT},     {"mean", QS_E_CORRUPT}};
     tiny t;
     sample_problem(&t);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -909,6 +941,7 @@ int main(void)
         cmocka_unit_test(grids_alone_have_masks_and_pictures),
         cmocka_unit_test(masks_without_a_grid),
         cmocka_unit_test(lattices_name_a_pair_once),
+        cmocka_unit_test(meanings),
         cmocka_unit_test(strange_chunks),
         cmocka_unit_test(broken_label_sets),
         cmocka_unit_test(label_sets_of_other_lengths),

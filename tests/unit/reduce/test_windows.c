@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "reduce/block.h"
 #include "reduce/windows.h"
 
 enum { ROUNDS = 1500, BITS = 18, MEMORY = 1 << 16, WORK = 1 << 21 };

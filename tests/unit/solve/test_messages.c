@@ -222,7 +222,7 @@ static void messages_by_definition(void **unused)
                                      : m.pairwise_max;
             }
         }
-        int32_t taken = qs_message_send(&m, weight, upward, costs, message, scratch);
+        int32_t taken = qs_message_send(&m, 0, weight, upward, costs, message, scratch);
         for (uint32_t d = 0; d < m.labels; d++) {
             int64_t least = INT64_MAX;
             for (uint32_t a = 0; a < m.labels; a++) {
@@ -514,8 +514,9 @@ static void refusals(void **unused)
     assert_int_equal(qs_trws(NULL, NULL, memory, sizeof memory, labelling, &s), QS_E_ARGUMENT);
     assert_int_equal(qs_bp(&b.model, NULL, memory, sizeof memory, NULL, &s), QS_E_ARGUMENT);
     right[0] = INT32_MAX / 4; /* fits a label's cost but not the sums */
-    assert_int_equal(status_of(qs_trws, sizeof memory), QS_E_OVERFLOW);
-    assert_int_equal(status_of(qs_bp, sizeof memory), QS_E_OVERFLOW);
+    assert_false(qs_messages_fit(&b.model, false));
+    assert_int_equal(status_of(qs_trws, qs_trws_workspace(&b.model)), QS_OK); /* in 64 bits */
+    assert_int_equal(status_of(qs_bp, qs_bp_workspace(&b.model)), QS_OK);
     make_wide(&state, 1); /* one label: no weight matters */
     b.model.pairwise_max = 0;
     right[0] = INT32_MAX;

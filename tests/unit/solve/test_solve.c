@@ -123,61 +123,6 @@ static void watches_stop(void **unused)
     }
 }
 
-static bool go_on(void *context)
-{
-    witness *w = context;
-    return ++w->calls < w->patience;
-}
-
-static bool watch_nothing(void *context, const qs_progress *progress)
-{
-    (void)context;
-    (void)progress;
-    return true;
-}
-
-/* A solver that is stopped within an iteration has the energy of its labelling and a true bound,
- * and does not ask once more. One that is never stopped answers as without the question. */
-static void stopped_within_an_iteration(void **unused)
-{
-    (void)unused;
-    uint64_t state = 27;
-    uint32_t stopped = 0;
-    for (int round = 0; round < ROUNDS; round++) {
-        make_model(&state, round % 2 == 0, QS_ENCODING_DEFAULT);
-        int64_t optimum = tiny_minimum(&t.problem);
-        for (size_t i = 0; i < SOLVERS; i++) {
-            uint16_t labelling[TINY_SITES], whole[TINY_SITES];
-            qs_solution solution, plain;
-            witness w = {NULL, optimum, 0, tiny_random(&state, 9)};
-            w.patience = w.patience == 8 ? UINT64_MAX : w.patience;
-            qs_solve_options options = {
-                .iterations = 20, .watch = watch_nothing, .context = &w, .going = go_on};
-            qs_model_winner(&model, labelling);
-            qs_status status =
-                solvers[i].solve(&model, &options, memory, sizeof memory, labelling, &solution);
-            if (status == QS_E_ENCODING && solvers[i].solve == qs_min_cut) {
-                continue;
-            }
-            assert_int_equal(status, QS_OK);
-            assert_int_equal(solution.energy, qs_model_energy(&model, labelling));
-            assert_true(solution.lower_bound <= optimum);
-            assert_true(w.calls <= w.patience || w.patience == 0);
-            stopped += w.calls > 0 && w.calls >= w.patience;
-            if (w.patience == UINT64_MAX) {
-                options.going = NULL;
-                qs_model_winner(&model, whole);
-                assert_int_equal(
-                    solvers[i].solve(&model, &options, memory, sizeof memory, whole, &plain),
-                    QS_OK);
-                assert_memory_equal(whole, labelling, sizeof *whole * model.sites);
-                assert_int_equal(plain.iterations, solution.iterations);
-            }
-        }
-    }
-    assert_true(stopped > ROUNDS / 2);
-}
-
 /* Stopped at any moment, begun anywhere: no solver returns a label that is not left, and its energy
  * is the problem's. */
 static void labels_that_are_out_stay_out(void **unused)
@@ -330,7 +275,6 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_solver_keeps_its_word),
         cmocka_unit_test(watches_stop),
-        cmocka_unit_test(stopped_within_an_iteration),
         cmocka_unit_test(labels_that_are_out_stay_out),
         cmocka_unit_test(labels_stay_out_beside_heavy_edges),
         cmocka_unit_test(small_workspaces_are_refused),

@@ -1,0 +1,34 @@
+/* Files of what labels stand for, all but disparities: pictures, fields, arrays, lists. Each
+ * function that can fail returns an exit status and has printed why. */
+#ifndef MEANING_OUTPUT_H
+#define MEANING_OUTPUT_H
+
+#include "meanings.h"
+#include "output.h"
+
+typedef enum meaning_format {
+    MEANING_PICTURE,
+    MEANING_FIELD,
+    MEANING_ARRAY,
+    MEANING_LIST
+} meaning_format;
+
+typedef struct meaning_output {
+    meaning_format format;
+    bool png; /* of pictures and fields */
+} meaning_output;
+
+/* What the name of an output asks for: of numbers .npy, .png or .pgm; of greys and classes .png or
+ * .pgm; of displacements .flo or .png; of boxes .csv. Returns DONE, BAD_USAGE, or BAD_INPUT if the
+ * problem has no such form. */
+int meaning_output_read(const char *name, const qs_labels *labels, const char *path,
+                        meaning_output *asked);
+
+/* Writes a labelling to an open output. Returns DONE, BAD_INPUT or NO_RESOURCE. */
+int meaning_output_write(const char *name, const qs_labels *labels, const uint16_t *labelling,
+                         const meaning_output *asked, budget *limit, output *to);
+
+/* The ending of such a file if nobody has named one: "png". */
+const char *meaning_output_ending(const qs_labels *labels);
+
+#endif

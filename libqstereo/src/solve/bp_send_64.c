@@ -1,0 +1,2 @@
+#include "in_64_bits.h"
+#include "bp_send.c"

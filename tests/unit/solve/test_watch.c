@@ -1,0 +1,210 @@
+/* A watch within an iteration: on a problem so large that each iteration takes some looks. */
+#include "tiny.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { WIDTH = 256, HEIGHT = 132, LABELS = 32, SITES = WIDTH * HEIGHT, FEW = 20 };
+
+static int32_t unary[SITES * LABELS], right[SITES], down[SITES];
+static qs_model model;
+
+/* Slanted stripes with noise. */
+static void make(qs_smoothness smoothness)
+{
+    uint64_t state = 1;
+    model = (qs_model){.sites = SITES,
+                       .labels = LABELS,
+                       .width = WIDTH,
+                       .height = HEIGHT,
+                       .constant = 1000,
+                       .unary = unary,
+                       .right = right,
+                       .down = down,
+                       .pairwise = {smoothness, 3, NULL},
+                       .pairwise_max = smoothness == QS_POTTS ? 1 : 3};
+    for (uint32_t p = 0; p < SITES; p++) {
+        right[p] = (p + 1) % WIDTH != 0 ? 9 : 0;
+        down[p] = p + WIDTH < SITES ? 9 : 0;
+        for (uint32_t d = 0; d < LABELS; d++) {
+            bool here = d == (p % WIDTH + p / WIDTH) / 16 % LABELS;
+            unary[p * LABELS + d] = (here ? 0 : 10) + (int32_t)tiny_random(&state, 30);
+        }
+        int32_t *costs = unary + p * LABELS, least = INT32_MAX;
+        for (uint32_t d = 0; d < LABELS; d++) {
+            least = costs[d] < least ? costs[d] : least;
+        }
+        for (uint32_t d = 0; d < LABELS; d++) {
+            costs[d] -= least;
+        }
+    }
+}
+
+typedef struct witness {
+    const uint16_t *labelling;
+    uint32_t calls, stop; /* at this call; 0 = never */
+    uint64_t iteration; /* of the last call */
+    uint32_t within; /* calls at an iteration that was told before */
+    int64_t energy;
+} witness;
+
+static bool watch(void *context, const qs_progress *progress)
+{
+    witness *w = context;
+    w->calls++;
+    w->within += progress->iteration == w->iteration;
+    w->iteration = progress->iteration;
+    w->energy = progress->energy;
+    assert_int_equal(progress->energy, qs_model_energy(&model, w->labelling));
+    return w->calls != w->stop;
+}
+
+/* Runs a solver until the watch stops it. Returns how often it was called within iterations. */
+static uint32_t run(qs_solver *solve, size_t size, uint64_t iterations, uint32_t stop)
+{
+    static uint16_t x[SITES];
+    void *memory = malloc(size);
+    assert_non_null(memory);
+    memset(memory, 0xa5, size);
+    qs_model_winner(&model, x);
+    int64_t start = qs_model_energy(&model, x);
+    witness w = {.labelling = x, .stop = stop};
+    qs_solve_options options = {.iterations = iterations, .watch = watch, .context = &w};
+    qs_solution s;
+    assert_int_equal(solve(&model, &options, memory, size, x, &s), QS_OK);
+    free(memory);
+    assert_int_equal(s.energy, qs_model_energy(&model, x));
+    assert_true(s.energy <= start);
+    assert_true(s.lower_bound == QS_NO_BOUND || s.lower_bound <= s.energy);
+    assert_true(stop == 0 || w.calls == stop);
+    assert_true(stop == 0 || !s.converged);
+    return w.within;
+}
+
+static const struct {
+    qs_solver *solve;
+    size_t (*workspace)(const qs_model *);
+} solvers[] = {
+    {qs_icm, qs_icm_workspace},   {qs_anneal, qs_anneal_workspace},
+    {qs_bp, qs_bp_workspace},     {qs_expansion, qs_expansion_workspace},
+    {qs_trws, qs_trws_workspace}, {qs_best, qs_best_workspace},
+};
+enum { SOLVERS = sizeof solvers / sizeof *solvers };
+
+static void looks_and_stops(void **unused)
+{
+    (void)unused;
+    for (int potts = 0; potts < 2; potts++) {
+        make(potts ? QS_POTTS : QS_TRUNCATED_LINEAR);
+        for (size_t i = 0; i < SOLVERS; i++) {
+            size_t size = solvers[i].workspace(&model) + 1;
+            assert_true(run(solvers[i].solve, size, 2, 0) > 0);
+            for (uint32_t stop = 1; stop < 4; stop++) {
+                (void)run(solvers[i].solve, size, 2, stop);
+            }
+        }
+    }
+}
+
+/* Solvers with a bound have one at the first call: no cost is below 0. */
+static bool has_bound(void *context, const qs_progress *progress)
+{
+    *(int64_t *)context = progress->lower_bound;
+    return false;
+}
+
+static void bounds_come_early(void **unused)
+{
+    (void)unused;
+    static uint16_t x[SITES];
+    make(QS_POTTS);
+    for (int i = 0; i < 2; i++) {
+        size_t size = i ? qs_best_workspace(&model) : qs_trws_workspace(&model);
+        void *memory = malloc(size);
+        int64_t told = QS_NO_BOUND;
+        qs_solve_options options = {.watch = has_bound, .context = &told};
+        qs_solution s;
+        assert_int_equal((i ? qs_best : qs_trws)(&model, &options, memory, size, x, &s), QS_OK);
+        assert_true(told >= model.constant && told == s.lower_bound);
+        assert_int_equal(s.iterations, 0);
+        free(memory);
+    }
+}
+
+/* A clock that goes on by so much at each look. */
+typedef struct watched_time {
+    uint32_t now, step, sweeps;
+} watched_time;
+
+static uint32_t spent(void *context)
+{
+    watched_time *t = context;
+    t->sweeps++;
+    t->now = t->now + t->step < QS_ALL_TIME ? t->now + t->step : QS_ALL_TIME;
+    return t->now;
+}
+
+/* Annealing takes the time that it is told it has, and ends cold in it. */
+static void anneal_follows_the_time(void **unused)
+{
+    (void)unused;
+    static uint16_t x[SITES];
+    static uint64_t memory[SITES / 4 + 1];
+    make(QS_POTTS);
+    for (uint32_t sweeps = 4; sweeps <= FEW; sweeps += 8) {
+        watched_time t = {.step = QS_ALL_TIME / sweeps};
+        qs_solve_options options = {.spent = spent, .context = &t};
+        qs_solution s;
+        qs_model_winner(&model, x);
+        assert_int_equal(qs_anneal(&model, &options, memory, sizeof memory, x, &s), QS_OK);
+        assert_true(t.sweeps <= sweeps && t.sweeps + 2 >= sweeps);
+        assert_int_equal(s.iterations, t.sweeps);
+        assert_true(s.converged);
+    }
+}
+
+typedef struct gap_witness {
+    int64_t parts; /* of a million */
+    uint64_t first; /* the iteration after which the gap was small enough */
+} gap_witness;
+
+static bool watch_gap(void *context, const qs_progress *progress)
+{
+    gap_witness *w = context;
+    bool near = progress->energy - progress->lower_bound <= progress->energy * w->parts / 1000000;
+    w->first = near && w->first == 0 ? progress->iteration : w->first;
+    return true;
+}
+
+/* Stops as soon as the gap is as small as asked for. */
+static void best_stops_at_a_gap(void **unused)
+{
+    (void)unused;
+    static uint16_t x[SITES];
+    uint64_t all = 0;
+    make(QS_TRUNCATED_LINEAR);
+    size_t size = qs_best_workspace(&model);
+    void *memory = malloc(size);
+    for (uint32_t gap = 10000; gap > 10; gap /= 10) {
+        gap_witness w = {.parts = gap};
+        qs_solve_options options = {.gap = gap, .watch = watch_gap, .context = &w};
+        qs_solution s;
+        assert_int_equal(qs_best(&model, &options, memory, size, x, &s), QS_OK);
+        assert_true(s.converged && s.energy - s.lower_bound <= s.energy * gap / 1000000);
+        assert_int_equal(s.iterations, w.first);
+        all += s.iterations;
+    }
+    assert_true(all > 3);
+    free(memory);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(looks_and_stops),
+        cmocka_unit_test(bounds_come_early),
+        cmocka_unit_test(anneal_follows_the_time),
+        cmocka_unit_test(best_stops_at_a_gap),
+    };
+    return cmocka_run_group_tests_name("watch", tests, NULL, NULL);
+}
