@@ -24,7 +24,7 @@ enum {
      * once. */
     FEW = 2,
     NUMBERS_A_LABEL = 8, /* that two passes of messages look at */
-    LEAST_WORK = 1 << 24, /* on parts that is allowed each time, */
+    LEAST_WORK = 1 << 27, /* on parts that is allowed each time, */
     AT_ONCE = 1 << 28, /* and the most: until then the watch is not called */
     /* Windows of a grid are solved for the first time after the iteration FIRST_WINDOWS, and then
      * whenever as many again have been done: squares of SIDE cells, at most ROUNDS times. */
