@@ -47,9 +47,12 @@ static int run_reduction(const laid_out *problem, const reducing *asked, budget 
         return NO_RESOURCE;
     }
     progress watched = progress_begin("reduce", problem->scale, asked->time_limit, true);
-    const qs_reduce_options options = {asked->iterations, asked->target,
-                                       qs_encoding_facts_of(asked->into)->code == QS_CODE_WALL,
-                                       progress_watch_reduction, &watched};
+    const qs_reduce_options options = {.iterations = asked->iterations,
+                                       .target = asked->target,
+                                       .walls = qs_encoding_facts_of(asked->into)->code ==
+                                                QS_CODE_WALL,
+                                       .watch = progress_watch_reduction,
+                                       .context = &watched};
     qs_status ran =
         qs_reduce(&problem->model, &options, workspace, size, made->kept, labelling, &made->found);
     made->microseconds = progress_end(&watched);

@@ -33,6 +33,8 @@ typedef struct qs_reduce_options {
                    else n. A site of one label has none */
     qs_reduce_watch *watch; /* NULL = nobody */
     void *context; /* of watch */
+    const uint16_t *start; /* labels of the model's sites to begin with; the
+                              result is not above them. NULL = none */
 } qs_reduce_options;
 
 /* Bytes of workspace for qs_reduce. */
@@ -40,7 +42,8 @@ size_t qs_reduce_workspace(const qs_model *model);
 
 /* Takes out labels by Goldstein's criterion and by the marginals of TRW-S's
  * chains, against the best labelling known (docs/MATHS.md). No label that goes
- * is in any optimum. Bound and labelling are found as by qs_best, without the
+ * is in any optimum. Parts of the problem that stay open, and are small enough,
+ * are solved by branch and bound and by elimination, unless there is a target. Bound and labelling are found as by qs_best, without the
  * labels that have gone. The same arguments give the same answer on every
  * machine.
  *
@@ -54,7 +57,7 @@ size_t qs_reduce_workspace(const qs_model *model);
  *
  * Returns
  *   QS_OK          also when stopped
- *   QS_E_ARGUMENT  a null pointer
+ *   QS_E_ARGUMENT  a null pointer, or a start with a label that there is not
  *   QS_E_WORKSPACE */
 QS_MUST_CHECK qs_status qs_reduce(const qs_model *model,
                                   const qs_reduce_options *options,
