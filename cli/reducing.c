@@ -49,8 +49,8 @@ static int run_reduction(const laid_out *problem, const reducing *asked, budget 
     progress watched = progress_begin("reduce", problem->scale, asked->time_limit, true);
     const qs_reduce_options options = {.iterations = asked->iterations,
                                        .target = asked->target,
-                                       .walls = qs_encoding_facts_of(asked->into)->code ==
-                                                QS_CODE_WALL,
+                                       .walls =
+                                           qs_encoding_facts_of(asked->into)->code == QS_CODE_WALL,
                                        .watch = progress_watch_reduction,
                                        .context = &watched};
     qs_status ran =
