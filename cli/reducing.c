@@ -46,12 +46,13 @@ static int run_reduction(const laid_out *problem, const reducing *asked, budget 
         return NO_RESOURCE;
     }
     progress watched = progress_begin("reduce", problem->scale, asked->time_limit, true);
-    const qs_reduce_options options = {asked->iterations,
-                                       asked->target,
-                                       qs_encoding_facts_of(asked->into)->code == QS_CODE_WALL,
-                                       progress_watch_reduction,
-                                       &watched,
-                                       asked->witness};
+    const qs_reduce_options options = {.iterations = asked->iterations,
+                                       .target = asked->target,
+                                       .walls =
+                                           qs_encoding_facts_of(asked->into)->code == QS_CODE_WALL,
+                                       .watch = progress_watch_reduction,
+                                       .context = &watched,
+                                       .witness = asked->witness};
     qs_status ran = qs_reduce(&problem->model, &options, workspace, size, made->kept,
                               made->labelling, &made->found);
     qs_model_sites(&problem->model, made->labelling, made->labelling);

@@ -1,5 +1,5 @@
 """Checks certificates (.qpf) by numpy alone. It shares no code with the C library: only the readers
-of files are those of this package. docs/MATHS.md, section 18, has the mathematics.
+of files are those of this package. docs/MATHS.md, section 19, has the mathematics.
 
 The labelling problem is what the states of the .qcf say: sites are its groups, the labels of a site
 are its variables (in a domain wall the number of its variables that are 1), and their costs are the

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import google_crc32c
 from qstereo_bridge import qcf, qsf
-from qstereo_bridge.container import FormatError
+from qstereo_bridge.container import FormatError, OverLimit
 
 CORPUS = Path(__file__).with_name("corpus")
 LIMIT = 64 << 20
@@ -33,10 +33,14 @@ def corpus(name):
 
 
 def read(name, data):
-    """Whether the reader takes the file. A warning of numpy's is a fault too."""
+    """Whether the reader takes the file; None = it would need too much memory. A warning of
+    numpy's is a fault too.
+    """
     try:
         warnings.simplefilter("error")
         qcf.parse_qcf(data, LIMIT) if name == "qcf" else qsf.read_qsf(io.BytesIO(data))
+    except OverLimit:
+        return None
     except FormatError:
         return False
     return True

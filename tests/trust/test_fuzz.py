@@ -69,6 +69,8 @@ def test_both_readers_agree(name, tmp_path):
     for number, data in enumerate(inputs(name)):
         path.write_bytes(data)
         here, there = readers.read(name, data), run("info", path)
+        if here is None:
+            continue
         taken += here
         agree = (there.status == 0) == here
         assert agree or (here and any(part in there.err for part in LABELS)), (

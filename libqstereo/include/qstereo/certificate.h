@@ -5,7 +5,7 @@
  *
  * The checker reads the coefficients of the .qcf by itself. It shares no code
  * with the solvers: what they call proven, it computes again by dynamic
- * programs along chains (docs/MATHS.md, section 18). */
+ * programs along chains (docs/MATHS.md, section 19). */
 #ifndef QSTEREO_CERTIFICATE_H
 #define QSTEREO_CERTIFICATE_H
 

@@ -32,7 +32,8 @@ size_t qs_encode_workspace(const qs_problem *problem);
  *   QS_E_LIMIT      over QS_VARIABLES_MAX variables or edges
  *   QS_E_ENCODING   another encoding, or a label is forbidden (qs_recode writes
  *                   such problems); or one-hot-sparse of a quadratic cost or
- *                   tables, or with the paper's alpha for a linear cost
+ *                   tables, or with the paper's alpha for a linear cost; or
+ *                   tables of edges where the library is built with QS_SMALL
  *   QS_E_WORKSPACE  the workspace is too small
  *   QS_E_OVERFLOW   the absolute values of all terms sum up to more than
  *                   QS_ENERGY_MAX, or two costs of a site differ by more than

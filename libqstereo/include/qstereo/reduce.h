@@ -33,7 +33,11 @@ typedef struct qs_reduce_options {
                    else n. A site of one label has none */
     qs_reduce_watch *watch; /* NULL = nobody */
     void *context; /* of watch */
-    const qs_witness *witness; /* NULL = nobody */
+    const uint16_t *start; /* labels of the model's sites to begin with; the
+                              result is not above them. NULL = none */
+    /* NULL = nobody. With one, parts are not solved: their proof is none of
+     * shares */
+    const qs_witness *witness;
 } qs_reduce_options;
 
 /* Bytes of workspace for qs_reduce. */
@@ -41,9 +45,10 @@ size_t qs_reduce_workspace(const qs_model *model);
 
 /* Takes out labels by Goldstein's criterion and by the marginals of TRW-S's
  * chains, against the best labelling known (docs/MATHS.md). No label that goes
- * is in any optimum. Bound and labelling are found as by qs_best, without the
- * labels that have gone. The same arguments give the same answer on every
- * machine.
+ * is in any optimum. Parts of the problem that stay open, and are small enough,
+ * are solved by branch and bound and by elimination, unless there is a target.
+ * Bound and labelling are found as by qs_best, without the labels that have
+ * gone. The same arguments give the same answer on every machine.
  *
  * model      of a file that is reduced already it brings label sets, kept
  * options    NULL = all zero
@@ -55,7 +60,7 @@ size_t qs_reduce_workspace(const qs_model *model);
  *
  * Returns
  *   QS_OK          also when stopped
- *   QS_E_ARGUMENT  a null pointer
+ *   QS_E_ARGUMENT  a null pointer, or a start with a label that there is not
  *   QS_E_WORKSPACE */
 QS_MUST_CHECK qs_status qs_reduce(const qs_model *model,
                                   const qs_reduce_options *options,

@@ -1,4 +1,4 @@
-/* A split of a problem among chains, and what it proves (docs/MATHS.md, section 18).
+/* A split of a problem among chains, and what it proves (docs/MATHS.md, section 19).
  *
  * Each site has slots, one or more. Each edge that is alive stands in one slot of its first site
  * and in one of its second. A slot has at most one edge to a later site and at most one to an

@@ -15,12 +15,14 @@ static void take_workspace(qs_arena *arena, const qs_problem *problem, qs_encode
     e->row_max = qs_arena_take(arena, maxima, sizeof *e->row_max);
     e->column_max = qs_arena_take(arena, maxima, sizeof *e->column_max);
     e->costs = qs_arena_take(arena, qs_costs_workspace(problem), 1);
-    if (problem->pairwise.smoothness == QS_TABLES) {
+#ifndef QS_SMALL
+    if (qs_has_tables(e)) {
         uint64_t entries = (uint64_t)problem->labels * problem->labels;
         e->strip = qs_table_strip_first(e->problem, arena);
         e->last_table = qs_arena_take(arena, entries, sizeof *e->last_table);
         e->reach = qs_arena_take(arena, qs_table_reach_numbers(problem), sizeof *e->reach);
     }
+#endif
 }
 
 size_t qs_encode_workspace(const qs_problem *problem)
@@ -95,7 +97,8 @@ static qs_status choose(qs_encoder *e, const qs_encode_options *options)
     e->gap = own.gap;
     e->alpha = (uint64_t)own.alpha;
     bool streams = qs_encoding_facts_of(e->encoding)->is_streamed && !forbids(problem, e->sites);
-    return streams ? QS_OK : QS_E_ENCODING;
+    bool known = qs_has_tables(e) || problem->pairwise.smoothness != QS_TABLES;
+    return streams && known ? QS_OK : QS_E_ENCODING;
 }
 
 static qs_status make_plan(qs_encoder *e)

@@ -74,19 +74,23 @@ static void push_sites(void *context, uint32_t count, int64_t first, int64_t sec
     push_alike(m, count, edges);
 }
 
+#ifndef QS_SMALL
 /* A qs_table_reach_visit. One-hot does not need the weights. */
 static void push_site(void *context, uint64_t most)
 {
     push_alike(context, 1, (qs_site_edges){0, most});
 }
+#endif
 
 static void make_runs(run_maker *m)
 {
     const qs_encoder *e = m->encoder;
     if (!qs_penalty_keeps_gap(e->penalty)) {
         push_alike(m, e->sites, (qs_site_edges){0, 0});
+#ifndef QS_SMALL
     } else if (qs_has_tables(e)) {
         qs_table_reach_all(&e->strip, e->reach, push_site, m);
+#endif
     } else {
         qs_reach_visit_all(e->problem, e->sums, push_sites, m);
     }

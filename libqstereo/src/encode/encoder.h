@@ -21,10 +21,12 @@ typedef struct qs_encoder {
     int32_t *row_max; /* of a table: the largest cost of each row, */
     int32_t *column_max; /* and of each column */
     void *costs; /* of the strips */
+#ifndef QS_SMALL
     /* Of tables of edges: */
     qs_table_strip strip; /* before the first one */
     int32_t *last_table; /* of the edge before */
     uint64_t *reach; /* of qs_table_reach_all */
+#endif
     /* The plan. */
     qs_qcf qcf;
     int64_t block_max; /* the largest pairwise cost */
@@ -48,9 +50,15 @@ static inline bool qs_has_table(const qs_encoder *e)
     return e->problem->pairwise.smoothness == QS_TABLE;
 }
 
+/* With QS_SMALL the encoder has no code for tables of edges, which is a quarter of the whole. */
 static inline bool qs_has_tables(const qs_encoder *e)
 {
+#ifdef QS_SMALL
+    (void)e;
+    return false;
+#else
     return e->problem->pairwise.smoothness == QS_TABLES;
+#endif
 }
 
 /* The sum of the weights times the band of V: what one-hot-sparse puts into the offset, and 0 in

@@ -21,7 +21,7 @@ enum {
 /* ---- Writing. ---- */
 
 #ifdef QS_SMALL /* for small machines: the same bytes with less memory, in more calls of the sink */
-enum { QS_WRITER_BUFFER = 16 };
+enum { QS_WRITER_BUFFER = 8 };
 #else
 enum { QS_WRITER_BUFFER = 256 };
 #endif

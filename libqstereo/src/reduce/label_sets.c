@@ -20,6 +20,8 @@ void qs_eliminate_take(qs_elimination *e, const qs_model *model, qs_arena *arena
     e->left = qs_arena_take(arena, sites, sizeof *e->left);
     e->part = qs_arena_take(arena, sites, sizeof *e->part);
     e->due = qs_arena_take(arena, sites, sizeof *e->due);
+    e->closed = qs_arena_take(arena, sites, sizeof *e->closed);
+    e->closed_label = qs_arena_take(arena, sites, sizeof *e->closed_label);
 }
 
 /* Brings a site's costs in order after they, or its set, have changed: the cheapest kept label
@@ -273,6 +275,7 @@ void qs_eliminate_begin(qs_elimination *e, const qs_model *model, bool walls, ui
     e->walls = walls;
     e->kept = kept;
     e->labelling = labelling;
+    memset(e->closed, 0, sizeof *e->closed * model->sites);
     copy_model(e, model);
     copy_sets(e, model);
     qs_model_winner(model, labelling);
@@ -293,8 +296,8 @@ static uint32_t first_of(uint32_t *part, uint32_t site)
     return site;
 }
 
-/* Finds the parts: sites that edges join, directly or by way of others. */
-static void find_parts(qs_elimination *e)
+/* A part: sites that edges join, directly or by way of others. */
+void qs_eliminate_find_parts(qs_elimination *e)
 {
     for (uint32_t i = 0; i < e->left_count; i++) {
         uint32_t p = e->left[i];
@@ -324,11 +327,21 @@ static int64_t cost_at(const qs_elimination *e, uint32_t site)
     return cost;
 }
 
+void qs_eliminate_restore(qs_elimination *e)
+{
+    for (uint32_t i = 0; i < e->left_count; i++) {
+        uint32_t p = e->left[i];
+        if (e->closed[p]) {
+            e->labelling[p] = e->closed_label[p];
+        }
+    }
+}
+
 int64_t qs_eliminate_find_rooms(qs_elimination *e, const int64_t *shares, unsigned shift,
                                 int64_t *room)
 {
     int64_t gap = 0;
-    find_parts(e);
+    qs_eliminate_find_parts(e);
     *room = 0;
     for (uint32_t i = 0; i < e->left_count; i++) {
         e->room[e->left[i]] = 0;
@@ -340,7 +353,8 @@ int64_t qs_eliminate_find_rooms(qs_elimination *e, const int64_t *shares, unsign
         *room += own;
     }
     for (uint32_t i = 0; i < e->left_count; i++) {
-        gap += e->part[e->left[i]] == e->left[i] ? e->room[e->left[i]] >> shift : 0;
+        uint32_t p = e->left[i];
+        gap += e->part[p] == p && !e->closed[p] ? e->room[p] >> shift : 0;
     }
     return gap;
 }

@@ -32,6 +32,10 @@ typedef struct qs_elimination {
     bool walls;
     /* Of each site left: the first site of its part. A part is all that edges join. */
     uint32_t *part;
+    /* Of each site left: 1 = its part is closed, its least energy proven; and the label of the site
+     * in a labelling that has it. */
+    uint8_t *closed;
+    uint16_t *closed_label;
     int64_t *room; /* of each part: how far the scaled bound is below the energy of the labelling */
 } qs_elimination;
 
@@ -54,7 +58,8 @@ void qs_eliminate_follow_set(qs_elimination *e, uint32_t site);
 void qs_eliminate_follow(qs_elimination *e);
 
 /* Finds the parts, and the room of each. Returns the gap: the sum of the rooms, in units, each
- * rounded down.
+ * rounded down; of parts that are closed 0. The labelling is the best one there: see
+ * qs_eliminate_restore.
  *
  * shares  of each site in the bound, times 2^shift (trws.h)
  * room    out: the sum, not rounded */
@@ -70,5 +75,12 @@ int64_t qs_eliminate_find_rooms(qs_elimination *e, const int64_t *shares, unsign
  * Returns the same in units, rounded down in each part. */
 int64_t qs_eliminate_above(qs_elimination *e, const qs_natural *marginals, const int64_t *shares,
                            unsigned shift, int64_t *room);
+
+/* Gives closed parts their best labelling again. The caller may have replaced it by one that is
+ * better elsewhere. */
+void qs_eliminate_restore(qs_elimination *e);
+
+/* Finds the parts. */
+void qs_eliminate_find_parts(qs_elimination *e);
 
 #endif

@@ -4,10 +4,13 @@
 
 #include "../base/arena.h"
 #include "../base/minmax.h"
+#include "../model/neighbours.h"
 #include "../solve/best.h"
 #include "../solve/trws_split.h"
 #include "label_sets.h"
 #include "hand_over.h"
+#include "parts.h"
+#include "windows.h"
 
 enum {
     ITERATIONS = 2000,
@@ -20,7 +23,16 @@ enum {
     BETWEEN = 8,
     /* Where fewer than one site in FEW is left, passes go by the list of them; else two rows at
      * once. */
-    FEW = 2
+    FEW = 2,
+    NUMBERS_A_LABEL = 8, /* that two passes of messages look at */
+    LEAST_WORK = 1 << 27, /* on parts that is allowed each time, */
+    AT_ONCE = 1 << 28, /* and the most: until then the watch is not called */
+    /* Windows of a grid are solved for the first time after the iteration FIRST_WINDOWS, and then
+     * whenever as many again have been done: squares of SIDE cells, at most ROUNDS times. */
+    FIRST_WINDOWS = 256,
+    SIDE = 48,
+    SHIFTS = 3,
+    ROUNDS = 6
 };
 
 /* A restart: where the bound stalls, messages begin anew on what is left of the problem, and often
@@ -44,10 +56,16 @@ typedef struct reducer {
     qs_elimination sets;
     const qs_reduce_options *options;
     uint64_t iterations, target; /* of the options */
-    qs_natural *marginals;
+    qs_natural *marginals; /* and the memory of parts: parts_size bytes */
+    size_t parts_size;
+    uint64_t work; /* what parts may still look at, */
+    uint64_t parts_at; /* and the iteration that it was counted at */
     int64_t *shares;
     void *best; /* workspace of qs_best_with */
     size_t best_size;
+    uint16_t *trial; /* a labelling */
+    int64_t windowed; /* the best energy when windows were done last */
+    uint64_t next_windows; /* the iteration to solve windows after */
     uint64_t next; /* without a target: the iteration to find marginals after */
     int64_t looked; /* the gap after that was done last, */
     uint64_t looked_at; /* and the iteration */
@@ -118,11 +136,21 @@ static void tell_end(reducer *r)
     }
 }
 
+/* Passes go by the list of what is left where that is little. */
+static void list_visits(reducer *r, qs_trws_state *state)
+{
+    if (r->sets.left_count < state->model->sites / FEW) {
+        qs_trws_visit_only(state, r->sets.left, r->sets.left_count);
+    }
+}
+
 /* Finds the marginals and takes out the labels that they rule out. Returns how far the scaled bound
  * was below the best energy. */
-static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
+static int64_t take_out(reducer *r, qs_trws_state *state, qs_solution *so_far)
 {
-    int64_t room, energy = so_far->energy;
+    int64_t room;
+    qs_eliminate_restore(&r->sets);
+    int64_t energy = qs_model_energy(&r->sets.model, r->sets.labelling);
     qs_look *look = state->look;
     state->look = NULL; /* half of the marginals would be of no use */
     tell_split(r, state);
@@ -132,12 +160,41 @@ static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
     so_far->lower_bound = qs_max_i64(so_far->lower_bound, energy - gap);
     tell_end(r);
     so_far->energy = qs_model_energy(&r->sets.model, r->sets.labelling);
+    list_visits(r, state);
+    count(r);
+    return room;
+}
+
+/* Solves parts. All of them together may take as much work as the messages did up to now, and a
+ * little more, less what parts have taken before. Returns true if anything has changed. */
+static bool solve_parts(reducer *r, const qs_trws_state *state, const qs_solution *so_far)
+{
+    uint64_t iterations = so_far->iterations - r->parts_at;
+    r->parts_at = so_far->iterations;
+    uint64_t labels = state->model->labels,
+             numbers = qs_trws_visits(state) * labels * NUMBERS_A_LABEL +
+                       2 * labels * labels * state->model->edges;
+    r->work += qs_max_u64(iterations * numbers, LEAST_WORK);
+    uint64_t share = qs_min_u64(r->work, AT_ONCE), left = share;
+    bool changed = qs_parts_solve(&r->sets, r->marginals, r->parts_size, &left);
+    r->work -= share - left;
+    return changed;
+}
+
+/* Takes out what it can. Returns how far the scaled bound was below the best energy. */
+static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
+{
+    int64_t room = take_out(r, state, so_far);
+    bool witnessed = r->options && r->options->witness; /* of parts there is no certificate */
+    bool open = so_far->energy > so_far->lower_bound && r->target == 0 && !r->stopped &&
+                !witnessed &&
+                so_far->iterations >= FIRST; /* before, messages do more in the same time */
+    if (open && solve_parts(r, state, so_far)) {
+        list_visits(r, state);
+        room = take_out(r, state, so_far);
+    }
     r->looked = so_far->energy - so_far->lower_bound;
     r->looked_at = so_far->iterations;
-    if (r->sets.left_count < state->model->sites / FEW) {
-        qs_trws_visit_only(state, r->sets.left, r->sets.left_count);
-    }
-    count(r);
     return room;
 }
 
@@ -178,6 +235,86 @@ static void finish(reducer *r, qs_trws_state *state, qs_solution *so_far, int64_
         before = room;
         more = go_on(r, state, so_far);
         room = tighten(r, state, so_far);
+    }
+}
+
+/* The watch of windows only asks the caller's whether to stop. */
+static bool watch_windows(void *context)
+{
+    reducer *r = context;
+    r->stopped = r->stopped || (r->options && r->options->watch &&
+                                !r->options->watch(r->options->context, &r->so_far));
+    return !r->stopped;
+}
+
+/* Rounds, each with the windows shifted by a third of their side, until as many rounds in turn gain
+ * nothing. */
+static void go_round(reducer *r)
+{
+    uint32_t idle = 0;
+    for (uint32_t i = 0; i < ROUNDS && idle < SHIFTS && !r->stopped; i++) {
+        uint32_t shift = i % SHIFTS * (SIDE / SHIFTS);
+        qs_rectangle first = {shift, shift, SIDE, SIDE};
+        int64_t gain = qs_windows_improve(&r->sets, first, r->trial, r->marginals, r->parts_size,
+                                          watch_windows, r);
+        idle = gain > 0 ? 0 : idle + 1;
+    }
+}
+
+/* A labelling to begin with: the best one if it is new, else that of the messages. This one begins
+ * higher but may end lower, for windows only lead to a low place nearby. Returns false if there is
+ * none. */
+static bool choose_start(reducer *r, const qs_trws_state *state, const qs_solution *so_far)
+{
+    const qs_model *model = &r->sets.model;
+    qs_solution ended;
+    if (so_far->energy < r->windowed) {
+        memcpy(r->trial, r->sets.labelling, sizeof *r->trial * model->sites);
+        return true;
+    }
+    qs_trws_state whole = *state;
+    whole.look = NULL; /* a half of the labels would be of no use */
+    qs_trws_grid_labels(&whole, true, r->trial);
+    bool made = qs_icm(model, NULL, NULL, 0, r->trial, &ended) == QS_OK;
+    (void)qs_take_kept_everywhere(model, r->trial);
+    return made;
+}
+
+/* Makes labellings of a large grid better, window by window. */
+static void solve_windows(reducer *r, const qs_trws_state *state, qs_solution *so_far)
+{
+    const qs_model *model = &r->sets.model;
+    r->next_windows = 2 * so_far->iterations;
+    if (model->width <= SIDE || model->height <= SIDE) {
+        return;
+    }
+    if (!choose_start(r, state, so_far)) {
+        return;
+    }
+    go_round(r);
+    int64_t energy = qs_model_energy(model, r->trial);
+    if (energy < so_far->energy) {
+        so_far->energy = energy;
+        memcpy(r->sets.labelling, r->trial, sizeof *r->trial * model->sites);
+    }
+    r->windowed = so_far->energy;
+}
+
+/* Takes over the caller's labelling where it is the best one. Labels of it that have left are
+ * replaced: that is no rise. */
+static void offer_start(reducer *r, qs_solution *so_far)
+{
+    const qs_model *model = &r->sets.model;
+    const uint16_t *start = r->options ? r->options->start : NULL;
+    if (!start) {
+        return;
+    }
+    memcpy(r->trial, start, sizeof *start * model->sites);
+    (void)qs_take_kept_everywhere(model, r->trial);
+    int64_t energy = qs_model_energy(model, r->trial);
+    if (energy < so_far->energy) {
+        so_far->energy = energy;
+        memcpy(r->sets.labelling, r->trial, sizeof *start * model->sites);
     }
 }
 
@@ -237,12 +374,19 @@ static bool between(void *context, qs_trws_state *state, qs_solution *so_far, bo
     reducer *r = context;
     bool proven = so_far->energy == so_far->lower_bound;
     bool ends = stopped || proven || so_far->iterations >= r->iterations;
+    if (so_far->iterations <= 1) {
+        offer_start(r, so_far);
+    }
     if (r->again.trying && ends && so_far->lower_bound <= r->again.bound) {
         take_back(r, state); /* their marginals are the better ones */
     }
     r->again.trying = r->again.trying && !ends;
     if (!ends) {
         consider_restart(r, state, so_far);
+    }
+    /* The memory of windows is that of the old messages, too. */
+    if (r->target == 0 && !ends && !r->again.trying && so_far->iterations >= r->next_windows) {
+        solve_windows(r, state, so_far);
     }
     if (!at_target(r) && !r->again.trying && is_due(r, state, so_far, stopped)) {
         int64_t room = tighten(r, state, so_far);
@@ -259,8 +403,11 @@ static size_t take_parts(reducer *r, const qs_model *model, void *workspace)
     qs_arena arena = {.base = workspace};
     r->best_size = qs_best_workspace(model);
     qs_eliminate_take(&r->sets, model, &arena);
+    r->trial = qs_arena_take(&arena, model->sites, sizeof *r->trial);
     r->shares = qs_arena_take(&arena, model->sites, sizeof *r->shares);
-    r->marginals = qs_arena_take(&arena, qs_trws_marginal_numbers(model), sizeof *r->marginals);
+    r->parts_size = sizeof *r->marginals * (size_t)qs_trws_marginal_numbers(model);
+    r->parts_size = r->parts_size < qs_parts_memory(model) ? qs_parts_memory(model) : r->parts_size;
+    r->marginals = qs_arena_take(&arena, r->parts_size, 1);
     r->best = qs_arena_take(&arena, r->best_size, 1);
     return qs_arena_size(&arena);
 }
@@ -281,11 +428,18 @@ qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, voi
     if (!model || !workspace || !kept || !labelling || !reduction) {
         return QS_E_ARGUMENT;
     }
+    if (options && options->start && !qs_labels_in_range(model, options->start)) {
+        return QS_E_ARGUMENT;
+    }
     if (!qs_messages_fit(model, true)) {
         return QS_IN_64_BITS(QS_E_OVERFLOW, qs_reduce, model, options, workspace, workspace_size,
                              kept, labelling, reduction);
     }
-    reducer r = {.options = options, .next = FIRST, .looked = INT64_MAX};
+    reducer r = {.options = options,
+                 .next = FIRST,
+                 .next_windows = FIRST_WINDOWS,
+                 .windowed = INT64_MAX,
+                 .looked = INT64_MAX};
     r.again.failed = model->sites;
     size_t size = take_parts(&r, model, workspace);
     if (workspace_size < size || size == SIZE_MAX) {

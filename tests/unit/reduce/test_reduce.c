@@ -6,12 +6,13 @@
 #include <string.h>
 
 #include "reduce/label_sets.h"
+#include "reduce/parts.h"
 #include "base/simd.h"
 #include "model/neighbours.h"
 #include "solve/trws.h"
 #include "wide_grid.h"
 
-enum { ROUNDS = 2000, BITS = 18, MEMORY = 1 << 17 };
+enum { ROUNDS = 2000, BITS = 18, MEMORY = 1 << 17, WORK = 1 << 23 };
 
 /* A tiny problem, its model with sets of labels, and the least energy of all labellings of these
  * with a label at a site (INT64_MAX: no such label). */
@@ -26,7 +27,7 @@ typedef struct bench {
 } bench;
 
 static bench b;
-static uint64_t memory[MEMORY / 8];
+static uint64_t memory[WORK / 8];
 
 static bool is_masked(uint32_t site)
 {
@@ -238,7 +239,7 @@ static qs_reduction reduce(qs_reduce_options options, uint64_t patience, uint8_t
     options.watch = watch;
     options.context = &w;
     assert_true(qs_reduce_workspace(&b.model) <= sizeof memory);
-    memset(memory, 0xa5, sizeof memory);
+    memset(memory, 0xa5, qs_reduce_workspace(&b.model));
     assert_int_equal(
         qs_reduce(&b.model, &options, memory, qs_reduce_workspace(&b.model), kept, labelling, &r),
         QS_OK);
@@ -274,6 +275,34 @@ static void no_optimum_is_lost(void **unused)
     assert_true(ties_only > 2 * ROUNDS * 97 / 100);
 }
 
+/* The result is not above a start: any labelling, or an optimum. */
+static void never_above_the_start(void **unused)
+{
+    (void)unused;
+    uint64_t state = 48;
+    uint32_t kept_start = 0;
+    for (int round = 0; round < ROUNDS; round++) {
+        uint8_t kept[TINY_SITES * TINY_LABELS];
+        uint16_t start[TINY_SITES] = {0}, next[TINY_SITES] = {0};
+        make(&state);
+        for (uint32_t p = 0; p < b.model.sites; p++) {
+            for (; !is_there(p, next[p]); next[p]++) {
+            }
+        }
+        bool best = tiny_random(&state, 2);
+        do {
+            memcpy(start, next, sizeof next);
+        } while (best ? qs_model_energy(&b.model, start) > b.minimum && step(next)
+                      : tiny_random(&state, 20) && step(next));
+        int64_t energy = qs_model_energy(&b.model, start);
+        qs_reduction r = reduce(
+            (qs_reduce_options){.iterations = 1 + tiny_random(&state, 3), .start = start}, 1, kept);
+        assert_true(r.upper_bound <= energy);
+        kept_start += r.upper_bound == energy;
+    }
+    assert_true(kept_start > ROUNDS / 4);
+}
+
 /* Stopped anywhere: at a target, by the watch, by the iterations. */
 static void stopped_anywhere(void **unused)
 {
@@ -293,11 +322,50 @@ static void stopped_anywhere(void **unused)
     assert_true(reached > ROUNDS / 20);
 }
 
+/* Parts alone, from any labelling of kept labels. What is closed has its best labelling, and has it
+ * again when the caller has replaced it. */
+static void parts_are_solved(void **unused)
+{
+    (void)unused;
+    static uint64_t room[WORK / 8];
+    uint64_t state = 47;
+    uint32_t solved = 0, open = 0;
+    for (int round = 0; round < ROUNDS; round++) {
+        uint8_t kept[TINY_SITES * TINY_LABELS];
+        uint16_t labelling[TINY_SITES];
+        qs_elimination e;
+        make(&state);
+        begin_sets(&e, &b.model, false, kept, labelling);
+        size_t size = tiny_random(&state, 3) ? qs_parts_memory(&b.model) : 4 * MEMORY;
+        uint64_t work = tiny_random(&state, 3) ? UINT64_MAX : tiny_random(&state, 5000);
+        bool all = work == UINT64_MAX;
+        assert_true(size <= sizeof room);
+        memset(room, 0xa5, size);
+        (void)qs_parts_solve(&e, room, size, &work);
+        check_sets(kept);
+        for (uint32_t i = 0; i < e.left_count; i++) {
+            open += !e.closed[e.left[i]];
+            all = all && e.closed[e.left[i]];
+        }
+        for (uint32_t i = 0; i < e.left_count; i++) {
+            uint16_t *label = &labelling[e.left[i]];
+            do {
+                *label = (uint16_t)tiny_random(&state, b.model.labels);
+            } while (!kept[e.left[i] * b.model.labels + *label]);
+        }
+        qs_eliminate_restore(&e);
+        solved += all;
+        assert_true(!all || qs_model_energy(&e.model, labelling) == b.minimum);
+    }
+    print_message("solved %u of %d, sites left open %u\n", solved, ROUNDS, open);
+    assert_true(solved > ROUNDS / 2 && open > 0);
+}
+
 static qs_trws_state state_of(void)
 {
     qs_trws_state s = {.model = &b.model};
     assert_true(qs_scale_choose(&b.model, 14, &s.scale));
-    memset(memory, 0, sizeof memory);
+    memset(memory, 0, MEMORY);
     s.messages = (int32_t *)memory + qs_trws_padding(&b.model);
     s.scratch = s.messages + qs_trws_messages(&b.model);
     return s;
@@ -967,6 +1035,10 @@ static void refusals(void **unused)
     assert_int_equal(qs_reduce(&b.model, NULL, memory, size, NULL, labelling, &r), QS_E_ARGUMENT);
     assert_int_equal(qs_reduce(&b.model, NULL, memory, size, kept, NULL, &r), QS_E_ARGUMENT);
     assert_int_equal(qs_reduce(&b.model, NULL, memory, size, kept, labelling, NULL), QS_E_ARGUMENT);
+    uint16_t beyond[TINY_SITES] = {(uint16_t)b.model.labels};
+    assert_int_equal(qs_reduce(&b.model, &(qs_reduce_options){.start = beyond}, memory, size, kept,
+                               labelling, &r),
+                     QS_E_ARGUMENT);
     assert_int_equal(qs_reduce(&b.model, NULL, memory, size - 1, kept, labelling, &r),
                      QS_E_WORKSPACE);
     assert_int_equal(qs_reduce(&b.model, NULL, memory, size, kept, labelling, &r), QS_OK);
@@ -1021,6 +1093,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_optimum_is_lost),
         cmocka_unit_test(stopped_anywhere),
+        cmocka_unit_test(never_above_the_start),
+        cmocka_unit_test(parts_are_solved),
         cmocka_unit_test(marginals_are_below_what_labels_cost),
         cmocka_unit_test(marginals_are_exact_on_chains),
         cmocka_unit_test(marginals_by_definition),

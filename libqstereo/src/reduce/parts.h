@@ -1,0 +1,19 @@
+/* The parts of a problem that is being reduced, solved one by one. */
+#ifndef QS_PARTS_H
+#define QS_PARTS_H
+
+#include "label_sets.h"
+
+/* Solves the parts that are not closed, one by one, by elimination, or by branch and bound: as far
+ * as memory and work suffice. A solved part has its best labelling afterwards, and is closed. Of
+ * others labels may leave, and the labelling may become better.
+ *
+ * memory  aligned for any type
+ * work    numbers that may be looked at; out: what is left of them
+ * Returns true if anything has changed. */
+bool qs_parts_solve(qs_elimination *e, void *memory, size_t size, uint64_t *work);
+
+/* Bytes that are worth giving it. */
+size_t qs_parts_memory(const qs_model *model);
+
+#endif
