@@ -197,7 +197,7 @@ static int64_t open_bound(const qs_branch *b, uint32_t levels)
 
 int64_t qs_branch_search(qs_branch *b, uint64_t *work)
 {
-    uint32_t levels = 1, node;
+    uint32_t levels = 1, node = 0;
     while (levels > 0) {
         qs_table_costs *c = &b->level[levels - 1];
         switch (visit(b, c, &node, work)) {
