@@ -17,14 +17,24 @@ SEEDS = st.integers(0, 2**32 - 1)
 def samples(seed=0, count=3, n=11):
     rng = np.random.default_rng(seed)
     records = np.zeros(count, qsf.RECORD)
-    records["energy"], records["occurrences"] = rng.integers(-2**52, 2**52, count), rng.integers(1, 9, count)
+    records["energy"], records["occurrences"] = rng.integers(
+        -(2**52), 2**52, count
+    ), rng.integers(1, 9, count)
     records["broken"] = rng.choice([0, 5, qsf.BROKEN_UNITS, qsf.NO_CHAINS], count)
-    return qsf.Samples(rng.bytes(32), "anneal", records, rng.integers(0, 2, (count, n)).astype(np.uint8),
-                       {"timing": {"µs": 1.5}, "seed": seed}, [("note", b"kept")] * (seed % 2))
+    return qsf.Samples(
+        rng.bytes(32),
+        "anneal",
+        records,
+        rng.integers(0, 2, (count, n)).astype(np.uint8),
+        {"timing": {"µs": 1.5}, "seed": seed},
+        [("note", b"kept")] * (seed % 2),
+    )
 
 
 def rebuild(data, magic, changed=(), fields=None):
-    """The file again, with sound CRCs, some chunks changed ({type: bytes, or None to leave it out})."""
+    """The file again, with sound CRCs, some chunks changed ({type: bytes, or None to leave it
+    out}).
+    """
     chunks = [(name, dict(changed).get(name, payload)) for name, payload in walk(data)]
     fields = fields or container.HEADER.unpack_from(data)[4]
     return container.pack(magic, fields, [chunk for chunk in chunks if chunk[1] is not None])
@@ -42,7 +52,7 @@ def walk(data):
     at = 64
     while at < len(data):
         kind, _, length = container.CHUNK_HEAD.unpack_from(data, at)
-        yield kind.decode(), data[at + 16:at + 16 + length]
+        yield kind.decode(), data[at + 16 : at + 16 + length]
         at += 20 + length
 
 
@@ -57,18 +67,29 @@ def test_a_qcf_is_read_as_it_was_written(seed):
     data = pack_qcf(problem)
     read = qcf.parse_qcf(data)
     raw = problem.raw
-    assert (read.linear == raw.linear).all() and (read.offset, read.sides) == (raw.offset, raw.sides)
-    assert list(zip(read.sizes, read.a, read.b)) == [(size, *pair) for size, pair in zip(raw.sizes, raw.penalties)]
+    assert (read.linear == raw.linear).all() and (read.offset, read.sides) == (
+        raw.offset,
+        raw.sides,
+    )
+    assert list(zip(read.sizes, read.a, read.b)) == [
+        (size, *pair) for size, pair in zip(raw.sizes, raw.penalties)
+    ]
     expected = []
     for run in raw.couplings:
         steps = [r * run["stride"] + c for r in range(run["repeat"]) for c in range(run["count"])]
-        pairs = (np.array(run["pairs"]).reshape(-1, 2).tolist() if run["form"] else
-                 [(run["g"] + step, run["h"] + step) for step in steps])
+        pairs = (
+            np.array(run["pairs"]).reshape(-1, 2).tolist()
+            if run["form"]
+            else [(run["g"] + step, run["h"] + step) for step in steps]
+        )
         weights = run["weights"] if run["width"] else [run["weight"]] * len(steps)
         expected += [(g, h, run["block"], weight) for (g, h), weight in zip(pairs, weights)]
     assert list(map(tuple, read.couplings.T)) == expected
     for block, written in zip(read.blocks, raw.blocks):
-        assert (block.dense() == [[written.entry(i, j) for j in range(block.shape[1])] for i in range(block.shape[0])]).all()
+        assert (
+            block.dense()
+            == [[written.entry(i, j) for j in range(block.shape[1])] for i in range(block.shape[0])]
+        ).all()
 
 
 @settings(deadline=None)
@@ -87,7 +108,9 @@ def test_nothing_left_to_decide():
     assert (read.linear.size, read.sizes.size, read.couplings.size, read.offset) == (0, 0, 0, -7)
     parts = dict(walk(data))
     assert parts["GRPS"] == b"" and parts["BLKS"] == parts["CPLS"] == bytes(4)
-    assert parts["LINR"] == struct.pack("<qII", 0, 1, 0) and parts["PNLT"] == struct.pack("<II", 1, 0)
+    assert parts["LINR"] == struct.pack("<qII", 0, 1, 0) and parts["PNLT"] == struct.pack(
+        "<II", 1, 0
+    )
     assert container.HEADER.unpack_from(data)[4] == bytes(36)
 
 
@@ -96,14 +119,28 @@ def test_nothing_left_to_decide():
 def test_samples_of_nothing(seed, count):
     data = qsf.pack_qsf(samples(seed, count, 0))
     read = qsf.parse_qsf(data)
-    assert dict(walk(data))["BITS"] == b"" and read.bits.shape == (count, 0) and qsf.pack_qsf(read) == data
+    assert (
+        dict(walk(data))["BITS"] == b""
+        and read.bits.shape == (count, 0)
+        and qsf.pack_qsf(read) == data
+    )
 
 
-@pytest.mark.parametrize("name, payload", [
-    ("GRPS", struct.pack("<II", 1, 1)), ("GRPS", struct.pack("<II", 0, 1)), ("GRPS", struct.pack("<II", 1, 0)),
-    ("LINR", struct.pack("<qIIB", 0, 1, 0, 0)), ("LINR", struct.pack("<qII", 0, 0, 0)), ("PNLT", struct.pack("<II", 2, 0)),
-    ("PNLT", struct.pack("<IIIBB", 1, 0, 1, 1, 1)), ("OFFS", struct.pack("<q", 2**53 + 1)),
-    ("CPLS", struct.pack("<IIIIiIIIII", 1, 0, 0, 0, 1, 0, 0, 1, 1, 0)), ("CPLS", struct.pack("<IIIIiIIIIIII", 1, 0, 1, 0, 1, 0, 0, 1, 1, 0, 0, 0))])
+@pytest.mark.parametrize(
+    "name, payload",
+    [
+        ("GRPS", struct.pack("<II", 1, 1)),
+        ("GRPS", struct.pack("<II", 0, 1)),
+        ("GRPS", struct.pack("<II", 1, 0)),
+        ("LINR", struct.pack("<qIIB", 0, 1, 0, 0)),
+        ("LINR", struct.pack("<qII", 0, 0, 0)),
+        ("PNLT", struct.pack("<II", 2, 0)),
+        ("PNLT", struct.pack("<IIIBB", 1, 0, 1, 1, 1)),
+        ("OFFS", struct.pack("<q", 2**53 + 1)),
+        ("CPLS", struct.pack("<IIIIiIIIII", 1, 0, 0, 0, 1, 0, 0, 1, 1, 0)),
+        ("CPLS", struct.pack("<IIIIiIIIIIII", 1, 0, 1, 0, 1, 0, 0, 1, 1, 0, 0, 0)),
+    ],
+)
 def test_broken_nothing(name, payload):
     changed = {name: payload, "BLKS": struct.pack("<IIIIi", 1, 1, 1, 0, 5)}
     fields = qcf.FIELDS.pack(0, 0, int(name == "CPLS"), bytes(20))
@@ -128,17 +165,40 @@ def test_a_solver_looks_at_the_scale_alone(code):
 
 def everything():
     """A small problem with every feature, so that every byte of it matters."""
-    blocks = [Table(np.array([[1, 0], [-2, 3]], "<i4")), Toeplitz((2, 2), 1, -1, np.array([2, 0], "<i4"))]
-    return make([2, 2, 2, 1], blocks, [{"weight": 2, "h": 1, "count": 2},
-                                       {"block": 1, "form": 1, "width": 1, "count": 2, "pairs": [0, 2, 2, 2], "weights": [1, -1]}],
-                [5, 0, 300, 1, 2, 3, 4], [(3, 5), (3, 5), (0, 0), (1, 0)], -7, [("labl", bytes(16) + b"\2" + bytes(47))])
+    blocks = [
+        Table(np.array([[1, 0], [-2, 3]], "<i4")),
+        Toeplitz((2, 2), 1, -1, np.array([2, 0], "<i4")),
+    ]
+    return make(
+        [2, 2, 2, 1],
+        blocks,
+        [
+            {"weight": 2, "h": 1, "count": 2},
+            {
+                "block": 1,
+                "form": 1,
+                "width": 1,
+                "count": 2,
+                "pairs": [0, 2, 2, 2],
+                "weights": [1, -1],
+            },
+        ],
+        [5, 0, 300, 1, 2, 3, 4],
+        [(3, 5), (3, 5), (0, 0), (1, 0)],
+        -7,
+        [("labl", bytes(16) + b"\2" + bytes(47))],
+    )
 
 
-FILES = [(pack_qcf(everything()), qcf.MAGIC, qcf.parse_qcf, qcf.read_qcf),
-         (qsf.pack_qsf(samples(1)), qsf.MAGIC, qsf.parse_qsf, qsf.read_qsf),
-         (pack_qcf(nothing(5)), qcf.MAGIC, qcf.parse_qcf, qcf.read_qcf),
-         (qsf.pack_qsf(samples(1, 2, 0)), qsf.MAGIC, qsf.parse_qsf, qsf.read_qsf)]
-BOTH = pytest.mark.parametrize("data, magic, parse, read", FILES, ids=["qcf", "qsf", "qcf of nothing", "qsf of nothing"])
+FILES = [
+    (pack_qcf(everything()), qcf.MAGIC, qcf.parse_qcf, qcf.read_qcf),
+    (qsf.pack_qsf(samples(1)), qsf.MAGIC, qsf.parse_qsf, qsf.read_qsf),
+    (pack_qcf(nothing(5)), qcf.MAGIC, qcf.parse_qcf, qcf.read_qcf),
+    (qsf.pack_qsf(samples(1, 2, 0)), qsf.MAGIC, qsf.parse_qsf, qsf.read_qsf),
+]
+BOTH = pytest.mark.parametrize(
+    "data, magic, parse, read", FILES, ids=["qcf", "qsf", "qcf of nothing", "qsf of nothing"]
+)
 
 
 @BOTH
@@ -189,9 +249,9 @@ def test_chunks(data, magic, parse, read):
     upper = [part for part in chunks if part[0].isupper()]
     for at in range(len(upper)):
         with pytest.raises(Corrupt):
-            parse(container.pack(magic, fields, upper[:at] + upper[at + 1:]))
+            parse(container.pack(magic, fields, upper[:at] + upper[at + 1 :]))
         with pytest.raises(Corrupt):
-            parse(container.pack(magic, fields, upper[:at + 1] + upper[at:]))
+            parse(container.pack(magic, fields, upper[: at + 1] + upper[at:]))
         with pytest.raises(Corrupt):
             parse(container.pack(magic, fields, upper[:at] + [("side", b"")] + upper[at:]))
         with pytest.raises(Corrupt):
@@ -200,11 +260,16 @@ def test_chunks(data, magic, parse, read):
             parse(container.pack(magic, fields, upper[:at] + [("NEWS", b"")] + upper[at:]))
     with pytest.raises(Corrupt):
         parse(container.pack(magic, fields, upper + [("s1de", b"")]))
-    assert parse(container.pack(magic, fields, upper + [("side", b"x"), ("more", b"")])).sides == [("side", b"x"), ("more", b"")]
+    assert parse(container.pack(magic, fields, upper + [("side", b"x"), ("more", b"")])).sides == [
+        ("side", b"x"),
+        ("more", b""),
+    ]
     body = bytearray(data)
     body[68] = 1
     length = container.CHUNK_HEAD.unpack_from(data, 64)[2]
-    body[80 + length:84 + length] = struct.pack("<I", container.google_crc32c.value(bytes(body[64:80 + length])))
+    body[80 + length : 84 + length] = struct.pack(
+        "<I", container.google_crc32c.value(bytes(body[64 : 80 + length]))
+    )
     with pytest.raises(Corrupt, match="reserved"):
         parse(bytes(body))
 
@@ -212,24 +277,39 @@ def test_chunks(data, magic, parse, read):
 def test_memory_limits():
     data = FILES[0][0]
     with pytest.raises(OverLimit, match="MiB"):
-        qcf.parse_qcf(with_header(data, fields=qcf.FIELDS.pack(2**31 - 1, 2**31 - 1, 2**31 - 1, bytes(20))))
+        qcf.parse_qcf(
+            with_header(data, fields=qcf.FIELDS.pack(2**31 - 1, 2**31 - 1, 2**31 - 1, bytes(20)))
+        )
     with pytest.raises(OverLimit):
         qcf.parse_qcf(data, limit=100)
     with pytest.raises(Corrupt):
         qcf.parse_qcf(with_header(data, fields=qcf.FIELDS.pack(2**24, 4, 4, bytes(20))))
     with pytest.raises(OverLimit):
-        qsf.parse_qsf(with_header(FILES[1][0], fields=qsf.FIELDS.pack(2**31 - 1, 2**32 - 1, bytes(28))))
+        qsf.parse_qsf(
+            with_header(FILES[1][0], fields=qsf.FIELDS.pack(2**31 - 1, 2**32 - 1, bytes(28)))
+        )
 
     class Pipe(io.BytesIO):
         def seekable(self):
             return False
+
     with pytest.raises(OverLimit):
         qcf.read_qcf(Pipe(with_header(data, size=2**60)))
     assert qcf.read_qcf(Pipe(data))[1] == data
 
 
 def run(**fields):
-    defaults = {"block": 0, "form": 0, "width": 0, "weight": 1, "g": 0, "h": 1, "count": 1, "repeat": 1, "stride": 0}
+    defaults = {
+        "block": 0,
+        "form": 0,
+        "width": 0,
+        "weight": 1,
+        "g": 0,
+        "h": 1,
+        "count": 1,
+        "repeat": 1,
+        "stride": 0,
+    }
     return struct.pack("<IIIiIIIII", *{**defaults, **fields}.values())
 
 
@@ -242,11 +322,20 @@ def table(rows, columns, *entries):
 
 
 def toeplitz(rows, columns, fill, first, *values, kind=1):
-    return struct.pack(f"<IIIiiI{len(values)}i", rows, columns, kind, fill, first, len(values), *values)
+    return struct.pack(
+        f"<IIIiiI{len(values)}i", rows, columns, kind, fill, first, len(values), *values
+    )
 
 
-# A base of three groups of two variables and one coupling; each line changes one chunk against one MUST.
-THREE = make([2, 2, 2], [Table(np.ones((2, 2), "<i4"))], [{"weight": 1, "h": 1}], range(6), [(1, 1), (0, 0), (1, 2)])
+# A base of three groups of two variables and one coupling; each line changes one chunk against one
+# MUST.
+THREE = make(
+    [2, 2, 2],
+    [Table(np.ones((2, 2), "<i4"))],
+    [{"weight": 1, "h": 1}],
+    range(6),
+    [(1, 1), (0, 0), (1, 2)],
+)
 BASE = pack_qcf(THREE)
 BROKEN = {
     "groups: none": ("GRPS", b""),
@@ -287,7 +376,10 @@ BROKEN = {
     "couplings: overflow": ("CPLS", runs(run(count=2**32 - 1, repeat=2**32 - 1, stride=2**32 - 1))),
     "couplings: no weights": ("CPLS", runs(run(width=4, weight=0))),
     "couplings: list in use": ("CPLS", runs(run(form=1) + struct.pack("<II", 0, 1))),
-    "couplings: list repeated": ("CPLS", runs(run(form=1, h=0, repeat=2) + struct.pack("<IIII", 0, 1, 0, 1))),
+    "couplings: list repeated": (
+        "CPLS",
+        runs(run(form=1, h=0, repeat=2) + struct.pack("<IIII", 0, 1, 0, 1)),
+    ),
     "couplings: list short": ("CPLS", runs(run(form=1, h=0) + struct.pack("<I", 0))),
     "couplings: list g above h": ("CPLS", runs(run(form=1, h=0) + struct.pack("<II", 2, 1))),
     "couplings: list no group": ("CPLS", runs(run(form=1, h=0) + struct.pack("<II", 0, 3))),
@@ -313,7 +405,7 @@ BROKEN = {
     "offset: short": ("OFFS", bytes(7)),
     "offset: long": ("OFFS", bytes(9)),
     "offset: large": ("OFFS", struct.pack("<q", 2**53)),
-    "offset: least": ("OFFS", struct.pack("<q", -2**63)),
+    "offset: least": ("OFFS", struct.pack("<q", -(2**63))),
 }
 
 
@@ -324,7 +416,20 @@ def test_broken_qcf(what):
         qcf.parse_qcf(rebuild(BASE, qcf.MAGIC, {name: payload}))
 
 
-@pytest.mark.parametrize("counts", [(0, 0, 0), (0, 0, 1), (0, 1, 0), (6, 0, 1), (6, 7, 1), (2**31, 3, 1), (6, 3, 2**31), (7, 3, 1), (6, 3, 2)])
+@pytest.mark.parametrize(
+    "counts",
+    [
+        (0, 0, 0),
+        (0, 0, 1),
+        (0, 1, 0),
+        (6, 0, 1),
+        (6, 7, 1),
+        (2**31, 3, 1),
+        (6, 3, 2**31),
+        (7, 3, 1),
+        (6, 3, 2),
+    ],
+)
 def test_broken_counts(counts):
     with pytest.raises(Corrupt):
         qcf.parse_qcf(with_header(BASE, fields=qcf.FIELDS.pack(*counts, bytes(20))), limit=2**60)
@@ -344,7 +449,7 @@ def test_largest_sound_numbers():
         assert qcf.parse_qcf(sound).magnitude(np.int64) == 2**53
         with pytest.raises(Corrupt, match="2\\^53"):
             qcf.parse_qcf(pack_qcf(problem, offset=offset + (1 if offset > 0 else -1)))
-    far = struct.pack("<qII6Q", -2**63, 8, 0, *[2**63 + k for k in range(6)])
+    far = struct.pack("<qII6Q", -(2**63), 8, 0, *[2**63 + k for k in range(6)])
     assert (qcf.parse_qcf(rebuild(BASE, qcf.MAGIC, {"LINR": far})).linear == np.arange(6)).all()
 
 
@@ -371,12 +476,32 @@ def record(energy=0, occurrences=1, broken=0):
     return struct.pack("<qII", energy, occurrences, broken) * 3
 
 
-@pytest.mark.parametrize("name, payload", [
-    ("PROB", bytes(31)), ("PROB", bytes(33)), ("SOLV", b""), ("SOLV", b"a" * 256), ("SOLV", b"a\n"), ("SOLV", b"\xff"),
-    ("SOLV", "a\x85".encode()), ("INFO", b""), ("INFO", b"[]"), ("INFO", b"{"), ("INFO", b'{"a": NaN}'), ("INFO", b"\xff"),
-    ("INFO", b"[" * 100000), ("RECS", record()[:-1]), ("RECS", record() + record()), ("RECS", record(occurrences=0)),
-    ("RECS", record(broken=10**9 + 1)), ("RECS", record(broken=2**32 - 2)), ("BITS", bytes(5)), ("BITS", bytes(7)),
-    ("BITS", bytes(5) + b"\x08")])
+@pytest.mark.parametrize(
+    "name, payload",
+    [
+        ("PROB", bytes(31)),
+        ("PROB", bytes(33)),
+        ("SOLV", b""),
+        ("SOLV", b"a" * 256),
+        ("SOLV", b"a\n"),
+        ("SOLV", b"\xff"),
+        ("SOLV", "a\x85".encode()),
+        ("INFO", b""),
+        ("INFO", b"[]"),
+        ("INFO", b"{"),
+        ("INFO", b'{"a": NaN}'),
+        ("INFO", b"\xff"),
+        ("INFO", b"[" * 100000),
+        ("RECS", record()[:-1]),
+        ("RECS", record() + record()),
+        ("RECS", record(occurrences=0)),
+        ("RECS", record(broken=10**9 + 1)),
+        ("RECS", record(broken=2**32 - 2)),
+        ("BITS", bytes(5)),
+        ("BITS", bytes(7)),
+        ("BITS", bytes(5) + b"\x08"),
+    ],
+)
 def test_broken_qsf(name, payload):
     with pytest.raises(Corrupt, match=name):
         qsf.parse_qsf(rebuild(FILES[1][0], qsf.MAGIC, {name: payload}))
@@ -385,4 +510,6 @@ def test_broken_qsf(name, payload):
 @pytest.mark.parametrize("n", [0, 2**31])
 def test_broken_qsf_variables(n):
     with pytest.raises(Corrupt):
-        qsf.parse_qsf(with_header(FILES[1][0], fields=qsf.FIELDS.pack(n, 3, bytes(28))), limit=2**60)
+        qsf.parse_qsf(
+            with_header(FILES[1][0], fields=qsf.FIELDS.pack(n, 3, bytes(28))), limit=2**60
+        )

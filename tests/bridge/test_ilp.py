@@ -11,7 +11,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from problems import (
-    altered, Table, Toeplitz, all_states, domain_walls, grid, least_of_potts, make, pack_qcf, random_problem)
+    altered,
+    Table,
+    Toeplitz,
+    all_states,
+    domain_walls,
+    grid,
+    least_of_potts,
+    make,
+    pack_qcf,
+    random_problem,
+)
 from qstereo_bridge import ilp, models, solvers
 from qstereo_bridge.container import OverLimit
 
@@ -19,7 +29,11 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 
 def solve(problem, time_limit=None, memory_limit=1 << 33):
-    return ilp.ilp(problem, argparse.Namespace(time_limit=time_limit, memory_limit=memory_limit), lambda text: None)
+    return ilp.ilp(
+        problem,
+        argparse.Namespace(time_limit=time_limit, memory_limit=memory_limit),
+        lambda text: None,
+    )
 
 
 def labellings(problem):
@@ -35,24 +49,47 @@ def least(problem):
 
 
 def check(problem, answer, optimum=None):
-    """A labelling, its own energy, and a bound that is not above the optimum; with `optimum` given both are it."""
-    assert answer.bits.shape == (1, problem.linear.size) and models.feasible(problem, answer.bits).all()
-    assert answer.objective and answer.energies.tolist() == models.energies(problem, answer.bits).tolist()
+    """A labelling, its own energy, and a bound that is not above the optimum; with `optimum` given
+    both are it.
+    """
+    assert (
+        answer.bits.shape == (1, problem.linear.size)
+        and models.feasible(problem, answer.bits).all()
+    )
+    assert (
+        answer.objective
+        and answer.energies.tolist() == models.energies(problem, answer.bits).tolist()
+    )
     if optimum is not None:
         assert answer.energies[0] == answer.lower_bound == optimum
 
 
 def sites(seed, most=5):
-    """One-hot groups of 1 to 5 variables and free ones, every pair of groups coupled with the chance 1/2 by a table of any signs."""
+    """One-hot groups of 1 to 5 variables and free ones, every pair of groups coupled with the
+    chance 1/2 by a table of any signs.
+    """
     rng = np.random.default_rng(seed)
     sizes = rng.integers(1, 6, int(rng.integers(1, most + 1))).tolist()
     penalties = [(1, 1) if rng.random() < 0.8 else (0, 0) for _ in sizes]
     blocks, couplings = [], []
     for g, h in itertools.combinations_with_replacement(range(len(sizes)), 2):
         if rng.random() < 0.5 and not (g == h and any(penalties[g])):
-            couplings.append({"block": len(blocks), "weight": int(rng.choice([-1, 1, 2])), "g": g, "h": h})
-            blocks.append(Table((rng.integers(-4, 5, (sizes[g], sizes[h])) * rng.integers(0, 2)).astype("<i4")))
-    return make(sizes, blocks, couplings, rng.integers(-9, 10, sum(sizes)), penalties, int(rng.integers(-99, 99)))
+            couplings.append(
+                {"block": len(blocks), "weight": int(rng.choice([-1, 1, 2])), "g": g, "h": h}
+            )
+            blocks.append(
+                Table(
+                    (rng.integers(-4, 5, (sizes[g], sizes[h])) * rng.integers(0, 2)).astype("<i4")
+                )
+            )
+    return make(
+        sizes,
+        blocks,
+        couplings,
+        rng.integers(-9, 10, sum(sizes)),
+        penalties,
+        int(rng.integers(-99, 99)),
+    )
 
 
 @settings(deadline=None, max_examples=150)
@@ -78,7 +115,11 @@ def test_form_is_h_on_labellings(seed):
     problem = sites(seed, 4)
     form, states = ilp.reduce(problem, 1 << 30), labellings(problem)
     literals = np.concatenate((states, 1 - states), axis=1).astype(np.int64)
-    values = form.offset + states @ form.linear - (literals[:, form.left] * literals[:, form.right]) @ form.cost
+    values = (
+        form.offset
+        + states @ form.linear
+        - (literals[:, form.left] * literals[:, form.right]) @ form.cost
+    )
     assert (values == models.energies(problem, states)).all() and (form.cost > 0).all()
 
 
@@ -86,7 +127,11 @@ def test_plain_qubo_is_as_exact_says():
     rng = np.random.default_rng(1)
     table = Table(rng.integers(-9, 10, (14, 14)).astype("<i4"))
     problem = make([14], [table], [{"weight": 1}], rng.integers(-20, 21, 14), [(0, 0)], 5)
-    check(problem, solve(problem), solvers.exact(problem, argparse.Namespace(memory_limit=1 << 30), None).lower_bound)
+    check(
+        problem,
+        solve(problem),
+        solvers.exact(problem, argparse.Namespace(memory_limit=1 << 30), None).lower_bound,
+    )
 
 
 @pytest.mark.parametrize("size", [(2, 2, 3), (6, 5, 4), (3, 7, 2), (9, 8, 5)])
@@ -103,14 +148,25 @@ def test_dense_is_as_sparse(size):
     assert all((form.cost == 20).all() for form in forms)
 
 
-@pytest.mark.parametrize("table, products", [
-    ([[-5, -5, -5]] * 3, 0), ([[7, 7, 7]] * 3, 0), ([[1, 2, 3]] * 3, 0), ([[1, 1, 1], [2, 2, 2], [9, 9, 9]], 0),
-    ([[0, 0, 0], [1, 2, 3], [0, 0, 0]], 2), ([[0, 1, 0], [0, 2, 0], [0, 3, 0]], 2), ([[-4, 0, 0], [0, -5, 0], [0, 0, 0]], 2),
-    ([[5, 4, 4], [0, 0, 0], [0, 0, 0]], 2)])
+@pytest.mark.parametrize(
+    "table, products",
+    [
+        ([[-5, -5, -5]] * 3, 0),
+        ([[7, 7, 7]] * 3, 0),
+        ([[1, 2, 3]] * 3, 0),
+        ([[1, 1, 1], [2, 2, 2], [9, 9, 9]], 0),
+        ([[0, 0, 0], [1, 2, 3], [0, 0, 0]], 2),
+        ([[0, 1, 0], [0, 2, 0], [0, 3, 0]], 2),
+        ([[-4, 0, 0], [0, -5, 0], [0, 0, 0]], 2),
+        ([[5, 4, 4], [0, 0, 0], [0, 0, 0]], 2),
+    ],
+)
 def test_blocks_of_one_hot_groups(table, products):
     """Unary parts leave, and rows or columns first, whichever leaves fewer products."""
     for entries in (np.array(table, "<i4"), np.array(table, "<i4").T):
-        problem = make([3, 3], [Table(entries)], [{"weight": 1, "h": 1}], [4, 0, 1, 0, 3, 1], [(1, 1)] * 2)
+        problem = make(
+            [3, 3], [Table(entries)], [{"weight": 1, "h": 1}], [4, 0, 1, 0, 3, 1], [(1, 1)] * 2
+        )
         assert ilp.reduce(problem, 1 << 30).cost.size == products
         check(problem, solve(problem), least(problem))
 
@@ -124,7 +180,13 @@ def test_domain_walls(size):
 def test_repeated_couplings():
     block = Table(np.array([[0, -3, 1], [2, 0, -1], [1, 1, 0]], "<i4"))
     for penalty in ((1, 1), (0, 0)):
-        problem = make([3, 3], [block], [{"weight": 2, "h": 1}, {"weight": -1, "h": 1}, {"weight": 1, "h": 1}], range(6), [penalty] * 2)
+        problem = make(
+            [3, 3],
+            [block],
+            [{"weight": 2, "h": 1}, {"weight": -1, "h": 1}, {"weight": 1, "h": 1}],
+            range(6),
+            [penalty] * 2,
+        )
         check(problem, solve(problem), least(problem))
 
 
@@ -132,32 +194,54 @@ def beside(*problems):
     """The problems, each of one block or none, as one."""
     couplings, groups, raws = [], 0, [problem.raw for problem in problems]
     for raw in raws:
-        couplings += [{**run, "g": run["g"] + groups, "h": run["h"] + groups} for run in raw.couplings]
+        couplings += [
+            {**run, "g": run["g"] + groups, "h": run["h"] + groups} for run in raw.couplings
+        ]
         groups += len(raw.sizes)
-    return make(sum((raw.sizes for raw in raws), []), raws[0].blocks, couplings, np.concatenate([raw.linear for raw in raws]),
-                sum((raw.penalties for raw in raws), []), sum(raw.offset for raw in raws))
+    return make(
+        sum((raw.sizes for raw in raws), []),
+        raws[0].blocks,
+        couplings,
+        np.concatenate([raw.linear for raw in raws]),
+        sum((raw.penalties for raw in raws), []),
+        sum(raw.offset for raw in raws),
+    )
 
 
 def test_components(monkeypatch):
     """Small ones share a program; sites without neighbours need no program."""
-    parts = [grid(3, 3, 3, seed=1), grid(1, 1, 3, seed=2), grid(2, 4, 3, seed=3), grid(1, 1, 3, seed=4), grid(1, 2, 3, seed=5)]
+    parts = [
+        grid(3, 3, 3, seed=1),
+        grid(1, 1, 3, seed=2),
+        grid(2, 4, 3, seed=3),
+        grid(1, 1, 3, seed=4),
+        grid(1, 2, 3, seed=5),
+    ]
     problem = beside(*parts)
     answer = solve(problem)
     check(problem, answer, sum(least(part) for part in parts))
-    assert answer.info["components"] == 3 and answer.info["programs"] == 1 and answer.info["open_programs"] == 0
+    assert (
+        answer.info["components"] == 3
+        and answer.info["programs"] == 1
+        and answer.info["open_programs"] == 0
+    )
     monkeypatch.setattr(ilp, "BATCH", 1)
     programs, components = ilp.split(ilp.reduce(problem, 1 << 30))
     assert [variables.size for variables, _ in programs] == [6, 24, 27] and components == 3
     assert solve(problem).lower_bound == answer.lower_bound
     alone = solve(beside(*[grid(1, 1, 3, seed=k) for k in range(4)]))
-    assert alone.info["components"] == 0 and alone.lower_bound == sum(least(grid(1, 1, 3, seed=k)) for k in range(4))
+    assert alone.info["components"] == 0 and alone.lower_bound == sum(
+        least(grid(1, 1, 3, seed=k)) for k in range(4)
+    )
 
 
 def test_common_factors():
     """In units of the common factor the gap of less than 1 is wide, and the doubles are small."""
     problem, factor = grid(9, 8, 5), 10**8
     runs = [{**run, "weight": run["weight"] * factor} for run in problem.raw.couplings]
-    large = altered(problem, couplings=runs, linear=problem.linear * factor, offset=problem.offset * factor)
+    large = altered(
+        problem, couplings=runs, linear=problem.linear * factor, offset=problem.offset * factor
+    )
     check(large, solve(large), solve(problem).lower_bound * factor)
 
 
@@ -167,7 +251,7 @@ def test_bound_of_large_coefficients_is_never_too_high(bits):
     rng = np.random.default_rng(bits)
     for seed in range(20):
         problem = random_problem(seed, 10)
-        problem = altered(problem, linear=rng.integers(-2**bits, 2**bits, problem.linear.size))
+        problem = altered(problem, linear=rng.integers(-(2**bits), 2**bits, problem.linear.size))
         answer, optimum = solve(problem), least(problem)
         check(problem, answer, optimum if bits == 20 else None)
         assert answer.lower_bound <= optimum <= answer.energies[0]
@@ -175,14 +259,19 @@ def test_bound_of_large_coefficients_is_never_too_high(bits):
 
 @pytest.mark.parametrize("wrong", [[1, 1, 1, 0], [0, 0, 0, 0], [0, 0, 0, 1], None])
 def test_what_the_search_finds_is_checked(wrong, monkeypatch):
-    """A state that is no labelling is not taken, though its H without penalties be less; nor is a worse labelling."""
+    """A state that is no labelling is not taken, though its H without penalties be less; nor is a
+    worse labelling.
+    """
     problem = altered(grid(4, 4, 4), linear=np.tile([0, 0, 0, 500], 16) + np.arange(64) % 3)
     expected = solve(problem)
     values = None if wrong is None else np.tile(wrong, 16)
     monkeypatch.setattr(ilp.Program, "solve", lambda self, best, low, seconds: (values, low))
     answer = solve(problem)
     check(problem, answer)
-    assert answer.lower_bound < expected.lower_bound <= answer.energies[0] and answer.info["open_programs"] == 1
+    assert (
+        answer.lower_bound < expected.lower_bound <= answer.energies[0]
+        and answer.info["open_programs"] == 1
+    )
 
 
 def test_no_program_is_begun_out_of_time(monkeypatch):
@@ -206,7 +295,9 @@ def test_no_step_is_waited_for_beyond_the_limit(step, monkeypatch):
 def test_beginning_is_a_local_minimum():
     for problem in (grid(6, 6, 5), sites(3), sites(4), random_problem(5)):
         form = ilp.reduce(problem, 1 << 30)
-        x = ilp.descend(problem, ilp.begin(problem, form.linear), 1 << 30, lambda: False).astype(np.uint8)
+        x = ilp.descend(problem, ilp.begin(problem, form.linear), 1 << 30, lambda: False).astype(
+            np.uint8
+        )
         before, starts = models.energies(problem, x[None])[0], problem.starts.tolist()
         assert models.feasible(problem, x[None]).all()
         for low, high, hot in zip(starts, starts[1:], problem.one_hot):
@@ -223,7 +314,10 @@ def test_programs_say_what_they_need():
         solve(grid(30, 30, 8), memory_limit=20 << 20)
     with pytest.raises(OverLimit, match="a block of 3,000 x 3,000 would need"):
         table = Toeplitz((3000, 3000), 0, 0, np.array([1], "<i4"))
-        solve(make([3000] * 2, [table], [{"weight": 1, "h": 1}], np.zeros(6000), [(1, 1)] * 2), memory_limit=100 << 20)
+        solve(
+            make([3000] * 2, [table], [{"weight": 1, "h": 1}], np.zeros(6000), [(1, 1)] * 2),
+            memory_limit=100 << 20,
+        )
 
 
 def write(folder, problem):
@@ -234,8 +328,13 @@ def write(folder, problem):
 def test_command(tmp_path, main):
     command = write(tmp_path, grid(4, 4, 4))
     found = json.loads(main(*command, "--json")[1])
-    assert found.keys() == json.loads(main(*command[:-1], "anneal", "--json", "--num-reads", 1)[1]).keys()
-    assert found["proven_optimal"] and found["gap"] == 0 and found["samples"] == found["feasible"] == 1
+    assert (
+        found.keys()
+        == json.loads(main(*command[:-1], "anneal", "--json", "--num-reads", 1)[1]).keys()
+    )
+    assert (
+        found["proven_optimal"] and found["gap"] == 0 and found["samples"] == found["feasible"] == 1
+    )
     assert found["energy"] == found["lower_bound"] == found["best_energy"]
     status, out, err = main(*command)
     assert (status, err) == (0, "") and "(proven optimal)" in out
@@ -247,7 +346,10 @@ def test_command_out_of_time(tmp_path, main):
     problem = altered(grid(6, 6, 5), sides=[("labl", labl)])
     optimum = solve(problem).lower_bound / 2
     found = json.loads(main(*write(tmp_path, problem), "--time-limit", 1e-6, "--json")[1])
-    assert not found["proven_optimal"] and found["lower_bound"] < optimum <= found["energy"] == found["best_energy"]
+    assert (
+        not found["proven_optimal"]
+        and found["lower_bound"] < optimum <= found["energy"] == found["best_energy"]
+    )
     assert found["gap"] == found["energy"] - found["lower_bound"]
     status, out, _ = main(*write(tmp_path, problem), "--time-limit", 1e-6)
     assert status == 0 and f"(at most {found['gap']:g} above the least)" in out
@@ -265,11 +367,19 @@ def test_without_scipy(tmp_path, main, monkeypatch):
     monkeypatch.delitem(sys.modules, "qstereo_bridge.ilp")
     monkeypatch.setitem(sys.modules, "scipy.optimize", None)
     status, out, err = main(*write(tmp_path, grid(2, 2, 3)))
-    assert (status, out) == (5, "") and "pip install 'qstereo-bridge[exact]'" in err and err.count("\n") == 1
+    assert (
+        (status, out) == (5, "")
+        and "pip install 'qstereo-bridge[exact]'" in err
+        and err.count("\n") == 1
+    )
     assert not (tmp_path / "s.qsf").exists()
 
 
 def test_highs_fails(tmp_path, main, monkeypatch):
-    monkeypatch.setattr(ilp, "milp", lambda *arguments, **options: argparse.Namespace(status=4, message="Solve error"))
+    monkeypatch.setattr(
+        ilp,
+        "milp",
+        lambda *arguments, **options: argparse.Namespace(status=4, message="Solve error"),
+    )
     status, _, err = main(*write(tmp_path, grid(4, 4, 4)))
     assert status == 5 and "HiGHS fails (Solve error)" in err

@@ -8,7 +8,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from problems import (
-    Table, Toeplitz, all_states, domain_walls, energy_by_definition, grid, least_of_potts, make, nothing, pack_qcf, random_problem)
+    Table,
+    Toeplitz,
+    all_states,
+    domain_walls,
+    energy_by_definition,
+    grid,
+    least_of_potts,
+    make,
+    nothing,
+    pack_qcf,
+    random_problem,
+)
 from qstereo_bridge import models
 from qstereo_bridge.container import OverLimit
 
@@ -59,16 +70,31 @@ def test_terms_are_sorted_and_not_zero(start):
 
 def test_repeated_pairs_add_up_and_cancel():
     block = Table(np.array([[1, 2], [3, 4]], "<i4"))
-    problem = make([2, 2], [block], [{"weight": 2, "h": 1}, {"weight": -2, "h": 1},
-                                     {"form": 1, "width": 1, "count": 2, "pairs": [0, 1, 0, 1], "weights": [0, 1]}],
-                   [0] * 4, [(0, 0)] * 2)
+    problem = make(
+        [2, 2],
+        [block],
+        [
+            {"weight": 2, "h": 1},
+            {"weight": -2, "h": 1},
+            {"form": 1, "width": 1, "count": 2, "pairs": [0, 1, 0, 1], "weights": [0, 1]},
+        ],
+        [0] * 4,
+        [(0, 0)] * 2,
+    )
     _, (rows, columns, values), _ = models.expand(problem)
-    assert list(zip(rows.tolist(), columns.tolist(), values.tolist())) == [(0, 2, 1), (0, 3, 2), (1, 2, 3), (1, 3, 4)]
+    assert list(zip(rows.tolist(), columns.tolist(), values.tolist())) == [
+        (0, 2, 1),
+        (0, 3, 2),
+        (1, 2, 3),
+        (1, 3, 4),
+    ]
 
 
 def test_nothing():
     problem, none = nothing(-7), np.empty((3, 0), np.uint8)
-    assert models.energies(problem, none).tolist() == [-7] * 3 and models.feasible(problem, none).all()
+    assert (
+        models.energies(problem, none).tolist() == [-7] * 3 and models.feasible(problem, none).all()
+    )
     assert models.to_bqm(problem).offset == -7 and not models.to_cqm(problem).constraints
 
 
@@ -76,15 +102,28 @@ def test_nothing():
 def test_domain_walls(size):
     """Groups without a penalty, coupled with themselves: all is said in H."""
     problem, costs, edges = domain_walls(*size)
-    assert models.energies(problem, all_states(problem.linear.size)).min() == least_of_potts(costs, edges)
-    assert models.feasible(problem, all_states(problem.linear.size)).all() and not models.to_cqm(problem).constraints
+    assert models.energies(problem, all_states(problem.linear.size)).min() == least_of_potts(
+        costs, edges
+    )
+    assert (
+        models.feasible(problem, all_states(problem.linear.size)).all()
+        and not models.to_cqm(problem).constraints
+    )
 
 
 def test_energies_of_large_numbers_are_exact():
-    problem = make([2, 1], [Table(np.array([[1], [1]], "<i4"))], [{"weight": 1, "h": 1}], [2**50, 1, -2**51],
-                   [(2**49, 2**50 + 1), (0, 0)], 1)
+    problem = make(
+        [2, 1],
+        [Table(np.array([[1], [1]], "<i4"))],
+        [{"weight": 1, "h": 1}],
+        [2**50, 1, -(2**51)],
+        [(2**49, 2**50 + 1), (0, 0)],
+        1,
+    )
     states = all_states(3)
-    assert models.energies(problem, states).tolist() == [energy_by_definition(problem, x) for x in states.tolist()]
+    assert models.energies(problem, states).tolist() == [
+        energy_by_definition(problem, x) for x in states.tolist()
+    ]
 
 
 @settings(deadline=None, max_examples=60)
@@ -95,10 +134,18 @@ def test_cqm_is_h_on_feasible_states(seed):
     cqm, labels = models.to_cqm(problem), range(problem.linear.size)
     sound = models.feasible(problem, states)
     starts, one_hot = problem.starts, problem.one_hot
-    by_definition = [all(x[starts[g]:starts[g + 1]].sum() == 1 for g in np.flatnonzero(one_hot)) for x in states]
+    by_definition = [
+        all(x[starts[g] : starts[g + 1]].sum() == 1 for g in np.flatnonzero(one_hot))
+        for x in states
+    ]
     assert sound.tolist() == by_definition
-    assert (cqm.objective.energies((states[sound], labels)) == models.energies(problem, states[sound])).all()
-    assert (cqm.objective.energies((states, labels)) == models.energies(problem, states, penalties=False)).all()
+    assert (
+        cqm.objective.energies((states[sound], labels)) == models.energies(problem, states[sound])
+    ).all()
+    assert (
+        cqm.objective.energies((states, labels))
+        == models.energies(problem, states, penalties=False)
+    ).all()
     assert [cqm.check_feasible(dict(enumerate(x))) for x in states.tolist()] == by_definition
     assert cqm.discrete == {g for g in np.flatnonzero(one_hot) if starts[g + 1] - starts[g] > 1}
     with cqm.to_file() as file:
@@ -113,7 +160,9 @@ def test_blocks(seed, rows, columns):
     values = rng.integers(-2, 3, int(rng.integers(1, columns - first + 1))).astype("<i4")
     toeplitz = Toeplitz((rows, columns), int(rng.integers(-1, 2)), first, values)
     entries = np.array([[toeplitz.entry(i, j) for j in range(columns)] for i in range(rows)], "<i4")
-    for one in make([rows, columns], [toeplitz, Table(entries)], [], np.zeros(rows + columns), [(0, 0)] * 2).blocks:
+    for one in make(
+        [rows, columns], [toeplitz, Table(entries)], [], np.zeros(rows + columns), [(0, 0)] * 2
+    ).blocks:
         for upper in [False, True] if rows == columns else [False]:
             lengths, column, value = one.entries(upper)
             dense = np.zeros((rows, columns), int)
@@ -127,21 +176,37 @@ def test_blocks(seed, rows, columns):
 
 
 def test_large_groups_need_no_square():
-    """A diagonal block has as many entries as its diagonal; a penalty's energy needs the sum of its group only."""
+    """A diagonal block has as many entries as its diagonal; a penalty's energy needs the sum of its
+    group only.
+    """
     n = 60_000
-    problem = make([n, n], [Toeplitz((n, n), 0, 0, np.array([-1], "<i4"))], [{"weight": 2, "h": 1}], np.zeros(2 * n),
-                   [(1, 2)] * 2)
+    problem = make(
+        [n, n],
+        [Toeplitz((n, n), 0, 0, np.array([-1], "<i4"))],
+        [{"weight": 2, "h": 1}],
+        np.zeros(2 * n),
+        [(1, 2)] * 2,
+    )
     tracemalloc.start()
     _, (rows, columns, values), _ = models.expand(problem, penalties=False)
     assert (columns - rows == n).all() and (values == -2).all() and rows.size == n
-    assert models.energies(problem, np.ones((1, 2 * n), np.uint8)).tolist() == [2 * (1 - n) + 2 * n * (n - 1) - 2 * n]
+    assert models.energies(problem, np.ones((1, 2 * n), np.uint8)).tolist() == [
+        2 * (1 - n) + 2 * n * (n - 1) - 2 * n
+    ]
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 50 << 20
 
 
 def test_memory_limit_of_the_model():
-    small = make([2**20] * 2, [Toeplitz((2**20, 2**20), 1, 0, np.empty(0, "<i4"))], [{"weight": 1, "h": 1}],
-                 np.zeros(2**21), [(1, 1)] * 2)
-    with pytest.raises(OverLimit, match="quadratic terms would need .* MiB, the limit is 8,192 MiB"):
+    small = make(
+        [2**20] * 2,
+        [Toeplitz((2**20, 2**20), 1, 0, np.empty(0, "<i4"))],
+        [{"weight": 1, "h": 1}],
+        np.zeros(2**21),
+        [(1, 1)] * 2,
+    )
+    with pytest.raises(
+        OverLimit, match="quadratic terms would need .* MiB, the limit is 8,192 MiB"
+    ):
         models.to_bqm(small)

@@ -23,8 +23,16 @@ def least(problem):
 
 
 def solve(name, problem=SMALL, **options):
-    defaults = {"num_reads": 20, "num_sweeps": 100, "seed": 1, "time_limit": None, "memory_limit": 1 << 33}
-    return getattr(solvers, name)(problem, argparse.Namespace(**{**defaults, **options}), lambda text: None)
+    defaults = {
+        "num_reads": 20,
+        "num_sweeps": 100,
+        "seed": 1,
+        "time_limit": None,
+        "memory_limit": 1 << 33,
+    }
+    return getattr(solvers, name)(
+        problem, argparse.Namespace(**{**defaults, **options}), lambda text: None
+    )
 
 
 @settings(deadline=None, max_examples=60)
@@ -36,18 +44,26 @@ def test_exact_finds_all_minimisers(seed):
     answer = solve("exact", problem)
     assert answer.lower_bound == energies.min() and (answer.energies == energies.min()).all()
     least = energies == energies.min()
-    assert (answer.bits == np.concatenate([states[least & sound], states[least & ~sound]])[:solvers.EXACT_SAMPLES]).all()
+    assert (
+        answer.bits
+        == np.concatenate([states[least & sound], states[least & ~sound]])[: solvers.EXACT_SAMPLES]
+    ).all()
     assert answer.info["minimisers"] == (energies == energies.min()).sum()
 
 
 def test_exact_at_its_limit():
     answer = solve("exact", grid(4, 2, 3))
-    assert answer.info["states"] == 2**24 and (models.energies(grid(4, 2, 3), answer.bits) == answer.lower_bound).all()
+    assert (
+        answer.info["states"] == 2**24
+        and (models.energies(grid(4, 2, 3), answer.bits) == answer.lower_bound).all()
+    )
     with pytest.raises(solvers.SolverError, match="at most 24 variables, this problem has 27"):
         solve("exact", grid(3, 3, 3))
 
 
-@pytest.mark.parametrize("name, options", [("anneal", {}), ("tabu", {"num_reads": 2, "time_limit": 0.2})])
+@pytest.mark.parametrize(
+    "name, options", [("anneal", {}), ("tabu", {"num_reads": 2, "time_limit": 0.2})]
+)
 @pytest.mark.parametrize("problem", [SMALL, DENSE, grid(1, 1, 1), make([1], [], [], [0], [(0, 0)])])
 @pytest.mark.filterwarnings("ignore:All bqm biases are zero")
 def test_local_solvers_find_the_minimum(name, options, problem):
@@ -60,7 +76,9 @@ def test_local_solvers_find_the_minimum(name, options, problem):
 
 @pytest.mark.parametrize("seed", range(8))
 def test_anneal_takes_every_feature(seed):
-    """Free groups, couplings inside groups, groups of one: its descent ends in a local minimum of H."""
+    """Free groups, couplings inside groups, groups of one: its descent ends in a local minimum of
+    H.
+    """
     for problem in (random_problem(seed), domain_walls(2, 2, 4, seed=seed)[0]):
         answer = solve("anneal", problem)
         energies = models.energies(problem, answer.bits)
@@ -83,8 +101,16 @@ def test_anneal_is_repeatable_and_ends_in_local_minima():
 def test_anneal_heats_by_the_couplings_not_the_penalties():
     weight = int(abs(SMALL.couplings[3, 0]))
     assert solve("anneal", SMALL).info["parameters"]["beta_range"] == [1 / weight, 20 / weight]
-    table = make([2, 2, 2], [Table(np.array([[0, -7], [2, 0]], "<i4"))], [{"weight": 3, "g": 0, "h": 1},
-                 {"form": 1, "width": 1, "count": 1, "pairs": [(1, 2)], "weights": [0]}], [0] * 6, [(100, 1000)] * 3)
+    table = make(
+        [2, 2, 2],
+        [Table(np.array([[0, -7], [2, 0]], "<i4"))],
+        [
+            {"weight": 3, "g": 0, "h": 1},
+            {"form": 1, "width": 1, "count": 1, "pairs": [(1, 2)], "weights": [0]},
+        ],
+        [0] * 6,
+        [(100, 1000)] * 3,
+    )
     assert solve("anneal", table).info["parameters"]["beta_range"] == [1 / 21, 20 / 21]
     # Without couplings the sampler's own range serves.
     alone = make([2], [], [], [3, 4], [(5, 9)])
@@ -108,8 +134,12 @@ def test_samples_of_too_many_reads():
 
 
 def test_variables_in_any_order():
-    samples = dimod.SampleSet.from_samples(([[1, 0, 0]], [2, 0, 1]), energy=[0], vartype="BINARY", sort_labels=False)
-    assert list(samples.variables) == [2, 0, 1] and solvers.from_sampleset(samples, 3).bits.tolist() == [[0, 0, 1]]
+    samples = dimod.SampleSet.from_samples(
+        ([[1, 0, 0]], [2, 0, 1]), energy=[0], vartype="BINARY", sort_labels=False
+    )
+    assert list(samples.variables) == [2, 0, 1] and solvers.from_sampleset(
+        samples, 3
+    ).bits.tolist() == [[0, 0, 1]]
 
 
 def test_wrong_answers_are_refused():
@@ -131,14 +161,27 @@ def test_spins_are_bits():
         solvers.from_sampleset(spins, 3)
 
 
-@pytest.mark.parametrize("sampler, more", [
-    ("dwave.samplers:SimulatedAnnealingSampler", ["--num-reads", 9, "--seed", 1, "--param", "num_sweeps=50"]),
-    ("dwave.samplers:TreeDecompositionSolver", []), ("dimod:ExactSolver", []),
-    ("dwave.samplers:SteepestDescentSolver", ["--num-reads", 30, "--spin-reversals", 3, "--seed", 2])])
+@pytest.mark.parametrize(
+    "sampler, more",
+    [
+        (
+            "dwave.samplers:SimulatedAnnealingSampler",
+            ["--num-reads", 9, "--seed", 1, "--param", "num_sweeps=50"],
+        ),
+        ("dwave.samplers:TreeDecompositionSolver", []),
+        ("dimod:ExactSolver", []),
+        (
+            "dwave.samplers:SteepestDescentSolver",
+            ["--num-reads", 30, "--spin-reversals", 3, "--seed", 2],
+        ),
+    ],
+)
 def test_any_sampler(sampler, more, problem_file, tmp_path, main):
     solve = "solve", problem_file, "-o", tmp_path / "s.qsf", "--solver", sampler, *more
     status, out, err = main(*solve, "--json")
-    assert (status, err) == (0, "") and json.loads(out)["energy"] == least(qcf.parse_qcf(problem_file.read_bytes()))
+    assert (status, err) == (0, "") and json.loads(out)["energy"] == least(
+        qcf.parse_qcf(problem_file.read_bytes())
+    )
     samples = qsf.parse_qsf((tmp_path / "s.qsf").read_bytes())
     assert samples.solver == sampler
     if "--param" in more:
@@ -147,16 +190,46 @@ def test_any_sampler(sampler, more, problem_file, tmp_path, main):
         assert samples.bits.shape[0] == 90 and samples.info["parameters"]["spin_reversals"] == 3
 
 
-@pytest.mark.parametrize("more, status, said", [
-    (["--solver", "dwave.samplers:None"], 2, "no such sampler"), (["--solver", "nowhere:X"], 2, "No module named 'nowhere'"),
-    (["--solver", "json:JSONDecoder"], 2, "not a dimod sampler"), (["--solver", "taboo"], 2, "did you mean tabu?"),
-    (["--solver", "dwave.samplers:TabuSampler", "--param", "sweeps=1"], 2, "does not take the parameter sweeps, only"),
-    (["--solver", "dwave.samplers:TreeDecompositionSolver", "--seed", 1], 2, "does not take the parameter seed"),
-    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure"], 2, "not KEY=JSON"),
-    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=one"], 2, "put a text in quotes"),
-    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=1", "--param", "tenure=1"], 2, "given twice"),
-    (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=-5"], 5, "fails"), (["--param", "x=1"], 2, "anneal does not take --param"),
-    (["--spin-reversals", 2], 2, "only these do: MODULE:CLASS")])
+@pytest.mark.parametrize(
+    "more, status, said",
+    [
+        (["--solver", "dwave.samplers:None"], 2, "no such sampler"),
+        (["--solver", "nowhere:X"], 2, "No module named 'nowhere'"),
+        (["--solver", "json:JSONDecoder"], 2, "not a dimod sampler"),
+        (["--solver", "taboo"], 2, "did you mean tabu?"),
+        (
+            ["--solver", "dwave.samplers:TabuSampler", "--param", "sweeps=1"],
+            2,
+            "does not take the parameter sweeps, only",
+        ),
+        (
+            ["--solver", "dwave.samplers:TreeDecompositionSolver", "--seed", 1],
+            2,
+            "does not take the parameter seed",
+        ),
+        (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure"], 2, "not KEY=JSON"),
+        (
+            ["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=one"],
+            2,
+            "put a text in quotes",
+        ),
+        (
+            [
+                "--solver",
+                "dwave.samplers:TabuSampler",
+                "--param",
+                "tenure=1",
+                "--param",
+                "tenure=1",
+            ],
+            2,
+            "given twice",
+        ),
+        (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=-5"], 5, "fails"),
+        (["--param", "x=1"], 2, "anneal does not take --param"),
+        (["--spin-reversals", 2], 2, "only these do: MODULE:CLASS"),
+    ],
+)
 def test_samplers_that_refuse(more, status, said, problem_file, tmp_path, main):
     found, out, err = main("solve", problem_file, "-o", tmp_path / "s.qsf", *more)
     assert (found, out) == (status, "") and said in err and err.count("\n") == 1
@@ -164,12 +237,34 @@ def test_samplers_that_refuse(more, status, said, problem_file, tmp_path, main):
 
 
 def test_plain():
-    value = {1: np.int64(2), "a": np.array([1.5, math.nan]), "b": {"c": (True, None)}, "d": {3}, "e": np.bool_(True), "f": object}
+    value = {
+        1: np.int64(2),
+        "a": np.array([1.5, math.nan]),
+        "b": {"c": (True, None)},
+        "d": {3},
+        "e": np.bool_(True),
+        "f": object,
+    }
     found = qsf.plain(value)
-    assert found == {"1": 2, "a": [1.5, None], "b": {"c": [True, None]}, "d": [3], "e": True, "f": str(object)}
+    assert found == {
+        "1": 2,
+        "a": [1.5, None],
+        "b": {"c": [True, None]},
+        "d": [3],
+        "e": True,
+        "f": str(object),
+    }
     assert json.loads(json.dumps(found, allow_nan=False)) == found
 
 
 def test_qsf_holds_halves_of_surrogate_pairs():
-    data = qsf.pack_qsf(qsf.Samples(bytes(32), "qpu", np.empty(0, qsf.RECORD), np.empty((0, 1), np.uint8), {"chip": "\ud800"}))
+    data = qsf.pack_qsf(
+        qsf.Samples(
+            bytes(32),
+            "qpu",
+            np.empty(0, qsf.RECORD),
+            np.empty((0, 1), np.uint8),
+            {"chip": "\ud800"},
+        )
+    )
     assert qsf.parse_qsf(data).info == {"chip": "?"}

@@ -17,9 +17,14 @@ SCALE = 4
 
 def problem_of(rng, width, height, labels):
     """A .qcf of a grid of random costs, Potts with weight 3, and its bytes."""
-    labl = struct.pack("<16I", 2, 0, 0, labels, 1, 0, 1, 3, width, height, width, height, 0, 0, 0, 0)
-    found = altered(grid(width, height, labels, weight=3), sides=[("labl", labl)],
-                    linear=rng.integers(0, 9, width * height * labels))
+    labl = struct.pack(
+        "<16I", 2, 0, 0, labels, 1, 0, 1, 3, width, height, width, height, 0, 0, 0, 0
+    )
+    found = altered(
+        grid(width, height, labels, weight=3),
+        sides=[("labl", labl)],
+        linear=rng.integers(0, 9, width * height * labels),
+    )
     return found, pack_qcf(found)
 
 
@@ -31,15 +36,20 @@ def costs_of(made, labels):
 
 def energy(made, labels, labelling):
     unary, edges, table = costs_of(made, labels)
-    return (made.offset + sum(unary[p, d] for p, d in enumerate(labelling))
-            + sum(w * table[labelling[g], labelling[h]] for g, h, w in edges))
+    return (
+        made.offset
+        + sum(unary[p, d] for p, d in enumerate(labelling))
+        + sum(w * table[labelling[g], labelling[h]] for g, h, w in edges)
+    )
 
 
 def chain_least(unary, edges, table, labels):
     """The least cost of the problem that these shares and edges make, by all labellings."""
-    return min(sum(unary[p][d] for p, d in enumerate(w))
-               + sum(SCALE * weight * table[w[g], w[h]] for g, h, weight in edges)
-               for w in itertools.product(range(labels), repeat=len(unary)))
+    return min(
+        sum(unary[p][d] for p, d in enumerate(w))
+        + sum(SCALE * weight * table[w[g], w[h]] for g, h, weight in edges)
+        for w in itertools.product(range(labels), repeat=len(unary))
+    )
 
 
 def split_of(made, width, labels, rng):
@@ -49,18 +59,27 @@ def split_of(made, width, labels, rng):
     rows = [edge for edge in edges if edge[1] == edge[0] + 1 and edge[1] % width]
     columns = [edge for edge in edges if edge not in rows]
     share = SCALE * unary // 2 + rng.integers(-3, 4, unary.shape)
-    least = (chain_least(share, rows, table, labels)
-             + chain_least(SCALE * unary - share, columns, table, labels))
+    least = chain_least(share, rows, table, labels) + chain_least(
+        SCALE * unary - share, columns, table, labels
+    )
     slots = bytes(slot for edge in edges for slot in 2 * [int(edge in columns)])
-    return (struct.pack("<IIII", 1, SCALE, 1, 4) + slots + share.astype("<i4").tobytes(),
-            made.offset + -(-int(least) // SCALE))
+    return (
+        struct.pack("<IIII", 1, SCALE, 1, 4) + slots + share.astype("<i4").tobytes(),
+        made.offset + -(-int(least) // SCALE),
+    )
 
 
 def packed(data, labelling, stages, bound, found):
     """The bytes of a .qpf of one stage."""
-    return container.pack(qpf.MAGIC, qpf.FIELDS.pack(len(labelling), 1, bound, found, bytes(12)), [
-        ("PROB", sha256(data).digest()), ("BEST", struct.pack("<I", 1) + bytes(labelling)),
-        ("STGS", stages)])
+    return container.pack(
+        qpf.MAGIC,
+        qpf.FIELDS.pack(len(labelling), 1, bound, found, bytes(12)),
+        [
+            ("PROB", sha256(data).digest()),
+            ("BEST", struct.pack("<I", 1) + bytes(labelling)),
+            ("STGS", stages),
+        ],
+    )
 
 
 def answered(made, data, labels, labelling):
@@ -89,8 +108,7 @@ def test_the_bound_is_that_of_all_labellings_of_rows_and_columns(seed):
     rng = np.random.default_rng(seed)
     problem, data = problem_of(rng, 3, 2, 2 + seed % 2)
     labels = 2 + seed % 2
-    best = min(itertools.product(range(labels), repeat=6),
-               key=lambda w: energy(problem, labels, w))
+    best = min(itertools.product(range(labels), repeat=6), key=lambda w: energy(problem, labels, w))
     stages, bound = split_of(problem, 3, labels, rng)
     found, samples = energy(problem, labels, best), answered(problem, data, labels, best)
     assert bound <= found
@@ -107,8 +125,9 @@ def test_energies_that_are_not_so(made):
         verdict = check(data, samples, packed(data, best, stages, bound, wrong))
         assert not verdict.valid and "another energy" in verdict.why
     worse = max(itertools.product(range(3), repeat=4), key=lambda w: energy(problem, 3, w))
-    verdict = check(data, answered(problem, data, 3, worse),
-                    packed(data, best, stages, bound, found))
+    verdict = check(
+        data, answered(problem, data, 3, worse), packed(data, best, stages, bound, found)
+    )
     assert not verdict.valid and "best sample costs more" in verdict.why
 
 
@@ -135,8 +154,12 @@ def test_malformed_stages(made):
     problem, data, samples, stages, bound, best = made
     heads = [(0, 0, 0, 0), (4, 0, 0, 0), (1, 0, 1, 4), (1, 2**31, 1, 4), (1, 4, 3, 4), (2, 4, 0, 0)]
     wrong = [struct.pack("<IIII", *head) + stages[16:] for head in heads]
-    wrong += [stages[:-1], stages + b"\0", stages[:16] + b"\x09" + stages[17:],
-              stages[:16] + b"\0" * 8 + stages[24:]]
+    wrong += [
+        stages[:-1],
+        stages + b"\0",
+        stages[:16] + b"\x09" + stages[17:],
+        stages[:16] + b"\0" * 8 + stages[24:],
+    ]
     for proof in wrong:
         with pytest.raises(container.FormatError):
             check(data, samples, packed(data, best, proof, bound, energy(problem, 3, best)))
@@ -149,7 +172,9 @@ def test_a_label_that_leaves_must_be_ruled_out(made):
     proof = struct.pack("<IIII", 3, *struct.unpack_from("<III", stages, 4)) + stages[16:]
     verdict = check(data, samples, packed(data, best, proof + bytes(best) + without, bound, found))
     assert not verdict.valid and "does not rule out" in verdict.why
-    verdict = check(data, samples, packed(data, best, proof + bytes(best) + b"\7" * 4, bound, found))
+    verdict = check(
+        data, samples, packed(data, best, proof + bytes(best) + b"\7" * 4, bound, found)
+    )
     assert verdict.valid
 
 
@@ -167,5 +192,3 @@ def test_the_command(made, command, tmp_path):
     assert done.returncode == 1 and b"not valid: it states a higher bound" in done.stdout
     names[2].write_bytes(b"\x89QPF")
     assert command("verify", *names).returncode == 3
-
-
