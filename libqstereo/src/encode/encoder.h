@@ -5,6 +5,7 @@
 
 #include "../../include/qstereo/encode.h"
 #include "../base/arena.h"
+#include "../base/hidden.h"
 #include "../problem/edge_tables.h"
 #include "penalty.h"
 #include "qcf_writer.h"
@@ -68,8 +69,8 @@ uint64_t qs_band_sum(const qs_encoder *e);
 /* The block, V or minus the band of one-hot-sparse, or the tables of the edges; and the couplings
  * by them. Returns false if a table has an entry below 0. */
 bool qs_plan_couplings(qs_encoder *e);
-void qs_put_the_block(qs_writer *writer, const void *encoder);
-void qs_put_the_runs(qs_writer *writer, const void *encoder);
+QS_HIDDEN void qs_put_the_block(qs_writer *writer, const void *encoder);
+QS_HIDDEN void qs_put_the_runs(qs_writer *writer, const void *encoder);
 
 /* The same of tables of edges alone. */
 bool qs_plan_tables(qs_encoder *e);
@@ -79,10 +80,10 @@ void qs_put_table_runs(qs_writer *writer, const qs_encoder *e);
 /* The linear terms, and the paper's alpha. Needs the couplings' plan. */
 void qs_plan_costs(qs_encoder *e);
 /* Puts them, and the offset into *offset: it is known only when all costs have been made. */
-void qs_put_the_costs(qs_writer *writer, const void *encoder);
+QS_HIDDEN void qs_put_the_costs(qs_writer *writer, const void *encoder);
 
 /* The penalties. Needs the couplings' plan, and alpha. */
 void qs_plan_penalties(qs_encoder *e);
-void qs_put_the_penalties(qs_writer *writer, const void *encoder);
+QS_HIDDEN void qs_put_the_penalties(qs_writer *writer, const void *encoder);
 
 #endif

@@ -14,6 +14,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "../base/hidden.h"
+
 enum { QS_TABLES_BITS = 50 }; /* S F of any labelling stays below 2^50 */
 
 #define QS_TABLES_OUT INT64_MAX /* the cost of a label that has left its node */
@@ -52,10 +54,11 @@ static inline uint32_t qs_tables_labels(const qs_tables *t, uint32_t node)
 void qs_tables_copy(const qs_tables *t, const qs_table_costs *from, qs_table_costs *to);
 
 /* Takes all labels of a node out but one. */
-void qs_tables_fix(const qs_tables *t, qs_table_costs *c, uint32_t node, uint32_t label);
+QS_HIDDEN void qs_tables_fix(const qs_tables *t, qs_table_costs *c, uint32_t node, uint32_t label);
 
 /* Takes a label out. */
-void qs_tables_leave(const qs_tables *t, qs_table_costs *c, uint32_t node, uint32_t label);
+QS_HIDDEN void qs_tables_leave(const qs_tables *t, qs_table_costs *c, uint32_t node,
+                               uint32_t label);
 
 /* Passes over all nodes, forward and backward in turn, until the bound no longer rises by a
  * worthwhile part of what is missing to `most`, or after `passes`. Labels without which no
