@@ -1,17 +1,10 @@
 import json
-import signal
 from types import SimpleNamespace
 
 import cli_tools
 import numpy as np
 import pytest
 from cli_tools import energy, has_opencv, one_hot, random_pair, succeed, write_qsf
-
-# A shell ignores these signals for what it starts in the background, and so would every command
-# that a test starts. The tests send them and expect what a user at a terminal sees.
-signal.signal(signal.SIGINT, signal.default_int_handler)
-signal.signal(signal.SIGQUIT, signal.SIG_DFL)
-signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 @pytest.fixture
