@@ -14,26 +14,13 @@ static bool read_fields(qs_reader *reader, qs_certificate *view)
     if (view->stages > QS_STAGES_MOST) {
         return qs_reject(reader, QS_E_CORRUPT, QS_HEADER_FIELDS + 4, "number of stages");
     }
-    for (int i = QS_QPF_FIELDS; i < QS_HEADER_OWN; i++) {
-        if (fields[i] != 0) {
-            return qs_reject(reader, QS_E_CORRUPT, QS_HEADER_FIELDS + (uint64_t)i,
-                             "reserved bytes of the header");
-        }
-    }
-    return true;
+    return qs_check_reserved(reader, QS_QPF_FIELDS);
 }
 
 static bool read_chunks(qs_reader *reader, qs_certificate *view)
 {
     qs_chunk chunk;
-    if (!qs_read_chunk(reader, "PROB", &chunk)) {
-        return false;
-    }
-    if (chunk.length != QS_DIGEST_SIZE) {
-        return qs_reject(reader, QS_E_CORRUPT, chunk.offset, "length of PROB");
-    }
-    view->problem = chunk.payload;
-    if (!qs_read_chunk(reader, "BEST", &chunk)) {
+    if (!qs_read_problem_digest(reader, &view->problem) || !qs_read_chunk(reader, "BEST", &chunk)) {
         return false;
     }
     view->label_bytes = chunk.length >= QS_BEST_HEAD ? qs_load_u32(chunk.payload) : 0;

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "../../include/qstereo/digest.h"
 #include "../../include/qstereo/version.h"
 #include "../base/bytes.h"
 
@@ -216,6 +217,30 @@ bool qs_read_chunk(qs_reader *reader, const char *type, qs_chunk *chunk)
 {
     return next_chunk(reader, chunk) &&
            (memcmp(chunk->type, type, 4) == 0 || misplaced(reader, chunk));
+}
+
+bool qs_check_reserved(qs_reader *reader, unsigned from)
+{
+    for (unsigned i = from; i < QS_HEADER_OWN; i++) {
+        if (reader->bytes[QS_HEADER_FIELDS + i] != 0) {
+            return qs_reject(reader, QS_E_CORRUPT, QS_HEADER_FIELDS + i,
+                             "reserved bytes of the header");
+        }
+    }
+    return true;
+}
+
+bool qs_read_problem_digest(qs_reader *reader, const uint8_t **digest)
+{
+    qs_chunk chunk;
+    if (!qs_read_chunk(reader, "PROB", &chunk)) {
+        return false;
+    }
+    if (chunk.length != QS_DIGEST_SIZE) {
+        return qs_reject(reader, QS_E_CORRUPT, chunk.offset, "length of PROB");
+    }
+    *digest = chunk.payload;
+    return true;
 }
 
 bool qs_read_side_chunk(qs_reader *reader, qs_chunk *chunk)

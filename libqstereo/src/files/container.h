@@ -91,6 +91,12 @@ bool qs_read_header(qs_reader *reader, const char *magic);
 /* The next chunk, which must be of `type`. */
 bool qs_read_chunk(qs_reader *reader, const char *type, qs_chunk *chunk);
 
+/* Checks that the header's own bytes from number `from` of its fields on are 0. */
+bool qs_check_reserved(qs_reader *reader, unsigned from);
+
+/* The next chunk, PROB: the digest of a problem, QS_DIGEST_SIZE bytes. */
+bool qs_read_problem_digest(qs_reader *reader, const uint8_t **digest);
+
 /* The next side chunk. False also where there is none: then the status is QS_OK. */
 bool qs_read_side_chunk(qs_reader *reader, qs_chunk *chunk);
 

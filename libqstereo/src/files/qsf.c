@@ -176,26 +176,13 @@ static bool read_fields(qs_reader *reader, qs_samples_view *view)
     if (view->variables > QS_VARIABLES_MAX) {
         return qs_reject(reader, QS_E_CORRUPT, QS_HEADER_FIELDS, "number of variables");
     }
-    for (int i = 8; i < QS_HEADER_OWN; i++) {
-        if (fields[i] != 0) {
-            return qs_reject(reader, QS_E_CORRUPT, QS_HEADER_FIELDS + (uint64_t)i,
-                             "reserved bytes of the header");
-        }
-    }
-    return true;
+    return qs_check_reserved(reader, 8);
 }
 
 static bool read_texts(qs_reader *reader, qs_samples_view *view)
 {
     qs_chunk chunk;
-    if (!qs_read_chunk(reader, "PROB", &chunk)) {
-        return false;
-    }
-    if (chunk.length != QS_DIGEST_SIZE) {
-        return qs_reject(reader, QS_E_CORRUPT, chunk.offset, "length of PROB");
-    }
-    view->problem = chunk.payload;
-    if (!qs_read_chunk(reader, "SOLV", &chunk)) {
+    if (!qs_read_problem_digest(reader, &view->problem) || !qs_read_chunk(reader, "SOLV", &chunk)) {
         return false;
     }
     if (!is_solver(chunk.payload, (size_t)chunk.length)) {

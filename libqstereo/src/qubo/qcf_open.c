@@ -33,15 +33,6 @@ static bool grow(opening *o, uint64_t x, uint64_t y)
     return true;
 }
 
-static bool all_zero(const uint8_t *bytes, size_t size)
-{
-    uint8_t any = 0;
-    for (size_t i = 0; i < size; i++) {
-        any |= bytes[i];
-    }
-    return any == 0;
-}
-
 static bool is_width(uint32_t bytes)
 {
     return bytes == 1 || bytes == 2 || bytes == 4 || bytes == 8;
@@ -65,8 +56,8 @@ static bool read_fields(opening *o)
         (q->groups == 0) != (q->variables == 0) || q->couplings > QS_VARIABLES_MAX) {
         return corrupt(o, QS_HEADER_FIELDS, "counts of the header");
     }
-    if (!all_zero(fields + 16, 20)) {
-        return corrupt(o, QS_HEADER_FIELDS + 16, "reserved bytes of the header");
+    if (!qs_check_reserved(&o->reader, 16)) {
+        return false;
     }
     return within_memory(o);
 }
