@@ -282,4 +282,4 @@ $(ENV): requirements.txt bridge/pyproject.toml
 include tests/fuzz/fuzz.mk tests/trust/trust.mk tests/trust/all.mk
 
 .SECONDARY:
--include $(wildcard $(BUILD)/*/*.d $(BUILD)/*/*/*.d $(BUILD)/*/*/*/*.d)
+-include $(shell find $(BUILD) -name '*.d' 2>/dev/null)
