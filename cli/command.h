@@ -57,6 +57,7 @@ extern const command cmd_verify;
 extern const command cmd_decode;
 extern const command cmd_score;
 extern const command cmd_match;
+extern const command cmd_rectify;
 extern const command cmd_compare;
 extern const command cmd_restore;
 extern const command cmd_label;

@@ -184,6 +184,12 @@ static int take_value(cursor *at, size_t index, const char *spelled, const char 
     return keep_value(at->read, index, attached);
 }
 
+static int take_values(cursor *at, size_t index, const char *spelled, const char *attached)
+{
+    TRY(take_value(at, index, spelled, attached));
+    return at->line->options[index].twice ? take_value(at, index, spelled, NULL) : DONE;
+}
+
 static int take_long(cursor *at, const char *word)
 {
     const char *equals = strchr(word, '=');
@@ -194,7 +200,7 @@ static int take_long(cursor *at, const char *word)
         return fail_unknown(at->line, word, length);
     }
     (void)snprintf(spelled, sizeof spelled, "--%s", at->line->options[index].name);
-    return take_value(at, index, spelled, equals != NULL ? equals + 1 : NULL);
+    return take_values(at, index, spelled, equals != NULL ? equals + 1 : NULL);
 }
 
 static int take_short(cursor *at, const char *word)
@@ -204,7 +210,7 @@ static int take_short(cursor *at, const char *word)
     if (index == at->line->option_count) {
         return fail_unknown(at->line, word, strlen(word));
     }
-    return take_value(at, index, spelled, word[2] != '\0' ? word + 2 : NULL);
+    return take_values(at, index, spelled, word[2] != '\0' ? word + 2 : NULL);
 }
 
 static int take_operand(cursor *at, const char *word)

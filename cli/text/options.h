@@ -13,6 +13,7 @@ typedef struct option {
     const char *argument; /* what its argument is called; NULL = a flag */
     const char *preset; /* the argument if the option is not given; NULL = none */
     const char *help;
+    bool twice; /* it takes two arguments, one after the other: "LEFT RIGHT" */
 } option;
 
 /* Rows that commands share. */
@@ -34,7 +35,8 @@ typedef struct command_line {
 
 typedef struct arguments {
     const char *operands[OPERANDS_MAX]; /* NULL = not given */
-    /* By index in the table: the last argument given, else the preset; of a flag NULL or "". */
+    /* By index in the table: the last argument given, else the preset; of a flag NULL or "". Of an
+     * option with two arguments the second one. */
     const char *values[OPTIONS_MAX];
     /* Every option given, in order. */
     struct {

@@ -8,7 +8,7 @@ import pytest
 from cli_tools import LONG, QSTEREO, ROOT, has_opencv, run, succeed
 
 COMMANDS = ["encode", "reduce", "info", "solve", "validate", "verify", "decode", "score", "match",
-            "compare", "restore", "label", "segment", "flow", "register", "detect"]
+            "rectify", "compare", "restore", "label", "segment", "flow", "register", "detect"]
 MAN = (ROOT / "docs" / "qstereo.1").read_text()
 
 
@@ -25,7 +25,7 @@ def options_in_help(command):
     for row in re.split(r"\n(?=  (?:-\w, |    )--)", section)[1:]:
         row = " ".join(row.split())
         name, argument = re.match(
-            r"(?:-\w, )?--([\w.-]+)(?: ([A-Z]\S*|\S+\.q[cps]f))? ", row
+            r"(?:-\w, )?--([\w.-]+)(?: ([A-Z]\S*(?: RIGHT2)?|\S+\.q[cps]f))? ", row
         ).groups()
         found[name] = (argument or "", (re.findall(r"\(default (.*?)\)$", row) or [""])[0])
     return found
@@ -36,7 +36,7 @@ def options_in_man(command):
     plain = re.sub(r"\\f[BIR]", "", section).replace("\\-", "-")
     found = {}
     for line, text in re.findall(r"^\.TP\n(.*)\n((?:(?!\.TP|\.P|\.S).*\n)*)", plain, re.M):
-        name, argument = re.match(r"(?:-\w, )?--([\w.-]+)(?: (\S+))?$", line).groups()
+        name, argument = re.match(r"(?:-\w, )?--([\w.-]+)(?: (\S+(?: RIGHT2)?))?$", line).groups()
         found[name] = (
             argument or "",
             (re.findall(r"\(default (.*?)\)\.?$", text.replace("\n", " ").strip()) or [""])[0],
