@@ -58,6 +58,7 @@ extern const command cmd_decode;
 extern const command cmd_score;
 extern const command cmd_match;
 extern const command cmd_rectify;
+extern const command cmd_depth;
 extern const command cmd_compare;
 extern const command cmd_restore;
 extern const command cmd_label;

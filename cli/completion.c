@@ -21,13 +21,18 @@ static const char *cost_at(size_t index)
     return name_at(&cost_names, index);
 }
 
+static const char *unit_at(size_t index)
+{
+    return name_at(&unit_names, index);
+}
+
 /* The options that take one of some names. All others take a number or a file. */
 static const struct {
     const char *option;
     const char *(*name_at)(size_t index);
 } named_options[] = {
     {"encoding", encoding_at}, {"smoothness", smoothness_at}, {"penalty", penalty_at},
-    {"cost", cost_at},         {"solver", solver_at},
+    {"cost", cost_at},         {"solver", solver_at},         {"unit", unit_at},
 };
 enum { NAMED_OPTIONS = sizeof named_options / sizeof named_options[0] };
 

@@ -7,7 +7,7 @@
 #include "files.h"
 
 /* A row for a table of options. */
-#define CALIBRATION_OPTION(help) {"calibration", 0, false, "FILE", NULL, help}
+#define CALIBRATION_OPTION(required, help) {"calibration", 0, required, "FILE", NULL, help}
 #define CALIBRATION_FILES                                                                          \
     "calibration of the two cameras: OpenCV's (YAML or XML) or Middlebury's calib.txt; give it "   \
     "twice if it is in two files"

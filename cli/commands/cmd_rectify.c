@@ -14,7 +14,7 @@ enum { OUTPUT, CALIBRATION, JSON, MEMORY_LIMIT };
 static const option options[] = {
     [OUTPUT] = {"output", 'o', true, "LEFT2 RIGHT2", NULL,
                 "the two pictures to write: .png, .pgm or .ppm", true},
-    [CALIBRATION] = CALIBRATION_OPTION(CALIBRATION_FILES),
+    [CALIBRATION] = CALIBRATION_OPTION(true, CALIBRATION_FILES),
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -119,9 +119,6 @@ static int run_rectify(job *at)
     written_pair asked;
     calibration by;
     picture first;
-    if (at->values[CALIBRATION] == NULL) {
-        return fail_usage("--calibration FILE is missing");
-    }
     TRY(read_outputs(at, &asked));
     TRY(calibration_read(at, CALIBRATION, &at->limit, &by));
     if (by.is_rectified) {

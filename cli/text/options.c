@@ -43,8 +43,11 @@ static void print_usage(const command_line *line)
         printf(i + line->optional < count ? " %s" : " [%s]", line->operands[i]);
     }
     for (size_t i = 0; i < line->option_count; i++) {
-        if (line->options[i].required) {
-            printf(" -%c %s", line->options[i].letter, line->options[i].argument);
+        const option *known = &line->options[i];
+        char letter[3] = {'-', known->letter, '\0'};
+        if (known->required) {
+            printf(" %s%s %s", known->letter != 0 ? letter : "--",
+                   known->letter != 0 ? "" : known->name, known->argument);
         }
     }
     puts(" [OPTION]...");
@@ -225,6 +228,13 @@ static int take_operand(cursor *at, const char *word)
     return DONE;
 }
 
+static int fail_missing(const option *missing)
+{
+    return missing->letter != 0
+               ? fail_usage("-%c %s is missing", missing->letter, missing->argument)
+               : fail_usage("--%s %s is missing", missing->name, missing->argument);
+}
+
 static int check_complete(const cursor *at)
 {
     const command_line *line = at->line;
@@ -234,8 +244,7 @@ static int check_complete(const cursor *at)
     }
     for (size_t i = 0; i < line->option_count; i++) {
         if (line->options[i].required && at->read->values[i] == NULL) {
-            return fail_usage("-%c %s is missing", line->options[i].letter,
-                              line->options[i].argument);
+            return fail_missing(&line->options[i]);
         }
     }
     for (size_t i = 0; i < at->operand_count; i++) {

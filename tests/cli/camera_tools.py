@@ -62,3 +62,36 @@ def remapped(of, side, picture):
         picture.shape[1::-1], cv2.CV_32FC1,
     )
     return cv2.remap(picture, *maps, cv2.INTER_LINEAR), maps
+
+
+def write_pfm(path, values):
+    """Writes a little-endian PFM of an array whose rows go from the top."""
+    header = f"Pf\n{values.shape[1]} {values.shape[0]}\n-1.0\n".encode()
+    path.write_bytes(header + values[::-1].astype("<f4").tobytes())
+    return path
+
+
+def read_ply(path):
+    """The points of a binary PLY and their colours, None if it has none."""
+    head, data = path.read_bytes().split(b"end_header\n", 1)
+    lines = head.decode().splitlines()
+    assert lines[:2] == ["ply", "format binary_little_endian 1.0"]
+    count = next(int(line.split()[2]) for line in lines if line.startswith("element vertex "))
+    kinds = {"float": "<f4", "uchar": "u1"}
+    fields = [line.split()[1:] for line in lines if line.startswith("property ")]
+    table = np.frombuffer(data, [(name, kinds[kind]) for kind, name in fields])
+    assert len(table) == count
+    points = np.stack([table[name] for name in "xyz"], axis=1)
+    if "red" not in table.dtype.names:
+        return points, None
+    return points, np.stack([table[name] for name in ("red", "green", "blue")], axis=1)
+
+
+def write_calib(path, size=(12, 8), doffs=3.5, ndisp=5):
+    """Writes a calib.txt as Middlebury's scenes of 2014 have it."""
+    path.write_text(
+        f"cam0=[50 0 5.5; 0 50 3.5; 0 0 1]\ncam1=[50 0 {5.5 + doffs}; 0 50 3.5; 0 0 1]\n"
+        f"doffs={doffs}\nbaseline=193.001\nwidth={size[0]}\nheight={size[1]}\nndisp={ndisp}\n"
+        "isint=0\nvmin=1\nvmax=4\ndyavg=0\ndymax=0\n"
+    )
+    return path

@@ -8,7 +8,8 @@ import pytest
 from cli_tools import LONG, QSTEREO, ROOT, has_opencv, run, succeed
 
 COMMANDS = ["encode", "reduce", "info", "solve", "validate", "verify", "decode", "score", "match",
-            "rectify", "compare", "restore", "label", "segment", "flow", "register", "detect"]
+            "rectify", "depth", "compare", "restore", "label", "segment", "flow", "register",
+            "detect"]
 MAN = (ROOT / "docs" / "qstereo.1").read_text()
 
 
