@@ -98,13 +98,10 @@ static int check_geometry(const pair *asked)
     return DONE;
 }
 
-int pair_open(void *state, budget *limit, made_problem *opened)
+int pair_make(pair *asked, budget *limit, made_problem *opened)
 {
-    pair *asked = state;
     opened->name = input_name(asked->left);
     opened->mend = "--lambda or --truncation";
-    TRY(picture_read_grey(asked->left, asked->bits, limit, &asked->stereo.left));
-    TRY(picture_read_grey(asked->right, asked->bits, limit, &asked->stereo.right));
     TRY(check_geometry(asked));
     size_t size = qs_stereo_workspace(&asked->stereo);
     void *workspace = budget_take(limit, opened->name, size);
@@ -117,6 +114,14 @@ int pair_open(void *state, budget *limit, made_problem *opened)
     }
     opened->problem.pairwise = asked->pairwise;
     return DONE;
+}
+
+int pair_open(void *state, budget *limit, made_problem *opened)
+{
+    pair *asked = state;
+    TRY(picture_read_grey(asked->left, asked->bits, limit, &asked->stereo.left));
+    TRY(picture_read_grey(asked->right, asked->bits, limit, &asked->stereo.right));
+    return pair_make(asked, limit, opened);
 }
 
 static void plan(const void *state, qs_problem *planned)

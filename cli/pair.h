@@ -43,9 +43,10 @@ extern const maker pair_maker;
 /* Reads the arguments of the rows; strings are borrowed. Returns DONE or BAD_USAGE. */
 int pair_read(const char *const *operands, const char *const *values, void *asked);
 
-/* Reads the pictures and makes the problem, which borrows from the budget. Returns DONE, BAD_INPUT
- * or NO_RESOURCE. */
+/* Reads the pictures and makes the problem, which borrows from the budget; pair_make makes it of
+ * pictures that are there already. Return DONE, BAD_INPUT or NO_RESOURCE. */
 int pair_open(void *asked, budget *limit, made_problem *opened);
+int pair_make(pair *asked, budget *limit, made_problem *opened);
 
 /* Prints which columns are left out. */
 void pair_print_outside(const pair *asked, uint32_t first);

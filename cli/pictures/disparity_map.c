@@ -294,14 +294,20 @@ int map_request_read(const char *path, const char *scale, bool color, budget *li
                      map_request *asked)
 {
     memset(asked, 0, sizeof *asked);
-    asked->output = path;
-    TRY(format_of(path, &asked->format));
+    bool is_pfm_on_standard = strcmp(path, "pfm:-") == 0;
+    asked->output = is_pfm_on_standard ? "-" : path;
+    TRY(format_of(asked->output, &asked->format));
+    asked->format = is_pfm_on_standard ? MAP_PFM : asked->format;
     TRY(map_scale_read(scale, &asked->scale));
     return color ? name_colour(limit, asked) : DONE;
 }
 
 int map_request_open(map_request *asked, job *at)
 {
+    if (at->json && output_is_standard(asked->output)) {
+        return fail_usage("--json and --output cannot both go to standard output: "
+                          "name a file with -o");
+    }
     TRY(job_open_output(at, asked->output, &asked->files[0]));
     return asked->colour != NULL ? job_open_output(at, asked->colour, &asked->files[1]) : DONE;
 }

@@ -62,8 +62,9 @@ int map_write_colour(const pixel_map *map, bool png, const char *path, output *o
 
 /* The map that a command writes, and the map in colours beside it: rows for a table of options. */
 #define MAP_OUTPUT_OPTION                                                                          \
-    {"output", 'o',  true,                                                                         \
-     "MAP",    NULL, "map to write: .png, .pgm or .pfm; - is standard output, as PGM"}
+    {"output", 'o',                                                                                \
+     true,     "MAP",                                                                              \
+     NULL,     "map to write: .png, .pgm or .pfm; - is standard output, as PGM, and pfm:- as PFM"}
 #define SCALE_OPTION                                                                               \
     {"scale", 0, false, "S", "8", "a .png or .pgm holds disparity x S, from 2; a .pfm holds pixels"}
 #define COLOR_OPTION                                                                               \
