@@ -3,10 +3,10 @@
 exact disparities of the rectified left picture.
 
     generate.py              write the pictures, stereo.yml and the truth beside this file
-    generate.py --pnm DIR    write PGM files into DIR instead
+    generate.py --pnm DIR    write PGM files and stereo.yml into DIR instead
 
-The scene stands in the rectified left camera's space, in metres: x right, y down, z forward. It is a
-wall, a floor and two balls of which one rolls. Each pixel of a camera sends rays out through its
+The scene stands in the rectified left camera's space, in metres: x right, y down, z forward. It is
+a wall, a floor and two balls of which one rolls. Each pixel of a camera sends rays out through its
 lens, and a ray meets a surface where the surface says, so nothing is interpolated.
 """
 import argparse
@@ -18,6 +18,7 @@ from PIL import Image
 WIDTH, HEIGHT, FRAMES = 160, 120, 3
 FOCAL, CENTRE, BASELINE = 150.0, (79.5, 59.5), 0.1  # of the rectified cameras
 TRUTH_SCALE = 256
+BRIGHTNESS = {1: 130, 2: 90, 3: 220, 4: 190}  # of the surfaces, by the seeds of their textures
 HERE = pathlib.Path(__file__).resolve().parent
 CAMERAS = [  # matrix, distortion, and the angles by which the rectified camera turns from this one
     (np.array([[141.0, 0, 81.0], [0, 140.0, 58.0], [0, 0, 1]]),
@@ -125,7 +126,8 @@ def look(frame, start, ray):
         front = t < nearest
         x, y, z = (start + ray[front] * t[front][:, None]).T
         u, v = (x, z) if seed == 2 else (x + 0.3 * z, y)
-        grey[front] = 25 + 215 * np.clip(1.7 * noise(seed, 14 * u + 9, 14 * v + 9) - 0.35, 0, 1)
+        tone = np.clip(1.7 * noise(seed, 14 * u + 9, 14 * v + 9) - 0.35, 0, 1)
+        grey[front] = 25 + BRIGHTNESS[seed] * tone
         nearest = np.where(front, t, nearest)
     return nearest, grey
 
