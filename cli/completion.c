@@ -21,6 +21,11 @@ static const char *cost_at(size_t index)
     return name_at(&cost_names, index);
 }
 
+static const char *palette_at(size_t index)
+{
+    return name_at(&palette_names, index);
+}
+
 static const char *unit_at(size_t index)
 {
     return name_at(&unit_names, index);
@@ -32,7 +37,8 @@ static const struct {
     const char *(*name_at)(size_t index);
 } named_options[] = {
     {"encoding", encoding_at}, {"smoothness", smoothness_at}, {"penalty", penalty_at},
-    {"cost", cost_at},         {"solver", solver_at},         {"unit", unit_at},
+    {"cost", cost_at},         {"solver", solver_at},         {"palette", palette_at},
+    {"unit", unit_at},
 };
 enum { NAMED_OPTIONS = sizeof named_options / sizeof named_options[0] };
 

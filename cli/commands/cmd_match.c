@@ -19,6 +19,8 @@ enum {
     STOPPING = SEARCH + SEARCH_OPTIONS,
     SCALE = STOPPING + STOPPING_OPTIONS,
     COLOR,
+    PALETTE,
+    SCALE_BAR,
     TRUTH,
     TRUTH_SCALE,
     TRUTH_NO_VALUE,
@@ -36,6 +38,8 @@ static const option options[] = {
     [STOPPING] = STOPPING_OPTION_ROWS,
     [SCALE] = SCALE_OPTION,
     [COLOR] = COLOR_OPTION,
+    [PALETTE] = PALETTE_OPTION,
+    [SCALE_BAR] = SCALE_BAR_OPTION,
     [TRUTH] = TRUTH_OPTION,
     [TRUTH_SCALE] = TRUTH_SCALE_OPTION,
     [TRUTH_NO_VALUE] = TRUTH_NO_VALUE_OPTION,
@@ -94,6 +98,14 @@ static int read_calibration(job *at, request *asked)
     return DONE;
 }
 
+static int read_map(job *at, const char *path, request *asked)
+{
+    const char *const *values = at->values;
+    const map_options given = {path, values[SCALE], values[COLOR], values[PALETTE],
+                               values[SCALE_BAR]};
+    return map_request_read(&given, &at->limit, &asked->map);
+}
+
 static int read_request(job *at, request *asked)
 {
     const char *const *values = at->values;
@@ -103,8 +115,7 @@ static int read_request(job *at, request *asked)
     TRY(search_read(&values[SEARCH], &asked->how));
     TRY(stopping_read(&values[STOPPING], &asked->how));
     TRY(truth_form_read(values[TRUTH_SCALE], values[TRUTH_NO_VALUE], &asked->truth_form));
-    TRY(map_request_read(values[OUTPUT], values[SCALE], values[COLOR] != NULL, &at->limit,
-                         &asked->map));
+    TRY(read_map(at, values[OUTPUT], asked));
     TRY(read_inputs(at, asked));
     asked->frames.bits = asked->pair.bits;
     if (asked->scored && asked->frames.is_sequence) {
@@ -266,9 +277,7 @@ static int name_map(job *at, request *asked)
         return DONE;
     }
     path = numbered_name(&names, asked->number, &at->limit);
-    return path == NULL ? NO_RESOURCE
-                        : map_request_read(path, at->values[SCALE], at->values[COLOR] != NULL,
-                                           &at->limit, &asked->map);
+    return path == NULL ? NO_RESOURCE : read_map(at, path, asked);
 }
 
 /* The next frame, whose map stays even if a later one fails. */
