@@ -300,6 +300,8 @@ def test_palettes_and_the_bar(tmp_path, palette):
     wanted = matplotlib.colormaps[palette](np.linspace(0, 1, 40))[:, :3] * 255
     assert np.abs(bar[:, 0] - wanted).max() <= 4
     white = (barred[:, 64 + 18 :] == 255).all(axis=2)
+    ticks = white[:, :4].all(axis=1)
+    assert ticks[0] and ticks[39] and ticks.sum() == 2  # 18 above, 3 below
     digits = ["".join(".#"[int(dot)] for dot in row[6:14:2]) for row in white[30:40:2]]
     assert digits == ["###.", "..#.", "###.", "..#.", "###."]  # the 3 of --disparity 3:18
 
