@@ -107,7 +107,8 @@ static bool is_near(const reducer *r, const qs_solution *so_far)
 }
 
 /* Returns true if it is time to find marginals: always at the end, unless only the answer counts;
- * before it only if a marginal can be above the gap. With a target then whenever the gap has narrowed; without, ever less often. */
+ * before it only if a marginal can be above the gap. With a target then whenever the gap has
+ * narrowed; without, ever less often. */
 static bool is_due(reducer *r, const qs_trws_state *state, const qs_solution *so_far, bool stopped)
 {
     int64_t gap = so_far->energy - so_far->lower_bound;
