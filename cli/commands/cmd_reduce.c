@@ -6,6 +6,8 @@
 #include "command.h"
 #include "encoding_choice.h"
 #include "reducing.h"
+#include "samples_output.h"
+#include "start.h"
 #include "text/fail.h"
 #include "text/json.h"
 #include "text/names.h"
@@ -15,6 +17,9 @@
 enum {
     OUTPUT,
     CERTIFICATE,
+    SAMPLES,
+    ANSWER,
+    START,
     REDUCING,
     ITERATIONS = REDUCING + REDUCING_OPTIONS,
     ENCODING,
@@ -27,6 +32,11 @@ static const option options[] = {
     [OUTPUT] = {"output", 'o', true, "SMALLER.qcf", NULL,
                 "QUBO file to write, - is standard output"},
     [CERTIFICATE] = CERTIFICATE_OPTION,
+    [SAMPLES] = {"samples", 0, false, "C.qsf", NULL,
+                 "also write the best labelling known, as a sample of SMALLER.qcf"},
+    [ANSWER] = {"answer", 0, false, "S.qsf", NULL,
+                "also write it as a sample of P.qcf, with the lower bound"},
+    [START] = START_OPTION,
     [REDUCING] = REDUCING_OPTION_ROWS,
     [ITERATIONS] = {"iterations", 0, false, "N", NULL,
                     "stop after N iterations of trws (default 2000)"},
@@ -84,8 +94,44 @@ static int reduce_certified(job *at, reducing *how, const laid_out *laid, reduce
                           &smaller->found.lower_bound);
 }
 
+/* The outputs that are asked for beside the smaller problem; NULL = not this one. */
+typedef struct found_outputs {
+    output *samples, *answer;
+} found_outputs;
+
+static int open_found(job *at, found_outputs *outs)
+{
+    const char *samples = at->values[SAMPLES], *whole = at->values[ANSWER];
+    *outs = (found_outputs){NULL, NULL};
+    if (samples != NULL) {
+        TRY(job_open_output(at, samples, &outs->samples));
+    }
+    return whole != NULL ? job_open_output(at, whole, &outs->answer) : DONE;
+}
+
+/* Writes the best labelling, which has kept labels only. Energies are in integer units, as
+ * everywhere in the files. */
+static int write_found(job *at, const reduced *smaller, problem_file *made,
+                       const found_outputs *outs)
+{
+    enum { INFO_SIZE = 128 };
+    char info[INFO_SIZE];
+    const qs_reduction *found = &smaller->found;
+    (void)snprintf(info, sizeof info, "{\"lower_bound\": %" PRId64 ", \"proven_optimal\": %s}",
+                   found->lower_bound, found->lower_bound == found->upper_bound ? "true" : "false");
+    if (outs->samples != NULL) {
+        TRY(problem_index(made, &at->limit));
+        TRY(samples_output_labelling(made, smaller->labelling, "reduce", info, &at->limit,
+                                     outs->samples));
+    }
+    return outs->answer != NULL ? samples_output_labelling(&at->both.problem, smaller->labelling,
+                                                           "reduce", info, &at->limit, outs->answer)
+                                : DONE;
+}
+
 static int run_reduce(job *at)
 {
+    found_outputs outs;
     uint64_t iterations;
     laid_out laid;
     reducing how;
@@ -98,13 +144,16 @@ static int run_reduce(job *at)
     TRY(lay_out(&at->both.problem, &at->limit, &laid));
     TRY(read_for(at, &how, &coding));
     how.iterations = iterations;
+    TRY(start_read(at, at->values[START], &laid, &how.start));
     TRY(job_open_output(at, at->values[OUTPUT], &out));
+    TRY(open_found(at, &outs));
     bool certified = at->values[CERTIFICATE] != NULL;
     TRY(certified ? reduce_certified(at, &how, &laid, &smaller)
                   : reduce_problem(&laid, &how, &at->limit, &smaller));
     coding.kept = smaller.kept;
     TRY(recode_problem(&laid, &coding, "--penalty or --gap", &at->limit, &made));
     output_write_file(out, &made.file);
+    TRY(write_found(at, &smaller, &made, &outs));
     TRY(job_commit(at));
     print_result(at, &smaller, &laid, &made);
     return DONE;
@@ -125,6 +174,9 @@ const command cmd_reduce = {
                 "--certificate writes what proves that the labels are in no optimum; qstereo "
                 "verify "
                 "checks it.\n\n"
+                "--start begins with a labelling that is known: the better it is, the more can be "
+                "proven. --samples writes the best labelling for solvers of the smaller problem "
+                "to begin with.\n\n"
                 "Reads one-hot, one-hot-sparse and domain-wall. The solver ilp of qstereo-bridge "
                 "needs one-hot-sparse: --encoding one-hot-sparse writes a problem that was "
                 "reduced as domain-wall once more for it.\n",
