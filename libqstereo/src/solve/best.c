@@ -161,7 +161,8 @@ static qs_status cut_quickly(const qs_model *model, const qs_solve_options *opti
 {
     qs_solve_options own = {0};
     if (options) { /* without their limit, which is one of messages */
-        own = (qs_solve_options){.watch = options->watch, .context = options->context};
+        own = (qs_solve_options){
+            .watch = options->watch, .context = options->context, .witness = options->witness};
     }
     qs_model_winner(model, labelling);
     return qs_min_cut(model, &own, workspace, workspace_size, labelling, solution);

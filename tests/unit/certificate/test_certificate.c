@@ -119,6 +119,19 @@ static qs_status by_best(const qs_witness *witness, uint64_t iterations)
     return status;
 }
 
+static qs_status by_cut(const qs_witness *witness, uint64_t iterations)
+{
+    qs_solution solution;
+    qs_solve_options options = {.witness = witness};
+    (void)iterations;
+    qs_model_winner(&model, c.labelling);
+    qs_status status =
+        qs_min_cut(&model, &options, workspace, sizeof workspace, c.labelling, &solution);
+    c.energy = solution.energy;
+    c.bound = solution.lower_bound;
+    return status;
+}
+
 static qs_status by_reduce(const qs_witness *witness, uint64_t iterations)
 {
     qs_reduction reduction;
@@ -195,6 +208,20 @@ static void bounds_hold(void **unused)
     each_certificate(by_trws, 1, holds);
     each_certificate(by_best, 2, holds);
     assert_true(lower < ROUNDS / 20); /* the last pass is not always the best */
+}
+
+/* A flow proves the optimum itself. */
+static void proves_the_optimum(uint64_t *state)
+{
+    holds(state);
+    assert_int_equal(c.energy, c.bound);
+    assert_int_equal(c.verdict.lower_bound, c.energy);
+}
+
+static void cuts_prove_the_optimum(void **unused)
+{
+    (void)unused;
+    each_certificate(by_cut, 7, proves_the_optimum);
 }
 
 /* The certificate leaves exactly what the reduction does. */
@@ -388,13 +415,10 @@ static void arguments(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bounds_hold),
-        cmocka_unit_test(reductions_hold),
-        cmocka_unit_test(reduced_problems_are_compared),
-        cmocka_unit_test(too_much_is_refuted),
-        cmocka_unit_test(no_certificate_lies),
-        cmocka_unit_test(damage_is_noticed),
-        cmocka_unit_test(arguments),
+        cmocka_unit_test(bounds_hold),         cmocka_unit_test(cuts_prove_the_optimum),
+        cmocka_unit_test(reductions_hold),     cmocka_unit_test(reduced_problems_are_compared),
+        cmocka_unit_test(too_much_is_refuted), cmocka_unit_test(no_certificate_lies),
+        cmocka_unit_test(damage_is_noticed),   cmocka_unit_test(arguments),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
