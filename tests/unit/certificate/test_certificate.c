@@ -7,6 +7,7 @@
 
 #include "base/bytes.h"
 #include "files/crc32c.h"
+#include "model/convexity.h"
 
 enum { FILE_SIZE = 1 << 18, STAGES_AT = 4, ENERGY_AT = 40, BOUND_AT = 32, HEADER = 64 };
 
@@ -224,6 +225,52 @@ static void cuts_prove_the_optimum(void **unused)
     each_certificate(by_cut, 7, proves_the_optimum);
 }
 
+/* Convex costs of sites and edges, of which descent makes no graph of levels. */
+static void make_convex(uint64_t *state)
+{
+    do {
+        tiny_make(&t, state, BITS, false);
+    } while (t.problem.labels < 3);
+    t.problem.pairwise.smoothness =
+        tiny_random(state, 2) ? QS_TRUNCATED_LINEAR : QS_TRUNCATED_QUADRATIC;
+    t.problem.pairwise.truncation = 0;
+    for (uint32_t p = 0; p < site_count(); p++) {
+        int32_t slope = (int32_t)tiny_random(state, 40) - 60, cost = 200;
+        for (uint32_t a = 0; a < t.problem.labels; a++) {
+            t.costs[p * t.problem.labels + a] = cost;
+            cost += slope;
+            slope += (int32_t)tiny_random(state, 40);
+        }
+    }
+    request = (slow_request){.problem = &t.problem, .encoding = QS_ONE_HOT, .gap = 1};
+    for (uint32_t p = 0; p < TINY_SITES; p++) { /* without gaps */
+        uint32_t first = tiny_random(state, t.problem.labels);
+        for (uint32_t d = 0; d < t.problem.labels; d++) {
+            request.kept[p][d] = p % 3 > 0 || d >= first;
+        }
+    }
+    slow_encode(&request, &written);
+    assert_int_equal(
+        qs_model_build(&written.index, model_memory, qs_model_workspace(&written.qubo), &model),
+        QS_OK);
+}
+
+static void descents_prove_the_optimum(void **unused)
+{
+    (void)unused;
+    uint64_t state = 9;
+    int descents = 0;
+    for (int round = 0; round < ROUNDS; round++) {
+        make_convex(&state);
+        if (written.qubo.groups > 0) {
+            assert_true(certify(by_cut, 0));
+            proves_the_optimum(&state);
+            descents += qs_unary_is_convex(&model);
+        }
+    }
+    assert_true(descents > ROUNDS / 2);
+}
+
 /* The certificate leaves exactly what the reduction does. */
 static void leaves_as_reduced(uint64_t *state)
 {
@@ -415,10 +462,15 @@ static void arguments(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bounds_hold),         cmocka_unit_test(cuts_prove_the_optimum),
-        cmocka_unit_test(reductions_hold),     cmocka_unit_test(reduced_problems_are_compared),
-        cmocka_unit_test(too_much_is_refuted), cmocka_unit_test(no_certificate_lies),
-        cmocka_unit_test(damage_is_noticed),   cmocka_unit_test(arguments),
+        cmocka_unit_test(bounds_hold),
+        cmocka_unit_test(cuts_prove_the_optimum),
+        cmocka_unit_test(descents_prove_the_optimum),
+        cmocka_unit_test(reductions_hold),
+        cmocka_unit_test(reduced_problems_are_compared),
+        cmocka_unit_test(too_much_is_refuted),
+        cmocka_unit_test(no_certificate_lies),
+        cmocka_unit_test(damage_is_noticed),
+        cmocka_unit_test(arguments),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
