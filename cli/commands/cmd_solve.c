@@ -159,8 +159,8 @@ const command cmd_solve = {
                 "give an exact lower bound: no "
                 "labelling has a lower energy. If the energy of the answer is equal to it, the "
                 "answer is proven optimal.\n\n"
-                "--certificate writes what proves the bound of trws, or of best where that passes "
-                "messages; qstereo verify checks it.\n\n"
+                "--certificate writes what proves the bound of trws, cut or best; qstereo verify "
+                "checks it.\n\n"
                 "--time-limit counts from the start of the command. Ctrl-C ends the command "
                 "without a file; with --keep-on-interrupt the first one stops the solver, and "
                 "its best so far is written.\n",
