@@ -206,10 +206,7 @@ class _Split:
 def _goldstein(p, sets, claimed):
     """Takes out of `sets` what Goldstein's criterion rules out, until there is nothing: compared
     with the cheapest label of a site, and with all where a label is left that is not `claimed`."""
-    due = (sets & ~claimed).any(1)  # mostly only there
-    while due.any():
-        due = _goldstein_once(p, sets, due, None) & (sets & ~claimed).any(1)
-    due = ~p.fixed & (sets & ~claimed).any()
+    due = ~p.fixed
     while due.any():
         due = _goldstein_once(p, sets, due, None)
         more = (sets & ~claimed).any(1)
