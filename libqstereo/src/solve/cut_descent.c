@@ -125,8 +125,8 @@ static qs_number excess_of(const qs_fusion *f, uint32_t site, bool above)
     return (qs_number)qs_max_i64(qs_min_i64(charge_now(f, site) + rise, UNBOUNDED), -UNBOUNDED);
 }
 
-/* First what is too much goes where there is room; then what is too little comes from where there is
- * more than enough. */
+/* First what is too much goes where there is room; then what is too little comes from where there
+ * is more than enough. */
 static void find_slopes(qs_fusion *f)
 {
     qs_cut *cut = &f->m.cut;

@@ -4,8 +4,8 @@
 
 #include "../base/minmax.h"
 
-/* The chain of an edge at a site: qs_witness says how they are numbered. `earlier` and `later` count
- * the edges of the site so far. */
+/* The chain of an edge at a site: qs_witness says how they are numbered. `earlier` and `later`
+ * count the edges of the site so far. */
 static uint32_t chain_of(const qs_model *model, uint32_t site, const qs_edge_seen *edge,
                          uint32_t *earlier, uint32_t *later)
 {

@@ -1,6 +1,6 @@
-/* What a minimum cut tells a witness: its flow, as a split of the costs among chains (docs/MATHS.md,
- * section 19). The part of an edge's costs that the flow moves to one of its sites is taken from the
- * share of the edge's chain there; so on the chain nothing is left of it. */
+/* What a minimum cut tells a witness: its flow, as a split of the costs among chains
+ * (docs/MATHS.md, section 19). The part of an edge's costs that the flow moves to one of its sites
+ * is taken from the share of the edge's chain there; so on the chain nothing is left of it. */
 #ifndef QS_FLOW_SPLIT_H
 #define QS_FLOW_SPLIT_H
 
