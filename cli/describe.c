@@ -89,6 +89,24 @@ static void print_penalties(const penalties *printed, bool walls, uint32_t scale
     }
 }
 
+/* Says where the penalty that is proven for a domain wall grows with the labels left: where costs
+ * are neither Potts nor linear. */
+static void print_growing_kappa(const problem_file *described)
+{
+    const qs_labels *labels = &described->qubo.labels;
+    qs_smoothness smoothness = labels->pairwise.smoothness;
+    uint32_t most = 0;
+    for (uint32_t g = 0; g < described->qubo.groups; g++) {
+        uint32_t size = described->index.start[g + 1] - described->index.start[g] + 1;
+        most = size > most ? size : most;
+    }
+    if (most > 3 && smoothness != QS_POTTS && smoothness != QS_TRUNCATED_LINEAR) {
+        printf("%17ssites have up to %" PRIu32 " labels: with this smoothness kappa grows\n"
+               "%17swith their number, and one-hot may have the smaller penalties\n",
+               "", most, "");
+    }
+}
+
 static void print_displacements(const qs_labels *labels)
 {
     const qs_meaning *meaning = &labels->meaning;
@@ -178,6 +196,9 @@ void describe_problem(const problem_file *described)
            summary.quadratic_terms, qubo->couplings);
     penalties found = find_penalties(described, &summary);
     print_penalties(&found, qubo->has_labels && qubo->labels.encoding == QS_DOMAIN_WALL, scale);
+    if (qubo->has_labels && qubo->labels.encoding == QS_DOMAIN_WALL) {
+        print_growing_kappa(described);
+    }
     print_range("offset", summary.offset, summary.offset, scale);
     print_range("linear", summary.linear_min, summary.linear_max, scale);
     print_range("quadratic", summary.quadratic_min, summary.quadratic_max, scale);

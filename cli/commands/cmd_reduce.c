@@ -4,6 +4,7 @@
 
 #include "certifying.h"
 #include "command.h"
+#include "core_made.h"
 #include "encoding_choice.h"
 #include "reducing.h"
 #include "samples_output.h"
@@ -41,7 +42,8 @@ static const option options[] = {
     [ITERATIONS] = {"iterations", 0, false, "N", NULL,
                     "stop after N iterations of trws (default 2000)"},
     [ENCODING] = {"encoding", 0, false, "NAME", NULL,
-                  "encoding to write, one of those of encode (default that of P.qcf)"},
+                  "encoding to write, one of those of encode (default that of P.qcf; where "
+                  "smoothness is not potts, the one with the fewest terms)"},
     [CODING] = CODING_OPTION_ROWS(" (default that of P.qcf, else local)",
                                   " (default that of P.qcf)", " (default as in P.qcf)"),
     [JSON] = JSON_OPTION,
@@ -63,8 +65,19 @@ static int read_iterations(const char *text, uint64_t *iterations)
     return text != NULL ? number64_read("--iterations", text, 1, UINT64_MAX, iterations) : DONE;
 }
 
+/* Says why labels that are decided are in the file all the same. */
+static void print_detail(core_detail detail)
+{
+    if (detail == CORE_SITES) {
+        puts("in the file undecided sites have all their labels: without them it would be larger "
+             "than P.qcf");
+    } else if (detail == CORE_NOTHING) {
+        puts("the file is P.qcf as it came: without what is decided it would be larger");
+    }
+}
+
 static void print_result(const job *at, const reduced *smaller, const laid_out *before,
-                         const problem_file *after)
+                         const problem_file *after, core_detail detail)
 {
     const char *path = at->values[OUTPUT];
     if (at->json) {
@@ -74,6 +87,7 @@ static void print_result(const job *at, const reduced *smaller, const laid_out *
     } else if (!output_is_standard(path)) {
         printf("%s: %zu bytes\n", plain(path), after->file.size);
         reduced_print(smaller, before, encoding_name(before->labels.encoding), after);
+        print_detail(detail);
     }
 }
 
@@ -129,6 +143,14 @@ static int write_found(job *at, const reduced *smaller, problem_file *made,
                                 : DONE;
 }
 
+/* The command line does not say how to write the problem. */
+static bool is_free(const job *at)
+{
+    const char *const *values = at->values;
+    return values[ENCODING] == NULL && values[CODING + CODING_PENALTY] == NULL &&
+           values[CODING + CODING_GAP] == NULL && values[REDUCING + REDUCING_TARGET] == NULL;
+}
+
 static int run_reduce(job *at)
 {
     found_outputs outs;
@@ -139,6 +161,7 @@ static int run_reduce(job *at)
     output *out;
     reduced smaller;
     problem_file made;
+    core_detail detail = CORE_LABELS;
     TRY(read_iterations(at->values[ITERATIONS], &iterations));
     TRY(job_open_problem(at));
     TRY(lay_out(&at->both.problem, &at->limit, &laid));
@@ -151,11 +174,12 @@ static int run_reduce(job *at)
     TRY(certified ? reduce_certified(at, &how, &laid, &smaller)
                   : reduce_problem(&laid, &how, &at->limit, &smaller));
     coding.kept = smaller.kept;
-    TRY(recode_problem(&laid, &coding, "--penalty or --gap", &at->limit, &made));
+    TRY(is_free(at) ? core_make(&laid, &coding, &smaller, &at->limit, &made, &detail)
+                    : recode_problem(&laid, &coding, "--penalty or --gap", &at->limit, &made));
     output_write_file(out, &made.file);
     TRY(write_found(at, &smaller, &made, &outs));
     TRY(job_commit(at));
-    print_result(at, &smaller, &laid, &made);
+    print_result(at, &smaller, &laid, &made, detail);
     return DONE;
 }
 
@@ -167,7 +191,8 @@ const command cmd_reduce = {
             .about =
                 "Leaves out labels that are proven to be in no optimum, so that a solver has less "
                 "to do. Every optimum stays, energies stay those of the whole problem, and decode "
-                "gives the whole map.\n\n"
+                "gives the whole map. A file of more than 1 MiB is never larger than P.qcf: labels "
+                "that are decided stay in it where leaving them out would take more room.\n\n"
                 "When the lower bound meets the energy, only labels that may tie are left. With "
                 "--target the reduction stops earlier, at a hard problem of that size for an "
                 "annealer.\n\n"

@@ -79,8 +79,10 @@ typedef struct qs_solve_options {
                               its answer is not above them. NULL = none. Other
                               solvers do not look at it */
     const qs_witness *witness; /* NULL = nobody. With one, the watch is called
-                                  between iterations of messages alone. It is
-                                  told nothing where costs need 64 bits */
+                                  between iterations of messages alone. trws,
+                                  best and min_cut call it, best not where it
+                                  packs. It is told nothing where costs need 64
+                                  bits */
 } qs_solve_options;
 
 typedef struct qs_solution {

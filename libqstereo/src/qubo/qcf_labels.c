@@ -38,6 +38,9 @@ static bool fields_agree(const qs_labels *l, bool masked)
     bool truncates = l->pairwise.smoothness == QS_TRUNCATED_LINEAR ||
                      l->pairwise.smoothness == QS_TRUNCATED_QUADRATIC;
     bool framed = f->picture_width > 0 || f->picture_height > 0 || f->x > 0 || f->y > 0;
+    if (l->encoding == QS_DOMAIN_WALL && l->pairwise.smoothness == QS_TABLE) {
+        return false; /* each edge has its own there */
+    }
     return (l->width > 0 || (!masked && !framed)) && (truncates || l->pairwise.truncation == 0) &&
            (qs_penalty_keeps_gap(l->penalty) || l->gap == 1) &&
            qs_encoding_holds(l->encoding, &l->pairwise, l->labels) &&

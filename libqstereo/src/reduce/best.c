@@ -46,7 +46,9 @@ size_t qs_best_workspace(const qs_model *model)
 /* The limits of messages are none of cuts and of packing. */
 static qs_solve_options with_watch_of(const qs_solve_options *options)
 {
-    return options ? (qs_solve_options){.watch = options->watch, .context = options->context}
+    return options ? (qs_solve_options){.watch = options->watch,
+                                        .context = options->context,
+                                        .witness = options->witness}
                    : (qs_solve_options){0};
 }
 
