@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "presets.h"
 #include "solving.h"
 #include "text/names.h"
 
@@ -16,18 +17,13 @@ static const char *penalty_at(size_t index)
     return name_at(&penalty_names, index);
 }
 
-static const char *cost_at(size_t index)
-{
-    return name_at(&cost_names, index);
-}
-
 /* The options that take one of some names. All others take a number or a file. */
 static const struct {
     const char *option;
     const char *(*name_at)(size_t index);
 } named_options[] = {
     {"encoding", encoding_at}, {"smoothness", smoothness_at}, {"penalty", penalty_at},
-    {"cost", cost_at},         {"solver", solver_at},
+    {"solver", solver_at},     {"preset", preset_at},
 };
 enum { NAMED_OPTIONS = sizeof named_options / sizeof named_options[0] };
 

@@ -17,11 +17,9 @@ static const named penalties[] = {{"local", QS_PENALTY_LOCAL},
                                   {"minimal", QS_PENALTY_MINIMAL},
                                   {"paper", QS_PENALTY_PAPER},
                                   {"given", QS_PENALTY_GIVEN}};
-static const named costs[] = {{"ad", QS_COST_AD}};
 
 const name_table smoothness_names = TABLE("smoothness", smoothnesses, 2);
 const name_table penalty_names = TABLE("penalty", penalties, 1);
-const name_table cost_names = TABLE("cost", costs, 0);
 
 const char *name_of(const name_table *table, int value)
 {

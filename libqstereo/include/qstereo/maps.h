@@ -56,8 +56,8 @@ enum { QS_REFINED_UNIT = 16 };
 /* The map of a labelling in sixteenths of a pixel: each value goes to the least
  * of the parabola through the unary costs of its label and of the two beside
  * it, at most half a label away. Where the label has no two labels beside it,
- * or costs more than one of them, it stays. (Scharstein and Szeliski 2002, section
- * 3.4.)
+ * or costs more than one of them, it stays. (Scharstein and Szeliski 2002,
+ * section 3.4.)
  *
  * model, labels  of the problem, as qs_model_of_problem makes them
  * labelling      a label of each of labels->sites
