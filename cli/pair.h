@@ -20,42 +20,35 @@ enum {
     PAIR_BORDER,
     PAIR_OPTIONS
 };
-#define PAIR_OPTION_ROWS                                                                             \
-    {"disparity", 0,                                                                                 \
-     false,       "MIN:MAX[:STEP]",                                                                  \
-     "0:15",      "disparities to choose from, in pixels, both included; the step is 1 or 0.5"},     \
-        {"lambda", 0,    false,                                                                      \
-         "L",      NULL, "weight of the smoothness, an exact decimal number (paper: 20)"},           \
-        {"roi",     0,    false,                                                                     \
-         "X,Y,W,H", NULL, "window of the left picture to match (default all of it)"},                \
-        {"cost",                                                                                     \
-         0,                                                                                          \
-         false,                                                                                      \
-         "SUM",                                                                                      \
-         NULL,                                                                                       \
-         "cost of a disparity: ad, sd, bt or census:WxH, each [WEIGHT*]NAME[:TRUNCATION], or two "   \
-         "with + between (paper: ad)"},                                                              \
-        {"smoothness", 0,                                                                            \
-         false,        "NAME",                                                                       \
-         NULL,         "cost of neighbours that differ: potts, linear or quadratic (paper: potts)"}, \
-        {"truncation", 0,    false,                                                                  \
-         "T",          NULL, "upper bound of linear or quadratic smoothness (default no bound)"},    \
-        {"bits", 0, false, "N", NULL, "the pictures hold N bits in files of 16: white is 2^N - 1"},  \
-        {"preset", 0,       false,                                                                   \
-         "NAME",   "paper", "settings for what is not given: paper, accurate or fast"},              \
-        {"contrast",                                                                                 \
-         0,                                                                                          \
-         false,                                                                                      \
-         "G,N",                                                                                      \
-         NULL,                                                                                       \
-         "N times the weight between pixels whose greys differ by less than G; none (paper: "        \
-         "none)"},                                                                                   \
-        {"border",                                                                                   \
-         0,                                                                                          \
-         false,                                                                                      \
-         "NAME",                                                                                     \
-         NULL,                                                                                       \
-         "pixels whose matches leave the right picture: keep or leave-out (paper: leave-out)"}
+#define PAIR_OPTION_ROWS                                                                           \
+    {"disparity", 0,                                                                               \
+     false,       "MIN:MAX[:STEP]",                                                                \
+     "0:15",      "disparities to choose from, in pixels, both included; the step is 1 or 0.5"},   \
+        {"lambda", 0, false, "L", NULL, "weight of the smoothness, an exact decimal number"},      \
+        {"roi",     0,    false,                                                                   \
+         "X,Y,W,H", NULL, "window of the left picture to match (default all of it)"},              \
+        {"cost",                                                                                   \
+         0,                                                                                        \
+         false,                                                                                    \
+         "SUM",                                                                                    \
+         NULL,                                                                                     \
+         "cost of a disparity: ad, sd, bt or census:WxH, as [WEIGHT*]NAME[:TRUNCATION], or two "   \
+         "with + between"},                                                                        \
+        {"smoothness", 0,    false,                                                                \
+         "NAME",       NULL, "cost of neighbours that differ: potts, linear or quadratic"},        \
+        {"truncation", 0,    false,                                                                \
+         "T",          NULL, "upper bound of linear or quadratic smoothness (default no bound)"},  \
+        {"bits", 0, false, "N", NULL, "pictures of N bits in files of 16: white is 2^N - 1"},      \
+        {"preset", 0,       false,                                                                 \
+         "NAME",   "paper", "settings for what is not given: paper, accurate or fast"},            \
+        {"contrast",                                                                               \
+         0,                                                                                        \
+         false,                                                                                    \
+         "G,N",                                                                                    \
+         NULL,                                                                                     \
+         "N times the weight between pixels whose greys differ by less than G, or none"},          \
+        {"border", 0,    false,                                                                    \
+         "NAME",   NULL, "pixels whose matches leave the right picture: keep or leave-out"}
 
 /* What the options and the preset say together. */
 typedef struct pair_settings {
