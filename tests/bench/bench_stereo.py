@@ -65,10 +65,20 @@ def labels_of_sgbm(facts):
     return 16 * -(-(facts["disparity_max"] + 1) // 16)
 
 
+def padded(matcher, left, right, facts):
+    """The map of a matcher, which gives no values in its first columns: the pictures get as many
+    more on the left, so that it has a value at every pixel of the real ones.
+    """
+    more = labels_of_sgbm(facts)
+    wide = [cv2.copyMakeBorder(picture, 0, 0, more, 0, cv2.BORDER_REPLICATE)
+            for picture in (left, right)]
+    return matcher.compute(*wide)[:, more:] / 16
+
+
 def sgbm(left, right, facts):
     matcher = cv2.StereoSGBM_create(0, labels_of_sgbm(facts), 5, 200, 800, uniquenessRatio=5,
                                     speckleWindowSize=50, speckleRange=2)
-    return matcher.compute(left, right) / 16
+    return padded(matcher, left, right, facts)
 
 
 def matcher_of_hh(facts, p1, p2):
@@ -81,7 +91,7 @@ def greys(left, right):
 
 
 def hh(left, right, facts):
-    return matcher_of_hh(facts, 72, 288).compute(*greys(left, right)) / 16
+    return padded(matcher_of_hh(facts, 72, 288), *greys(left, right), facts)
 
 
 def hh_wls(left, right, facts):
@@ -101,7 +111,7 @@ def uniqueness(left, right, facts):
     for ratio in range(0, 100, 3):
         matcher = cv2.StereoSGBM_create(0, labels_of_sgbm(facts), 5, 200, 800,
                                         uniquenessRatio=ratio)
-        found = matcher.compute(left, right) / 16
+        found = padded(matcher, left, right, facts)
         sure = np.where(found >= 0, ratio, sure)
         whole = found if ratio == 0 else whole
     return whole, sure
