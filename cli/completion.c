@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "presets.h"
 #include "solving.h"
 #include "text/names.h"
 
@@ -14,11 +15,6 @@ static const char *smoothness_at(size_t index)
 static const char *penalty_at(size_t index)
 {
     return name_at(&penalty_names, index);
-}
-
-static const char *cost_at(size_t index)
-{
-    return name_at(&cost_names, index);
 }
 
 static const char *palette_at(size_t index)
@@ -37,7 +33,7 @@ static const struct {
     const char *(*name_at)(size_t index);
 } named_options[] = {
     {"encoding", encoding_at}, {"smoothness", smoothness_at}, {"penalty", penalty_at},
-    {"cost", cost_at},         {"solver", solver_at},         {"palette", palette_at},
+    {"solver", solver_at},     {"preset", preset_at},         {"palette", palette_at},
     {"unit", unit_at},
 };
 enum { NAMED_OPTIONS = sizeof named_options / sizeof named_options[0] };

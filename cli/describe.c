@@ -137,7 +137,13 @@ static void print_meaning(const qs_labels *labels)
     case QS_MEANS_KEEP: puts(": 0 drop, 1 keep"); return;
     case QS_MEANS_DISPARITY: break;
     }
-    printf(", disparities %" PRIu32 " to %" PRIu64 "\n", first, (uint64_t)first + last);
+    uint32_t unit = labels->meaning.unit > 0 ? labels->meaning.unit : 1;
+    char ends[2][DECIMAL_SIZE], step[DECIMAL_SIZE] = "";
+    decimal_write(first, unit, ends[0]);
+    decimal_write((int64_t)first + last, unit, ends[1]);
+    decimal_write(1, unit, step);
+    printf(", disparities %s to %s%s%s\n", ends[0], ends[1], unit > 1 ? " in steps of " : "",
+           unit > 1 ? step : "");
 }
 
 static void print_labels(const qs_labels *labels)
@@ -232,8 +238,9 @@ static void json_meaning(const qs_labels *labels)
     json_count("labels", labels->labels);
     json_name("meaning", meaning_name(labels->meaning.kind));
     if (labels->meaning.kind == QS_MEANS_DISPARITY) {
-        json_count("disparity_min", labels->frame.first);
-        json_count("disparity_max", (uint64_t)labels->frame.first + labels->labels - 1);
+        uint32_t unit = labels->meaning.unit > 0 ? labels->meaning.unit : 1;
+        json_units("disparity_min", labels->frame.first, unit);
+        json_units("disparity_max", (int64_t)labels->frame.first + labels->labels - 1, unit);
     } else {
         json_null("disparity_min");
         json_null("disparity_max");

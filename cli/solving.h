@@ -60,6 +60,11 @@ const char *solver_at(size_t index);
     {"solver", 0,      false,                                                                      \
      "NAME",   "best", "icm, anneal, swap, expansion, bp, trws, cut, pack or best"}
 
+/* The same where a preset chooses it. */
+#define PAIR_SOLVER_OPTION                                                                         \
+    {"solver", 0,    false,                                                                        \
+     "NAME",   NULL, "icm, anneal, swap, expansion, bp, trws, cut, pack or best (paper: best)"}
+
 /* Reads the argument of --solver, and one name, `length` letters of `text`, of the argument of
  * --solvers. Return DONE or BAD_USAGE. */
 int solver_read(const char *text, const solver **chosen);

@@ -1,6 +1,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "after.h"
 #include "camera/frames.h"
 #include "command.h"
 #include "hints.h"
@@ -10,6 +11,7 @@
 #include "progress_line.h"
 #include "text/fail.h"
 #include "text/json.h"
+#include "text/numbers.h"
 
 enum {
     OUTPUT,
@@ -17,7 +19,8 @@ enum {
     SOLVER = PAIR + PAIR_OPTIONS,
     SEARCH,
     STOPPING = SEARCH + SEARCH_OPTIONS,
-    SCALE = STOPPING + STOPPING_OPTIONS,
+    AFTER = STOPPING + STOPPING_OPTIONS,
+    SCALE = AFTER + AFTER_OPTIONS,
     COLOR,
     PALETTE,
     SCALE_BAR,
@@ -33,9 +36,10 @@ enum {
 static const option options[] = {
     [OUTPUT] = MAP_OUTPUT_OPTION,
     [PAIR] = PAIR_OPTION_ROWS,
-    [SOLVER] = SOLVER_OPTION,
+    [SOLVER] = PAIR_SOLVER_OPTION,
     [SEARCH] = SEARCH_OPTION_ROWS,
     [STOPPING] = STOPPING_OPTION_ROWS,
+    [AFTER] = AFTER_OPTION_ROWS,
     [SCALE] = SCALE_OPTION,
     [COLOR] = COLOR_OPTION,
     [PALETTE] = PALETTE_OPTION,
@@ -59,6 +63,7 @@ typedef struct request {
     uint32_t number; /* of the frame in work */
     bool is_first; /* the frame in work is the first one: hints are given for it */
     map_request map;
+    after after;
     const solver *by;
     search how;
     bool scored; /* there is a truth */
@@ -93,7 +98,7 @@ static int read_calibration(job *at, request *asked)
     asked->frames.whole = &at->limit;
     if (!has_range && asked->cameras.labels > 0) {
         asked->pair.stereo.disparity_min = 0;
-        asked->pair.stereo.disparity_max = asked->cameras.labels - 1;
+        asked->pair.stereo.disparity_max = (asked->cameras.labels - 1) * asked->pair.stereo.parts;
     }
     return DONE;
 }
@@ -106,13 +111,26 @@ static int read_map(job *at, const char *path, request *asked)
     return map_request_read(&given, &at->limit, &asked->map);
 }
 
+/* The solver and its iterations are those of the preset unless they are given. A solver that is
+ * given has its own limit. */
+static int read_solver(const char *const *values, request *asked)
+{
+    const preset *from = asked->pair.from;
+    TRY(solver_read(values[SOLVER] != NULL ? values[SOLVER] : from->solver, &asked->by));
+    TRY(search_read(&values[SEARCH], &asked->how));
+    bool own = values[SOLVER] == NULL && values[SEARCH + SEARCH_ITERATIONS] == NULL;
+    return own && from->iterations != NULL ? number64_read("--iterations", from->iterations, 1,
+                                                           UINT32_MAX, &asked->how.iterations)
+                                           : DONE;
+}
+
 static int read_request(job *at, request *asked)
 {
     const char *const *values = at->values;
     asked->scored = values[TRUTH] != NULL;
     TRY(pair_read(at->given->operands, &values[PAIR], &asked->pair));
-    TRY(solver_read(values[SOLVER], &asked->by));
-    TRY(search_read(&values[SEARCH], &asked->how));
+    TRY(read_solver(values, asked));
+    TRY(after_read(&values[AFTER], &asked->pair, &asked->after));
     TRY(stopping_read(&values[STOPPING], &asked->how));
     TRY(truth_form_read(values[TRUTH_SCALE], values[TRUTH_NO_VALUE], &asked->truth_form));
     TRY(read_map(at, values[OUTPUT], asked));
@@ -137,6 +155,8 @@ static void print_result(const job *at, const request *asked, const solved *foun
         json_count("sample", 0);
         json_count("repaired", 0);
         map_request_json(&asked->map);
+        pair_json(&asked->pair);
+        json_name("after", asked->after.steps);
         if (asked->scored) {
             map_errors_json(errors);
             map_errors_json_more(errors);
@@ -156,7 +176,8 @@ static int write_found(job *at, request *asked, const laid_out *laid, const solv
 {
     pixel_map map;
     map_errors errors;
-    TRY(map_of_labelling(laid->name, &laid->labels, found->labelling, &at->limit, &map));
+    TRY(after_labels(&asked->after, &asked->pair, laid, found, asked->by, &asked->how, &at->limit,
+                     &map));
     if (asked->scored) {
         TRY(truth_compare(&asked->truth, &map, &errors));
     }
@@ -191,19 +212,15 @@ static int measure_corner(const request *asked, const made_problem *whole, budge
     const qs_problem *problem = &whole->problem;
     const qs_frame *frame = &problem->frame;
     uint32_t width = problem->grid.width, height = problem->grid.height;
-    qs_stereo corner = asked->pair.stereo;
+    qs_matching corner = asked->pair.stereo;
     qs_problem small;
     laid_out laid;
     corner.x = frame->x;
     corner.y = frame->y;
     corner.width = width < CORNER ? width : CORNER;
     corner.height = height < CORNER ? height : CORNER;
-    size_t size = qs_stereo_workspace(&corner);
-    void *workspace = budget_take(aside, name, size);
-    if (workspace == NULL) {
-        return NO_RESOURCE;
-    }
-    qs_status made = qs_stereo_problem(&corner, workspace, size, &small);
+    qs_status made;
+    TRY(pair_problem(&corner, name, aside, &small, &made));
     if (made != QS_OK) {
         return fail_status(name, made);
     }
@@ -228,6 +245,9 @@ static int check_ahead(const job *at, const request *asked, const made_problem *
     uint64_t work = (uint64_t)(each * qs_problem_sites(problem));
     uint64_t all = bytes_sum(qs_model_of_problem_workspace(problem),
                              bytes_after_model(asked, &problem->frame, work));
+    if (asked->after.check) { /* the problem of the right picture stands beside this one */
+        all = bytes_sum(all, all);
+    }
     bool is_far_over = all - all / 10 > at->limit.left;
     return is_far_over ? budget_need(&at->limit, whole->name, all) : DONE;
 }
@@ -262,6 +282,7 @@ static int match(job *at, request *asked, bool *interrupted)
         &at->limit, laid.name,
         bytes_after_model(asked, &opened.problem.frame, solve_bytes(&laid, asked->by))));
     TRY(map_request_open(&asked->map, at));
+    TRY(after_open(&asked->after, at));
     TRY(solve_problem(&laid, asked->by, &asked->how, &at->limit, &found));
     TRY(solved_check(&laid, &found));
     *interrupted = found.interrupted;
@@ -284,7 +305,7 @@ static int name_map(job *at, request *asked)
 static int match_next(job *at, request *asked, bool *ended)
 {
     frame_pair next;
-    qs_stereo *stereo = &asked->pair.stereo;
+    qs_matching *stereo = &asked->pair.stereo;
     TRY(frames_next(&asked->frames, &at->limit, &next, ended));
     if (*ended) {
         return DONE;

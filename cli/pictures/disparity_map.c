@@ -226,8 +226,13 @@ int map_of_labelling(const char *name, const qs_labels *labels, const uint16_t *
     uint64_t size = bytes_product((uint64_t)frame->picture_width * frame->picture_height,
                                   sizeof *map->disparities);
     TRY(budget_need(limit, name, size));
-    *map = (pixel_map){budget_take(limit, name, (size_t)size), frame->picture_width,
-                       frame->picture_height, frame->first, frame->first + labels->labels - 1};
+    uint32_t unit = labels->meaning.unit > 0 ? labels->meaning.unit : 1;
+    *map = (pixel_map){budget_take(limit, name, (size_t)size),
+                       unit,
+                       frame->picture_width,
+                       frame->picture_height,
+                       frame->first,
+                       frame->first + labels->labels - 1};
     if (map->disparities == NULL) {
         return NO_RESOURCE;
     }

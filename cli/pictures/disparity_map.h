@@ -37,9 +37,10 @@ int map_read(const char *path, const map_form *form, budget *limit, qs_map *map)
  * BAD_INPUT or NO_RESOURCE. */
 int map_apply_mask(const char *path, budget *limit, qs_map *map);
 
-/* A map in pixels. */
+/* A map in parts of a pixel. */
 typedef struct pixel_map {
     int32_t *disparities; /* row after row; QS_NO_DISPARITY = no value. The budget owns them */
+    uint32_t unit; /* parts in a pixel */
     uint32_t width, height;
     uint32_t least, most; /* the range of the colours */
 } pixel_map;

@@ -38,6 +38,14 @@ static int32_t largest_of(const pixel_map *map)
     return largest;
 }
 
+/* What a picture holds for a disparity in parts of a pixel, rounded. */
+static uint64_t held(const drawing *from, uint32_t disparity)
+{
+    uint32_t unit = from->map->unit;
+    uint64_t scaled = ((uint64_t)disparity * from->scale + unit / 2) / unit;
+    return scaled > 0 ? scaled : qs_disparity_hold(0, from->scale);
+}
+
 /* The size and depth of the picture, whose samples are not made yet. */
 static int plan(const drawing *from, const char *path, picture *made)
 {
@@ -46,9 +54,9 @@ static int plan(const drawing *from, const char *path, picture *made)
     made->width += from->colours != NULL && from->colours->has_bar ? BAR_WIDTH : 0;
     if (from->colours == NULL) {
         uint32_t largest = (uint32_t)largest_of(from->map);
-        uint64_t most = qs_disparity_hold(largest, from->scale);
+        uint64_t most = held(from, largest);
         if (most > 65535) {
-            return fail_too_large(path, largest, from->scale);
+            return fail_too_large(path, largest / from->map->unit, from->scale);
         }
         made->maxval = most > 255 ? 65535 : 255;
     }
@@ -82,9 +90,7 @@ static void draw_row(const drawing *from, size_t y, uint16_t *samples)
     }
     for (size_t x = 0; x < map->width; x++) {
         int32_t disparity = map->disparities[y * map->width + x];
-        samples[x] = disparity == QS_NO_DISPARITY
-                         ? 0
-                         : (uint16_t)qs_disparity_hold((uint32_t)disparity, from->scale);
+        samples[x] = disparity == QS_NO_DISPARITY ? 0 : (uint16_t)held(from, (uint32_t)disparity);
     }
 }
 
@@ -138,7 +144,8 @@ static int write_pfm(const pixel_map *map, const char *path, output *out)
     for (size_t y = map->height; y-- > 0 && status == DONE;) {
         for (size_t x = 0; x < map->width; x++) {
             int32_t disparity = map->disparities[y * map->width + x];
-            values[x] = disparity == QS_NO_DISPARITY ? INFINITY : (float)disparity;
+            values[x] =
+                disparity == QS_NO_DISPARITY ? INFINITY : (float)disparity / (float)map->unit;
         }
         (void)output_write(out, bytes, pfm_pack(values, map->width, bytes));
     }

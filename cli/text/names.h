@@ -22,7 +22,6 @@ typedef struct name_table {
 
 extern const name_table smoothness_names;
 extern const name_table penalty_names;
-extern const name_table cost_names;
 extern const name_table palette_names;
 extern const name_table unit_names; /* of length; their values are millimetres */
 

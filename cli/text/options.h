@@ -21,7 +21,7 @@ typedef struct option {
 #define MEMORY_LIMIT_OPTION                                                                        \
     {"memory-limit", 0, false, "MIB", "4096", "the most memory for files and the work on them"}
 
-enum { OPERANDS_MAX = 4, OPTIONS_MAX = 32, GIVEN_MAX = 256 };
+enum { OPERANDS_MAX = 4, OPTIONS_MAX = 48, GIVEN_MAX = 256 };
 
 typedef struct command_line {
     const char *name;

@@ -507,7 +507,7 @@ USAGE = {
     "roi garbage": (["--roi", "1,2,3"], "X,Y,W,H"),
     "roi empty": (["--roi", "0,0,0,4"], "X,Y,W,H"),
     "roi negative": (["--roi", "-1,0,2,2"], "X,Y,W,H"),
-    "cost": (["--cost", "ssd"], "it can be: ad"),
+    "cost": (["--cost", "ssd"], "with the names ad, sd, bt, or census:WxH"),
     "smoothness": (
         ["--smoothness", "pots"],
         "did you mean potts? It can be: potts linear quadratic",

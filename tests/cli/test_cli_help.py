@@ -128,11 +128,13 @@ def test_completion_of_bash(tmp_path):
     (tmp_path / "p.qcf").touch()
     assert completed_by_bash(tmp_path, "qstereo", "info", "p") == ["p.qcf"]
     assert completed_by_bash(tmp_path, "qstereo", "solve", "-o", "p") == ["p.qcf"]
-    for option in ("--solver", "--encoding", "--smoothness", "--penalty", "--cost"):
+    for option in ("--solver", "--encoding", "--smoothness", "--penalty"):
         offered = completed_by_bash(tmp_path, "qstereo", "match", option, "")
         command = "solve" if option == "--solver" else "encode"
         listed = run(command, "l", *["r"] * (command == "encode"), "-o", "o", option, "x").err
         assert " ".join(offered) in listed.split("it can be: ")[1]
+    offered = completed_by_bash(tmp_path, "qstereo", "match", "--preset", "")
+    assert offered == ["paper", "accurate", "fast"]
     for command in COMMANDS:
         offered = completed_by_bash(tmp_path, "qstereo", command, "-")
         assert {word[2:] for word in offered if word[:2] == "--"} == set(options_in_help(command))

@@ -113,7 +113,8 @@ static bool read_mean(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q, bool
                           qs_load_u32(p + 12),
                           qs_load_i32(p + 16),
                           qs_load_i32(p + 20)};
-    if (!qs_meaning_is_valid(&meaning) || meaning.kind == QS_MEANS_DISPARITY) {
+    if (!qs_meaning_is_valid(&meaning) ||
+        (meaning.kind == QS_MEANS_DISPARITY && meaning.unit == 0)) {
         return corrupt(reader, chunk, "contents of mean");
     }
     q->labels.meaning = meaning;
@@ -308,7 +309,8 @@ static bool read_side_chunk(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q
         return read_labl(reader, chunk, q);
     }
     if (memcmp(chunk->type, "mean", 4) == 0) {
-        bool first = before_trnc && !*kept && q->labels.meaning.kind == QS_MEANS_DISPARITY;
+        bool first = before_trnc && !*kept && q->labels.meaning.kind == QS_MEANS_DISPARITY &&
+                     q->labels.meaning.unit == 0;
         return read_mean(reader, chunk, q, first);
     }
     if (memcmp(chunk->type, "kept", 4) == 0) {
