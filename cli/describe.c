@@ -105,21 +105,21 @@ static void print_displacements(const qs_labels *labels)
 /* What the labels stand for. */
 static void print_meaning(const qs_labels *labels)
 {
-    uint32_t first = labels->frame.first, last = labels->labels - 1;
+    int64_t first = labels->frame.first, last = labels->labels - 1;
     switch (labels->meaning.kind) {
-    case QS_MEANS_NUMBER: printf(", numbers 0 to %" PRIu32 "\n", last); return;
+    case QS_MEANS_NUMBER: printf(", numbers 0 to %" PRId64 "\n", last); return;
     case QS_MEANS_GREY:
-        printf(", greys 0 to %" PRIu64 " in steps of %" PRIu32 "\n",
-               (uint64_t)last * labels->meaning.step, labels->meaning.step);
+        printf(", greys 0 to %" PRId64 " in steps of %" PRIu32 "\n", last * labels->meaning.step,
+               labels->meaning.step);
         return;
     case QS_MEANS_CLASS:
-        printf(", classes %" PRIu32 " to %" PRIu64 "\n", first, (uint64_t)first + last);
+        printf(", classes %" PRId64 " to %" PRId64 "\n", first, first + last);
         return;
     case QS_MEANS_DISPLACEMENT: print_displacements(labels); return;
     case QS_MEANS_KEEP: puts(": 0 drop, 1 keep"); return;
     case QS_MEANS_DISPARITY: break;
     }
-    printf(", disparities %" PRIu32 " to %" PRIu64 "\n", first, (uint64_t)first + last);
+    printf(", disparities %" PRId64 " to %" PRId64 "\n", first, first + last);
 }
 
 static void print_labels(const qs_labels *labels)
@@ -211,8 +211,8 @@ static void json_meaning(const qs_labels *labels)
     json_count("labels", labels->labels);
     json_name("meaning", meaning_name(labels->meaning.kind));
     if (labels->meaning.kind == QS_MEANS_DISPARITY) {
-        json_count("disparity_min", labels->frame.first);
-        json_count("disparity_max", (uint64_t)labels->frame.first + labels->labels - 1);
+        json_integer("disparity_min", labels->frame.first);
+        json_integer("disparity_max", (int64_t)labels->frame.first + labels->labels - 1);
     } else {
         json_null("disparity_min");
         json_null("disparity_max");

@@ -74,7 +74,7 @@ static bool write_bytes(void *context, const void *bytes, size_t size)
 static void print_outside(const encode_request *asked)
 {
     if (asked->maker == &pair_maker) {
-        pair_print_outside(asked->state, asked->made.problem.frame.x);
+        pair_print_outside(asked->state, &asked->made.problem);
     }
 }
 

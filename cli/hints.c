@@ -10,9 +10,10 @@ static uint64_t row_cost(const qs_image *left, const qs_image *right, const qs_s
 {
     const uint8_t *l = left->pixels + y * left->stride, *r = right->pixels + y * right->stride;
     uint64_t cost = 0;
-    for (size_t x = stereo->disparity_max; x < left->width; x++) {
+    int64_t width = (int64_t)left->width, from = stereo->disparity_max, to = stereo->disparity_min;
+    for (int64_t x = from > 0 ? from : 0; x < (to < 0 ? width + to : width); x++) {
         int best = UINT8_MAX;
-        for (size_t d = stereo->disparity_min; d <= stereo->disparity_max; d++) {
+        for (int64_t d = to; d <= from; d++) {
             int off = l[x] < r[x - d] ? r[x - d] - l[x] : l[x] - r[x - d];
             best = off < best ? off : best;
         }
@@ -50,7 +51,7 @@ void hint_truth(const pair *of, const true_map *truth)
     }
     if (beyond * MANY > known) {
         warn(truth->name,
-             "%.3g %% of its disparities are above %" PRIu32 ", the largest of --disparity: raise "
+             "%.3g %% of its disparities are above %" PRId32 ", the largest of --disparity: raise "
              "it, or is --truth-scale wrong?",
              100.0 * (double)beyond / (double)known, of->stereo.disparity_max);
     }
@@ -61,11 +62,11 @@ void hint_range(const pair *of, const pixel_map *map)
     uint64_t sites = 0, largest = 0;
     for (size_t i = 0; i < (size_t)map->width * map->height; i++) {
         sites += map->disparities[i] != QS_NO_DISPARITY;
-        largest += map->disparities[i] == (int32_t)map->most;
+        largest += map->disparities[i] == map->most;
     }
     if (map->most > map->least && 2 * largest > sites) {
         warn(input_name(of->left),
-             "%.3g %% of the pixels have the largest disparity, %" PRIu32
+             "%.3g %% of the pixels have the largest disparity, %" PRId32
              ": raise the MAX of --disparity",
              100.0 * (double)largest / (double)sites, map->most);
     }

@@ -13,17 +13,18 @@
 
 static int read_disparity(const char *text, qs_stereo *stereo)
 {
-    uint32_t range[2];
-    if (!numbers_read(text, ':', range, 2) || range[1] > INT32_MAX) {
-        return fail_usage("--disparity %s is not MIN:MAX, two whole numbers from 0 to %ld", text,
-                          (long)INT32_MAX);
+    int32_t range[2];
+    if (!range_read(text, range)) {
+        return fail_usage("--disparity %s is not MIN:MAX, two whole numbers from -%ld to %ld", text,
+                          (long)INT32_MAX, (long)INT32_MAX);
     }
     if (range[0] > range[1]) {
         return fail_usage("--disparity %s is empty: MIN is above MAX", text);
     }
-    if (range[1] - range[0] >= QS_LABELS_MAX) {
-        return fail_usage("--disparity %s has %lu labels: %u is the most", text,
-                          (unsigned long)(range[1] - range[0]) + 1, QS_LABELS_MAX);
+    int64_t labels = (int64_t)range[1] - range[0] + 1;
+    if (labels > QS_LABELS_MAX) {
+        return fail_usage("--disparity %s has %" PRId64 " labels: %u is the most", text, labels,
+                          QS_LABELS_MAX);
     }
     stereo->disparity_min = range[0];
     stereo->disparity_max = range[1];
@@ -69,12 +70,38 @@ int pair_read(const char *const *operands, const char *const *values, void *stat
     return DONE;
 }
 
+/* Checks that a pixel of the columns from `start` to `end` - 1 has all its matches in the right
+ * picture. */
+static int check_columns(const pair *asked, int64_t start, int64_t end)
+{
+    int64_t most = asked->stereo.disparity_max, least = asked->stereo.disparity_min;
+    int64_t width = (int64_t)asked->stereo.right.width;
+    const char *window = asked->whole ? "the picture" : "--roi";
+    if (end <= most) {
+        return fail(BAD_INPUT, input_name(asked->left),
+                    "%s ends at column %" PRId64 ", which is too narrow for disparity %" PRId64
+                    ": no pixel would have all its matches inside the right picture; lower "
+                    "--disparity%s",
+                    window, end - 1, most, asked->whole ? "" : " or move --roi to the right");
+    }
+    if ((most > start ? most : start) >= width + least) {
+        return fail(BAD_INPUT, input_name(asked->left),
+                    "%s begins at column %" PRId64 ", and disparities %" PRId64 " to %" PRId64
+                    " are too many for %" PRId64 " columns: no pixel would have all its matches "
+                    "inside the right picture; raise the MIN of --disparity%s",
+                    window, start, least, most, width,
+                    asked->whole ? "" : " or move --roi to the left");
+    }
+    return DONE;
+}
+
 /* Checks the geometry as the library does, so that a message can name what the user can mend. */
 static int check_geometry(const pair *asked)
 {
     const qs_stereo *stereo = &asked->stereo;
     const qs_image *left = &stereo->left, *right = &stereo->right;
-    size_t end = asked->whole ? left->width : (size_t)stereo->x + stereo->width;
+    size_t start = asked->whole ? 0 : stereo->x;
+    size_t end = asked->whole ? left->width : start + stereo->width;
     if (left->width != right->width || left->height != right->height) {
         return fail(BAD_INPUT, input_name(asked->right),
                     "is %zu x %zu pixels, but %s is %zu x %zu: both pictures need the same size",
@@ -87,15 +114,7 @@ static int check_geometry(const pair *asked)
                     left->height, (unsigned long)stereo->x, (unsigned long)stereo->y,
                     (unsigned long)stereo->width, (unsigned long)stereo->height);
     }
-    if (end <= stereo->disparity_max) {
-        return fail(BAD_INPUT, input_name(asked->left),
-                    "%s ends at column %zu, which is too narrow for disparity %lu: no pixel would "
-                    "have all its matches inside the right picture; lower --disparity%s",
-                    asked->whole ? "the picture" : "--roi", end - 1,
-                    (unsigned long)stereo->disparity_max,
-                    asked->whole ? "" : " or move --roi to the right");
-    }
-    return DONE;
+    return check_columns(asked, (int64_t)start, (int64_t)end);
 }
 
 int pair_open(void *state, budget *limit, made_problem *opened)
@@ -122,19 +141,26 @@ int pair_open(void *state, budget *limit, made_problem *opened)
 static void plan(const void *state, qs_problem *planned)
 {
     const pair *asked = state;
-    planned->labels = asked->stereo.disparity_max - asked->stereo.disparity_min + 1;
+    planned->labels = (uint32_t)(asked->stereo.disparity_max - asked->stereo.disparity_min) + 1;
     planned->scale = asked->stereo.scale;
     planned->pairwise = asked->pairwise;
 }
 
 const maker pair_maker = {sizeof(pair), pair_read, pair_open, plan};
 
-void pair_print_outside(const pair *asked, uint32_t first)
+static void print_columns(uint32_t count, const char *side, const char *right)
 {
-    uint32_t left = asked->whole ? 0 : asked->stereo.x;
-    if (first > left) {
-        printf("%" PRIu32 " column%s on the left %s left out: a match would fall outside %s\n",
-               first - left, plural(first - left), first - left == 1 ? "is" : "are",
-               plain(asked->right));
+    if (count > 0) {
+        printf("%" PRIu32 " column%s on the %s %s left out: a match would fall outside %s\n", count,
+               plural(count), side, count == 1 ? "is" : "are", plain(right));
     }
+}
+
+void pair_print_outside(const pair *asked, const qs_problem *made)
+{
+    const qs_stereo *stereo = &asked->stereo;
+    uint32_t start = asked->whole ? 0 : stereo->x;
+    uint32_t end = asked->whole ? (uint32_t)stereo->left.width : start + stereo->width;
+    print_columns(made->frame.x - start, "left", asked->right);
+    print_columns(end - made->frame.x - made->grid.width, "right", asked->right);
 }

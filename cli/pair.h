@@ -18,7 +18,7 @@ enum {
 };
 #define PAIR_OPTION_ROWS                                                                           \
     {"disparity", 0,      false,                                                                   \
-     "MIN:MAX",   "0:15", "disparities to choose from, in pixels, both included"},                 \
+     "MIN:MAX",   "0:15", "disparities in pixels, both included; they may be below 0"},            \
         {"lambda", 0, false, "L", "20", "weight of the smoothness, an exact decimal number"},      \
         {"roi",     0,    false,                                                                   \
          "X,Y,W,H", NULL, "window of the left picture to match (default all of it)"},              \
@@ -47,7 +47,7 @@ int pair_read(const char *const *operands, const char *const *values, void *aske
  * or NO_RESOURCE. */
 int pair_open(void *asked, budget *limit, made_problem *opened);
 
-/* Prints which columns are left out. */
-void pair_print_outside(const pair *asked, uint32_t first);
+/* Prints how many columns the problem leaves out on each side. */
+void pair_print_outside(const pair *asked, const qs_problem *made);
 
 #endif

@@ -195,7 +195,7 @@ static int read_output(job *at, request *asked)
     if (is_stereo(at)) {
         TRY(map_request_read(path, at->values[SCALE], at->values[COLOR] != NULL, &at->limit,
                              &asked->map));
-        return map_check(problem->name, labels);
+        return map_check(problem->name, labels, asked->map.format);
     }
     TRY(check_options(at, problem->name));
     return meaning_output_read(problem->name, labels, path, &asked->other);

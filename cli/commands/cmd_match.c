@@ -181,7 +181,7 @@ static int match(job *at, request *asked)
     TRY(check_ahead(at, asked, &opened));
     hint_swapped(&asked->pair);
     TRY(lay_out_problem(opened.name, &opened.problem, opened.mend, &at->limit, &laid));
-    TRY(map_check(laid.name, &laid.labels));
+    TRY(map_check(laid.name, &laid.labels, asked->map.format));
     TRY(budget_need(
         &at->limit, laid.name,
         bytes_after_model(asked, &opened.problem.frame, solve_bytes(&laid, asked->by))));

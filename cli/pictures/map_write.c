@@ -80,7 +80,8 @@ static void draw_row(const drawing *from, size_t y, uint16_t *samples)
         if (disparity == QS_NO_DISPARITY) {
             samples[from->coloured ? 3 * x : x] = 0;
         } else if (from->coloured) {
-            colour_of((uint32_t)disparity - map->least, map->most - map->least, samples + 3 * x);
+            colour_of((uint32_t)disparity - (uint32_t)map->least,
+                      (uint32_t)map->most - (uint32_t)map->least, samples + 3 * x);
         } else {
             samples[x] = (uint16_t)qs_disparity_hold((uint32_t)disparity, from->scale);
         }
