@@ -161,7 +161,8 @@ const command cmd_solve = {
                 "answer is proven optimal.\n\n"
                 "--certificate writes what proves the bound of trws, or of best where that passes "
                 "messages; qstereo verify checks it.\n\n"
-                "--time-limit counts from the start of the command. Ctrl-C ends the command "
+                "--time-limit is the time of the whole command, from start to answer. Ctrl-C ends "
+                "the command "
                 "without a file; with --keep-on-interrupt the first one stops the solver, and "
                 "its best so far is written.\n",
             OPTIONS(options),
