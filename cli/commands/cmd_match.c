@@ -108,62 +108,11 @@ static int write_found(job *at, request *asked, const laid_out *laid, const solv
     return DONE;
 }
 
-/* What the solver takes beside the model, and then the map. */
-static uint64_t bytes_after_model(const request *asked, const qs_frame *frame, uint64_t work)
+/* What making and writing the map takes, after the solver's work is freed. */
+static uint64_t map_need(const request *asked, const qs_frame *frame)
 {
     const qs_labels labels = {.frame = *frame};
-    uint64_t map = map_bytes(&asked->map, &labels); /* made after the solver's work is freed */
-    return work > map ? work : map;
-}
-
-/* Lays out the upper left corner of the problem, to see what the solver takes for a site. */
-static int measure_corner(const request *asked, const made_problem *whole, budget *aside,
-                          double *bytes)
-{
-    enum { CORNER = 32 };
-    const char *name = whole->name;
-    const qs_problem *problem = &whole->problem;
-    const qs_frame *frame = &problem->frame;
-    uint32_t width = problem->grid.width, height = problem->grid.height;
-    qs_stereo corner = asked->pair.stereo;
-    qs_problem small;
-    laid_out laid;
-    corner.x = frame->x;
-    corner.y = frame->y;
-    corner.width = width < CORNER ? width : CORNER;
-    corner.height = height < CORNER ? height : CORNER;
-    size_t size = qs_stereo_workspace(&corner);
-    void *workspace = budget_take(aside, name, size);
-    if (workspace == NULL) {
-        return NO_RESOURCE;
-    }
-    qs_status made = qs_stereo_problem(&corner, workspace, size, &small);
-    if (made != QS_OK) {
-        return fail_status(name, made);
-    }
-    small.pairwise = problem->pairwise;
-    TRY(lay_out_problem(name, &small, whole->mend, aside, &laid));
-    *bytes = (double)solve_bytes(&laid, asked->by) / laid.model.sites;
-    return DONE;
-}
-
-/* Refuses before the work what would be far over the memory limit, and names about what it needs.
- * When the problem is laid out, the need is known exactly. */
-static int check_ahead(const job *at, const request *asked, const made_problem *whole)
-{
-    const qs_problem *problem = &whole->problem;
-    budget aside = budget_inside(&at->limit);
-    double each = 0;
-    int status = measure_corner(asked, whole, &aside, &each);
-    budget_free(&aside);
-    if (status != DONE) {
-        return status;
-    }
-    uint64_t work = (uint64_t)(each * qs_problem_sites(problem));
-    uint64_t all = bytes_sum(qs_model_of_problem_workspace(problem),
-                             bytes_after_model(asked, &problem->frame, work));
-    bool is_far_over = all - all / 10 > at->limit.left;
-    return is_far_over ? budget_need(&at->limit, whole->name, all) : DONE;
+    return map_bytes(&asked->map, &labels);
 }
 
 static int match(job *at, request *asked)
@@ -178,13 +127,11 @@ static int match(job *at, request *asked)
                        (uint32_t)left->height, &at->limit, &asked->truth));
         hint_truth(&asked->pair, &asked->truth);
     }
-    TRY(check_ahead(at, asked, &opened));
+    TRY(made_need(&opened, asked->by, map_need(asked, &opened.problem.frame), &at->limit));
     hint_swapped(&asked->pair);
     TRY(lay_out_problem(opened.name, &opened.problem, opened.mend, &at->limit, &laid));
     TRY(map_check(laid.name, &laid.labels, asked->map.format));
-    TRY(budget_need(
-        &at->limit, laid.name,
-        bytes_after_model(asked, &opened.problem.frame, solve_bytes(&laid, asked->by))));
+    TRY(laid_out_need(&laid, asked->by, map_need(asked, &opened.problem.frame), &at->limit));
     TRY(map_request_open(&asked->map, at));
     TRY(solve_problem(&laid, asked->by, &asked->how, &at->limit, &found));
     TRY(solved_check(&laid, &found));

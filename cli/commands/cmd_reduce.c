@@ -98,8 +98,10 @@ static int run_reduce(job *at)
     TRY(lay_out(&at->both.problem, &at->limit, &laid));
     TRY(read_for(at, &how, &coding));
     how.iterations = iterations;
-    TRY(job_open_output(at, at->values[OUTPUT], &out));
     bool certified = at->values[CERTIFICATE] != NULL;
+    uint64_t work = reduce_bytes(&laid);
+    TRY(budget_need(&at->limit, laid.name, certified ? certifying_bytes(&laid, work) : work));
+    TRY(job_open_output(at, at->values[OUTPUT], &out));
     TRY(certified ? reduce_certified(at, &how, &laid, &smaller)
                   : reduce_problem(&laid, &how, &at->limit, &smaller));
     coding.kept = smaller.kept;

@@ -133,9 +133,10 @@ static int run_solve(job *at)
     TRY(stopping_read(&at->values[STOPPING], &asked.how));
     TRY(job_open_problem(at));
     TRY(lay_out(&at->both.problem, &at->limit, &laid));
-    TRY(budget_need(&at->limit, laid.name, solve_bytes(&laid, asked.by)));
-    TRY(job_open_output(at, at->values[OUTPUT], &out));
     bool certified = at->values[CERTIFICATE] != NULL;
+    uint64_t work = solve_bytes(&laid, asked.by);
+    TRY(budget_need(&at->limit, laid.name, certified ? certifying_bytes(&laid, work) : work));
+    TRY(job_open_output(at, at->values[OUTPUT], &out));
     TRY(certified ? solve_certified(at, &asked, &laid, &found)
                   : solve_plainly(at, &asked, &laid, &found));
     TRY(write_samples(&asked, &at->both.problem, &found, out));

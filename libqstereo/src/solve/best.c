@@ -85,14 +85,9 @@ static void start_moves(supervisor *s)
     }
 }
 
-/* Whether the best labelling is proven, or so near to it that the caller asks for no more. */
-static bool is_near(const supervisor *s)
+static bool is_proven(const supervisor *s)
 {
-    enum { MILLION = 1000000 };
-    int64_t energy = s->solution.energy, gap = energy - s->solution.lower_bound,
-            parts = s->options ? qs_min_i64(s->options->gap, MILLION) : 0;
-    energy = energy < 0 ? -energy : energy;
-    return gap <= energy / MILLION * parts + energy % MILLION * parts / MILLION;
+    return s->solution.energy <= s->solution.lower_bound;
 }
 
 static bool watch_messages(void *context, const qs_progress *progress)
@@ -101,20 +96,19 @@ static bool watch_messages(void *context, const qs_progress *progress)
     s->solution.lower_bound = qs_max_i64(s->solution.lower_bound, progress->lower_bound);
     s->solution.iterations = progress->iteration;
     keep(s, s->found, progress->energy);
-    bool near = is_near(s);
     /* Less and less often: TRW-S gets on slowly, and moves cost as much as many of its
      * iterations. */
-    if (!near && progress->iteration >= s->next_moves && progress->energy != s->moved_energy) {
+    if (!is_proven(s) && progress->iteration >= s->next_moves &&
+        progress->energy != s->moved_energy) {
         s->next_moves = 2 * progress->iteration;
         s->moved_energy = progress->energy;
         start_moves(s);
         improve(s, s->moved);
-        near = is_near(s);
     }
     bool done = !s->stopped && s->guest &&
                 !s->guest->between(s->guest->context, &s->state, &s->solution, false);
     (void)is_going(s);
-    return !done && !near && !is_near(s) && !s->stopped;
+    return !done && !is_proven(s) && !s->stopped;
 }
 
 /* Hands out the workspace, or counts it. Returns its size. */
@@ -275,7 +269,7 @@ qs_status qs_best_with(const qs_model *model, const qs_solve_options *options,
     qs_status status = solve(&s);
     if (status == QS_OK) {
         s.solution.energy -= qs_take_kept_everywhere(model, labelling);
-        s.solution.converged = is_near(&s);
+        s.solution.converged = is_proven(&s);
         *solution = s.solution;
     }
     return status;
