@@ -73,8 +73,6 @@ typedef struct qs_solve_options {
      * over, 0 to QS_ALL_TIME. NULL = it has all the time that its iterations
      * take */
     uint32_t (*spent)(void *context);
-    uint32_t gap; /* best stops when energy - bound is at most this many
-                     millionths of the energy; 0 = it stops at a proof */
     const uint16_t *start; /* labels of the model's sites that best begins with:
                               its answer is not above them. NULL = none. Other
                               solvers do not look at it */
