@@ -55,22 +55,33 @@ static int measure_rows(const made_problem *whole, const solver *by, uint32_t ro
     return status;
 }
 
+/* Half of the rows that are laid out to foresee the work. They are many, because some workspaces
+ * grow by another measure once they are large, but they are laid out in no time. */
+static uint32_t few_rows(const qs_problem *problem)
+{
+    enum { LEAST = 8, VARIABLES = 1 << 21 };
+    uint64_t row = (uint64_t)problem->grid.width * problem->labels, half = problem->grid.height / 2;
+    uint64_t few = VARIABLES / (row > 0 ? row : 1);
+    few = few < LEAST ? LEAST : few;
+    return (uint32_t)(few < half ? few : half);
+}
+
 /* What the solver takes for all rows, from what it takes for a few; 0 if that does not say it. Of a
  * graph nothing is known before it is laid out. */
 static int foresee_work(const made_problem *whole, const solver *by, const budget *limit,
                         uint64_t *bytes)
 {
-    enum { FEW = 8 };
     const qs_grid *grid = &whole->problem.grid;
+    uint32_t rows = few_rows(&whole->problem);
     uint64_t few, more;
     *bytes = 0;
-    if (grid->width == 0 || grid->height < 2 * FEW) {
+    if (grid->width == 0 || rows == 0) {
         return DONE;
     }
-    TRY(measure_rows(whole, by, FEW, limit, &few));
-    TRY(measure_rows(whole, by, 2 * FEW, limit, &more));
+    TRY(measure_rows(whole, by, rows, limit, &few));
+    TRY(measure_rows(whole, by, 2 * rows, limit, &more));
     if (few > 0 && more > few) {
-        *bytes = bytes_sum(few, bytes_product(more - few, grid->height - FEW) / FEW);
+        *bytes = bytes_sum(few, bytes_product(more - few, grid->height - rows) / rows);
     }
     return DONE;
 }
