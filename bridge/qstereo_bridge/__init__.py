@@ -25,12 +25,13 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from .container import Corrupt, FormatError, NotOurFormat, OverLimit, Truncated, Unsupported
     from .failure import Error, FileError, InputError, SolverError
+    from .merging import merge
     from .problem import Problem, Samples, load, load_samples
 
 _PLACES = {name: place for place, names in {
     "container": "Corrupt FormatError NotOurFormat OverLimit Truncated Unsupported",
     "failure": "Error FileError InputError SolverError",
-    "problem": "Problem Samples load load_samples"}.items() for name in names.split()}
+    "merging": "merge", "problem": "Problem Samples load load_samples"}.items() for name in names.split()}
 __all__ = ["__version__", *_PLACES]
 
 

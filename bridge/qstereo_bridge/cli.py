@@ -172,6 +172,10 @@ COMMON = [
     click.option("--memory-limit", type=Number(int, 1, 1 << 40), default=8192, metavar="MIB",
                  help="the most memory for the problem (default 8192)"),
     click.option("--quiet", is_flag=True, help="no progress and no result lines, only errors")]
+NO_POSTPROCESS = click.option(
+    "--no-postprocess", is_flag=True, help="write the samples as the solver gave them; else "
+    "steepest descent and merging make the best state of them, and where it is better than all of "
+    "them it is one more sample, the last")
 SOLVE = [
     click.argument("problems", metavar="P.qcf...", nargs=-1, required=True),
     click.option("-o", "--output", metavar="S.qsf",
@@ -219,7 +223,8 @@ SOLVE = [
     click.option("--max-charge", type=POSITIVE, metavar="S", help="send nothing if the charge may "
                  "be above S seconds; of several problems their sum counts"),
     click.option("--dry-run", is_flag=True,
-                 help="send nothing; say what would be sent, and which limits apply")]
+                 help="send nothing; say what would be sent, and which limits apply"),
+    NO_POSTPROCESS]
 
 
 @click.group(no_args_is_help=False, subcommand_metavar="COMMAND ...",
@@ -312,13 +317,26 @@ def solve(options):
                        help="the problem (default the file that was sent)"),
           click.option("--no-wait", is_flag=True, 
                        help="do not wait: exit with 1 if there is no answer yet"),
-          *COMMON)
+          NO_POSTPROCESS, *COMMON)
 def collect(options):
     """Fetch the answer to a problem that was sent to D-Wave. When the samples are written, the job
     file is removed."""
     options.output = options.output or options.job.removesuffix(".job")
     _refuse({f"{options.job} does not end in .job; name the samples file with -o":
              _same(options.output, options.job)})
+
+
+@_command("runner", "problem", click.argument("problem", metavar="P.qcf"),
+          click.argument("samples", metavar="S.qsf...", nargs=-1, required=True),
+          click.option("-o", "--output", metavar="M.qsf", required=True,
+                       help="samples file to write, - is standard output"), *COMMON)
+def merge(options):
+    """Merge samples of one problem: steepest descent of each, then the best state that they hold
+    together. M.qsf has all samples and, where it is better than all of them, this state as the
+    last."""
+    options.solver = "merge"
+    _refuse({f"{options.output} is one of the files to merge; give -o another name":
+             any(_same(options.output, name) for name in [options.problem, *options.samples])})
 
 
 @_command("embed", "problem", click.argument("problem", metavar="P.qcf"),

@@ -8,12 +8,12 @@ import time
 
 import numpy as np
 
-from . import models, qsf, registry
+from . import merging, models, problem as api, qsf, registry
 from .container import FormatError
 from .failure import SolverError, io
 from .output import Output
 from .qcf import read_qcf
-from .solvers import nothing_to_decide, samples_of
+from .solvers import Answer, nothing_to_decide, samples_of
 from .text import line, lines
 
 
@@ -90,9 +90,21 @@ def solve(options, print_result=show, ask=_here):
         if answer is not None:
             with kept:
                 samples = _checked(options, problem, answer)
-                text = _summary(options, problem, answer, samples.records["energy"],
-                                time.monotonic() - began)
+                if not getattr(options, "no_postprocess", False) and answer.lower_bound is None:
+                    samples = merging.finished(problem, samples, options.memory_limit)
+                text = _summary(options, problem, answer, samples, time.monotonic() - began)
                 deliver(_sound(qsf.pack_qsf(samples)), text, print_result)
+
+
+def merge(options):
+    """The command `merge`."""
+    with output_of(options) as deliver:
+        began = time.monotonic()
+        problem = api.Problem(read(options), options.digest, options.memory_limit)
+        found = merging.merge(problem, *(api.load_samples(name, options.memory_limit)
+                                         for name in options.samples))
+        deliver(_sound(qsf.pack_qsf(found)), _summary(
+            options, problem.coefficients, Answer(found.bits), found, time.monotonic() - began))
 
 
 def _checked(options, problem, answer):
@@ -131,8 +143,9 @@ def _real(energy, scale):
     return None if energy is None else energy // scale if energy % scale == 0 else energy / scale
 
 
-def _summary(options, problem, answer, energies, seconds):
-    good = energies[models.feasible(problem, answer.bits)]
+def _summary(options, problem, answer, samples, seconds):
+    energies = samples.records["energy"]
+    good = energies[models.feasible(problem, samples.bits)]
     told = problem.groups_say_all
     least, bound = min(energies.tolist(), default=None), answer.lower_bound
     # A minimum of H that is no labelling proves nothing of the labellings.
