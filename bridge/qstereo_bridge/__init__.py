@@ -27,11 +27,13 @@ if TYPE_CHECKING:
     from .failure import Error, FileError, InputError, SolverError
     from .merging import merge
     from .problem import Problem, Samples, load, load_samples
+    from .windows import plan, window
 
 _PLACES = {name: place for place, names in {
     "container": "Corrupt FormatError NotOurFormat OverLimit Truncated Unsupported",
     "failure": "Error FileError InputError SolverError",
-    "merging": "merge", "problem": "Problem Samples load load_samples"}.items() for name in names.split()}
+    "merging": "merge", "problem": "Problem Samples load load_samples",
+    "windows": "plan window"}.items() for name in names.split()}
 __all__ = ["__version__", *_PLACES]
 
 

@@ -224,7 +224,16 @@ SOLVE = [
                  "be above S seconds; of several problems their sum counts"),
     click.option("--dry-run", is_flag=True,
                  help="send nothing; say what would be sent, and which limits apply"),
-    NO_POSTPROCESS]
+    NO_POSTPROCESS,
+    click.option("--windows", type=WHOLE, metavar="N", help="solve a reduced problem in calls of "
+                 "at most N variables, each merged into the best state known. The same command "
+                 "goes on after an interruption; its journal is S.qsf.journal"),
+    click.option("--calls", type=WHOLE, metavar="K",
+                 help="with --windows: at most K calls (default 10)"),
+    click.option("--start", metavar="S0.qsf", help="with --windows: begin from the best sample of "
+                 "S0.qsf; a lower bound in it (of `qstereo solve`) ends the calls"),
+    click.option("--bound", type=Number(float, -1e15, 1e15), metavar="E", help="with --windows: "
+                 "end at this proven lower bound, in real units; `qstereo reduce` prints one")]
 
 
 @click.group(no_args_is_help=False, subcommand_metavar="COMMAND ...",
@@ -306,7 +315,23 @@ def solve(options):
             not (several or options.output is not None or options.dry_run),
         f"{options.output} is the problem itself; give -o another name":
             not options.dry_run and _same(options.output, options.problem)})
+    for option in ("calls", "start", "bound"):
+        _refuse({f"{_spelt(option)} is for --windows":
+                 getattr(options, option) is not None and not options.windows})
+    if options.windows:
+        _windows(options)
     return "dry_run" if options.dry_run else "solve_all" if several else "solve"
+
+
+def _windows(options):
+    """Completes the options of `solve --windows`; refuses those that do not go with it."""
+    options.calls = options.calls or 10
+    for option in ("out_dir", "no_wait", "resubmit", "embedding", "reverse_from", "no_postprocess"):
+        _refuse({f"--windows does not go with {_spelt(option)}": getattr(options, option)})
+    _refuse({"--windows does not go with --copies": options.copies not in (None, 1),
+             "with --windows name the problem's file, not stdin": options.problem == "-",
+             "--windows writes files beside the samples file; give -o a file":
+                 options.output == "-"})
 
 
 @_command("remote", "job", click.argument("job", metavar="S.qsf.job"),

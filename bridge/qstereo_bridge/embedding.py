@@ -211,11 +211,14 @@ def faults(source, chip, chains):
 def find(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None):
     """An Embedding of a Source into a Chip. Raises NoEmbedding.
 
-    A grid is laid out in the chip's own tiles where it fits (tiles.py); everything else, and the
-    chains that missing qubits break, are minorminer's work. One seed gives one embedding as long as
-    `timeout` does not cut it short.
+    A grid is laid out in the chip's own tiles where it fits (tiles.py), and connected parts side by
+    side (packing.py); everything else, and the chains that missing qubits break, are minorminer's
+    work. One seed gives one embedding as long as `timeout` does not cut it short.
     """
-    began, seed = time.monotonic(), secrets.randbelow(2**31) if seed is None else seed
+    from . import packing
+
+    began, asked, seed = (time.monotonic(), seed,
+                          secrets.randbelow(2**31) if seed is None else seed)
     qubits, couplers = len(chip.graph), chip.graph.number_of_edges()
     what = f"{source.variables:,} variables and {source.rows.size:,} couplings"
     if source.variables > qubits or source.rows.size > couplers:
@@ -227,6 +230,8 @@ def find(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None):
         sound = {variable: chain for variable, chain in chains.items() if variable not in broken}
         method, chains = "tiles, mended", 2 * len(broken) <= source.variables and search(
             source, chip, seed, timeout / 2, progress, fixed_chains=sound)
+    if not chains:
+        method, chains = "parts", packing.lay_out(source, chip, asked, timeout, progress)
     if not chains:
         method, chains = "minorminer", search(source, chip, seed,
                                               timeout - (time.monotonic() - began), progress)

@@ -71,7 +71,7 @@ class Job:
             while True:
                 try:
                     stream = open(path, "rb+")
-                    _lock(stream, path)
+                    lock(stream, path)
                     # It may have been replaced or removed, and let go, since it was opened.
                     if os.path.samestat(os.fstat(stream.fileno()), os.stat(path)):
                         break
@@ -98,7 +98,7 @@ class Job:
         hold()
         self.facts.update(changes)
         with io(self.path, "write"), temporary(self.path) as (name, stream):
-            _lock(stream, name)
+            lock(stream, name)
             stream.write(json.dumps(self.facts, indent=1).encode() + b"\n")
             stream.flush()
             os.fsync(stream.fileno())
@@ -169,7 +169,7 @@ def _put(name, path, new):
 _AT_WORK = "{}: another qstereo-bridge is at work on this job; wait for it, or stop it"
 
 
-def _lock(stream, path):
+def lock(stream, path):
     try:
         if fcntl is None:
             raise Failure(IO, "locks on files keep a problem from being charged twice; this system "

@@ -19,7 +19,7 @@ from .qsf import NO_CHAINS, RECORD, Samples
 BLOCK, ENTRY_BYTES = 1 << 22, 64
 
 
-class _States:
+class States:
     """Some states of a problem.
 
     bits        u8 array (states, n)
@@ -75,7 +75,7 @@ def _independent(best, g, h):
 def _descend(problem, terms, bits):
     """The local minima that steepest descent leads to from the states `bits`: u8 array. Groups that
     no coupling joins move at once."""
-    states = _States(problem, terms, bits)
+    states = States(problem, terms, bits)
     g, h = np.sort(problem.couplings[:2, problem.couplings[3] != 0], axis=0)
     g, h = g[g != h], h[g != h]
     group = problem.of_variables(np.arange(problem.sizes.size))
@@ -107,7 +107,7 @@ def descend(problem, bits):
                            for at in range(0, bits.shape[0], step)])
 
 
-class _Merger(_States):
+class _Merger(States):
     """One state, into which others are merged."""
 
     def __init__(self, problem, terms, bits):
@@ -176,6 +176,12 @@ def merged(problem, bits):
     return merger.bits[0]
 
 
+def best_of(problem, samples):
+    """The number of the best of some Samples, feasible ones first; None without any."""
+    order = np.lexsort((samples.records["energy"], ~models.feasible(problem, samples.bits)))
+    return int(order[0]) if order.size else None
+
+
 def finished(problem, samples, limit):
     """The Samples with the result of descent and merging: as one more sample, the last, where it
     is better than all others. INFO's "result" says how many reads there are and which sample is the
@@ -192,9 +198,9 @@ def finished(problem, samples, limit):
     check_memory(ENTRY_BYTES * min(n * reads, max(BLOCK, n)), limit,
                  f"descent of {reads:,} samples of {n:,} variables")
     result = merged(problem, bits)[None]
-    energy, sound = models.energies(problem, result), models.feasible(problem, bits)
-    best = int(np.lexsort((records["energy"], ~sound))[0])
-    if energy < records["energy"][best] or not sound[best] and models.feasible(problem, result):
+    energy, best = models.energies(problem, result), best_of(problem, samples)
+    sound, was_sound = (models.feasible(problem, one)[0] for one in (result, bits[[best]]))
+    if (not sound, energy[0]) < (not was_sound, records["energy"][best]):
         best, bits = reads, np.append(bits, result, axis=0)
         records = np.append(records, np.array([(energy[0], 1, NO_CHAINS)], RECORD))
     info = {**samples.info, "result": {"reads": reads, "sample": best}}

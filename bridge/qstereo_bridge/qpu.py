@@ -282,6 +282,13 @@ class Qpu:
             found.update(fits=False, reason=too_long)
         return found
 
+    def chains(self, solver):
+        """What the embedding needs, found and kept for the call: qubits and lengths of chains. With
+        `solver` None, on a Zephyr chip of twelve tiles each way. Raises NoEmbedding."""
+        chip = Chip.named("zephyr:12") if solver is None else Chip.of_solver(solver)
+        found = embedding.obtain(self.source(self.ising()), chip).figures()
+        return {"embedded_qubits": found.pop("qubits"), **found, "fits": True}
+
     def too_long(self, solver, qubits):
         """The refusal of a solver whose chip all reads together would take longer than it allows,
         or None."""

@@ -20,8 +20,13 @@ from .text import line, lines
 def solve(options, session=None, print_result=runner.show):
     """Solve one problem, wherever its solver runs, and write its samples; with --no-wait, send it.
     """
+    if options.windows:
+        from . import calls
+
+        return calls.solve(options)
+
     def ask(options, problem, progress):
-        answer, job = _send(options, problem, session, progress)
+        answer, job = send(options, problem, session, progress)
         if answer is None:
             with job:
                 print_result(options, json.dumps(
@@ -34,7 +39,7 @@ def solve(options, session=None, print_result=runner.show):
     return runner.solve(options, print_result, *ways)
 
 
-def _send(options, problem, session, progress):
+def send(options, problem, session, progress):
     """Send the problem and, without --no-wait, wait for its answer: (Answer or None, Job)."""
     with contextlib.ExitStack() as stack:
         earlier = jobs.check_earlier(options)
@@ -46,19 +51,19 @@ def _send(options, problem, session, progress):
         kind = registry.find(options.solver).run(options.solver, problem, options)
         session = session or stack.enter_context(connect(options.solver, options.solver_name))
         if options.max_charge is not None and options.out_dir is None:
-            _check_charge(options, [kind.plan(session.properties, session.solver)])
+            check_charge(options, [kind.plan(session.properties, session.solver)])
         return jobs.solve(kind, options, progress, session, earlier)
 
 
-def _charge(plans):
+def charge_of(plans):
     """Seconds that all of the plans that fit may be charged; None where one does not say."""
     charges = [found.get("charge_seconds") for found in plans if found.get("fits") is not False]
     return None if None in charges else sum(charges)
 
 
-def _check_charge(options, plans):
+def check_charge(options, plans):
     """Raises Failure(NO) where what the plans may be charged is more than --max-charge."""
-    charge = _charge(plans)
+    charge = charge_of(plans)
     if charge is None:
         raise Failure(NO, "the solver does not say what it will charge, so --max-charge cannot be "
                           "checked; nothing was sent")
@@ -84,7 +89,7 @@ def collect(options, print_result=runner.show):
             if options.digest.hex() != job.problem_digest:
                 raise Failure(BAD_INPUT, f"{options.problem}: this is not the problem that was "
                                          "sent (its SHA-256 differs); name that with --problem")
-            return _collected(options, problem, job, progress), jobs.keeping(job)
+            return collected(options, problem, job, progress), jobs.keeping(job)
         return runner.solve(options, print_result, ask)
 
 
@@ -99,7 +104,7 @@ def _problem_of(job):
     return path
 
 
-def _collected(options, problem, job, progress):
+def collected(options, problem, job, progress):
     """The Answer to a problem that may have been sent. Raises Failure(NO) where it was not, or
     there is none yet."""
     if not jobs.was_sent(job):
@@ -128,7 +133,7 @@ def solve_all(options):
         if registry.find(options.solver).kind:
             session = stack.enter_context(connect(options.solver, options.solver_name))
         if options.max_charge is not None:
-            _check_charge(options, _plans(tasks, session))
+            check_charge(options, _plans(tasks, session))
         pool = stack.enter_context(concurrent.futures.ThreadPoolExecutor(options.jobs or 1))
         under_way = {pool.submit(_one_of_many, task, session): task for task in tasks}
         for number, future in enumerate(concurrent.futures.as_completed(under_way), 1):
@@ -178,7 +183,7 @@ def _one_of_many(task, session):
             if _is_there(task):
                 said.append(json.dumps({"skipped": True}) if task.json else
                             "skipped, the samples are there")
-            elif sent := _sent_before(task, path):
+            elif sent := sent_before(task, path):
                 said.append(json.dumps({"skipped": True, "solver": sent.solver, "job": path,
                                         "problem_id": sent.problem_id}) if task.json else
                             f"skipped, it was sent to {sent.solver} as {sent.problem_id}")
@@ -196,7 +201,7 @@ def _one_of_many(task, session):
         return None, f"{task.problem}: {explain(error)}"
 
 
-def _sent_before(task, path):
+def sent_before(task, path):
     """The Job of this very problem that an earlier run sent, let go of; None where there is none.
     """
     if not registry.find(task.solver).kind or task.resubmit or not os.path.exists(path):
@@ -252,11 +257,15 @@ def _described(solver):
 
 def dry_run(options):
     """The command `solve --dry-run`: what would be sent, and of several problems the bill."""
+    if options.windows:
+        from . import calls
+
+        return calls.dry_run(options)
     tasks, service = _tasks(options), bool(registry.find(options.solver).kind)
     with (connect(options.solver, options.solver_name) if service and configured()
           else contextlib.nullcontext()) as session:
         plans = _plans(tasks, session)
-    told, charge = {"schema": 1, "solver": options.solver, "dry_run": True}, _charge(plans)
+    told, charge = {"schema": 1, "solver": options.solver, "dry_run": True}, charge_of(plans)
     if options.out_dir is None:
         said, told = planned(options, plans[0]), {**told, **plans[0]}
     else:

@@ -89,7 +89,7 @@ def solve(options, print_result=show, ask=_here):
             tell(None)
         if answer is not None:
             with kept:
-                samples = _checked(options, problem, answer)
+                samples = checked(options, problem, answer)
                 if not getattr(options, "no_postprocess", False) and answer.lower_bound is None:
                     samples = merging.finished(problem, samples, options.memory_limit)
                 text = _summary(options, problem, answer, samples, time.monotonic() - began)
@@ -107,7 +107,7 @@ def merge(options):
             options, problem.coefficients, Answer(found.bits), found, time.monotonic() - began))
 
 
-def _checked(options, problem, answer):
+def checked(options, problem, answer):
     """The Samples of the answer; its warnings are told. Raises SolverError where the solver's
     energies are not the recomputed ones, but for floating point's rounding."""
     samples = samples_of(problem, options.digest, options.solver, answer)
@@ -138,7 +138,7 @@ def _sound(data):
     return data
 
 
-def _real(energy, scale):
+def real(energy, scale):
     """An energy in real units; a whole number stays one."""
     return None if energy is None else energy // scale if energy % scale == 0 else energy / scale
 
@@ -150,21 +150,21 @@ def _summary(options, problem, answer, samples, seconds):
     least, bound = min(energies.tolist(), default=None), answer.lower_bound
     # A minimum of H that is no labelling proves nothing of the labellings.
     proven = bound is not None and bool((good == bound).any())
-    real = {key: _real(value, problem.scale) for key, value in {
+    figures = {key: real(value, problem.scale) for key, value in {
         "energy": least, "lower_bound": bound, "gap": None if bound is None else least - bound,
         "best_energy": min(good.tolist(), default=None)}.items()}
     if options.json:
-        return json.dumps({"schema": 1, "solver": options.solver, **real,
+        return json.dumps({"schema": 1, "solver": options.solver, **figures,
                            "proven_optimal": proven if told else None,
                            "iterations": answer.iterations, "seconds": round(seconds, 3),
                            "samples": energies.size, "feasible": good.size if told else None})
     bounded = ("" if bound is None else
                f" (proven {'optimal' if told else 'least of the QUBO'})" if proven else
-               f" (at most {real['gap']} above the least)" if bound < least else
+               f" (at most {figures['gap']} above the least)" if bound < least else
                " (the minimum of the QUBO is infeasible: the penalty is too small)")
     best = ("`qstereo validate` says which samples are labellings" if not told else
-            f"{good.size} feasible, best energy of these {real['best_energy']}" if good.size else
+            f"{good.size} feasible, best energy of these {figures['best_energy']}" if good.size else
             "none feasible")
     samples = "1 sample" if energies.size == 1 else f"{energies.size} samples"
-    return (f"{options.solver}: {samples}, best energy {real['energy']}{bounded}; "
+    return (f"{options.solver}: {samples}, best energy {figures['energy']}{bounded}; "
             f"{best}; {seconds:.1f} s\n{options.output}: written")

@@ -1,0 +1,109 @@
+"""Embeddings of problems in several connected parts: each shape of part once, into a small chip of
+the same family, then moved to free tiles of the real one, side by side.
+
+A reduced picture falls into dozens of parts, most of one to thirty variables. Their embeddings are
+those of small graphs, which the cache keeps for all problems that have a part of this shape.
+"""
+
+import functools
+
+import networkx as nx
+import numpy as np
+
+from . import embedding, tiles
+
+# A part is first looked for on a small chip of at least this many qubits a variable.
+ROOM = 2
+
+
+@functools.lru_cache(maxsize=32)
+def _small(family, size):
+    """The Chip of a family with `size` tiles each way, on which all qubits work."""
+    import dwave.graphs
+
+    return embedding.Chip.of(f"{family}:{size}", getattr(dwave.graphs, f"{family}_graph")(size))
+
+
+def _parts(source):
+    """(variables, Source) of each connected part, the largest first. A Source has its variables in
+    the order of the whole, and is the same for parts of one shape."""
+    for part in sorted(map(sorted, nx.connected_components(source.graph)), key=len, reverse=True):
+        inside = np.array(sorted(source.graph.subgraph(part).edges), np.int64).reshape(-1, 2)
+        pairs = np.sort(np.searchsorted(part, inside), axis=1)
+        pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))].astype(np.int32)
+        yield part, embedding.Source(pairs[:, 0], pairs[:, 1], np.arange(len(part) + 1))
+
+
+class _Board:
+    """What is taken of a chip."""
+
+    def __init__(self, chip):
+        self.chip, self.tile = chip, tiles.tiling(chip)
+        self.free = np.zeros(2 * self.tile.lines * self.tile.places, bool)
+        self.free[chip.qubits] = True
+
+    def place(self, small, chains):
+        """The chains of a small chip, moved to the first tiles where all of their qubits are free
+        and all of their couplers work; None where there are none."""
+        tile, here = tiles.tiling(small), [q for chain in chains for q in chain]
+        couplers = np.array(small.graph.subgraph(here).edges, np.int64).reshape(-1, 2)
+        x, y = (shift.ravel() for shift in np.indices((self.tile.tiles - tile.tiles + 1,) * 2))
+
+        def moved(qubits):
+            across, place = np.divmod(np.asarray(qubits, np.int64), tile.places)
+            turn, line = np.divmod(across, tile.lines)
+            dx, dy = x.reshape(-1, *[1] * turn.ndim), y.reshape(-1, *[1] * turn.ndim)
+            line = line + self.tile.step * np.where(turn == 0, dx, dy)
+            return (turn * self.tile.lines + line) * self.tile.places + place + np.where(
+                turn == 0, dy, dx)
+        every = moved(here)
+        for at in np.flatnonzero(self.free[every].all(axis=1)):
+            ends = moved(couplers)[at]
+            if all(self.chip.graph.has_edge(p, q) for p, q in ends.tolist()):
+                self.free[every[at]] = False
+                cuts = np.cumsum([len(chain) for chain in chains])[:-1]
+                return [chain.tolist() for chain in np.split(every[at], cuts)]
+        return None
+
+    def rest(self):
+        """The Chip of the qubits that are free."""
+        return self.chip.without([q for q in self.chip.qubits.tolist() if not self.free[q]])
+
+    def take(self, chains):
+        self.free[[q for chain in chains for q in chain]] = False
+        return chains
+
+
+def _of_shape(source, chip, seed, timeout, progress):
+    """(small chip, chains) of a part, by the smallest chip that takes it."""
+    for size in range(1, chip.size):
+        small = _small(chip.family, size) if size > 1 or chip.family == "zephyr" else None
+        if small and small.qubits.size >= ROOM * source.variables:
+            try:
+                found = embedding.obtain(source, small, seed, timeout, progress)
+                return small, [found.chains[v] for v in range(source.variables)]
+            except embedding.NoEmbedding:
+                continue
+    return None
+
+
+def lay_out(source, chip, seed=None, timeout=embedding.TIMEOUT, progress=lambda text: None):
+    """{variable: [qubits]} of a Source in several connected parts; None of one in one part, on a
+    chip of another family than Zephyr and Pegasus, or where a part finds no room."""
+    parts = list(_parts(source))
+    if len(parts) < 2 or chip.family not in ("zephyr", "pegasus"):
+        return None
+    board, known, chains = _Board(chip), {}, {}
+    for number, (part, shape) in enumerate(parts):
+        progress(f"part {number + 1} of {len(parts)}")
+        if shape.digest not in known:
+            known[shape.digest] = _of_shape(shape, chip, seed, timeout, progress)
+        found = known[shape.digest] and board.place(*known[shape.digest])
+        if found is None:
+            try:
+                rest = embedding.find(shape, board.rest(), seed, timeout, progress).chains
+            except embedding.NoEmbedding:
+                return None
+            found = board.take([rest[v] for v in range(len(part))])
+        chains.update(zip(part, found))
+    return chains
