@@ -19,13 +19,13 @@ import time
 
 import numpy as np
 
-from . import hybrid, jobs, merging, registry, remote, runner, windows
+from . import embedding, hybrid, jobs, merging, packing, registry, remote, runner, windows
 from .failure import BAD_INPUT, Failure, failing, io
 from .journal import Journal
 from .output import Output
 from .problem import Problem, load_samples
 from .qsf import NO_CHAINS, RECORD, Samples
-from .services import configured, connect
+from .services import connect
 from .text import lines
 
 UNREDUCED = ("windows of a picture that is not reduced gain nothing. Reduce it, then give the "
@@ -99,6 +99,24 @@ class _Run:
     def window(self, variables):
         return windows.window(self.p, self.bits, variables)
 
+    def embed(self, solver, tell):
+        """Look for an embedding of the whole problem, side by side in its parts: that of each
+        window is a part of it. Sets `whole`, None where the chip is too small for it; without an
+        account the chip is a Zephyr of twelve tiles each way."""
+        self.chip = (embedding.Chip.named("zephyr:12") if solver is None else
+                     embedding.Chip.of_solver(solver))
+        self.whole, source = None, embedding.Source.of(self.p.coefficients, self.p.memory_limit)
+        if 2 * len(source.graph) <= len(self.chip.graph):
+            with contextlib.suppress(embedding.NoEmbedding):
+                self.whole = embedding.obtain(source, self.chip, progress=tell)
+
+    def embedded(self, part, variables, tell):
+        """The Embedding of a window, which is kept for its call. Raises NoEmbedding."""
+        source = embedding.Source.of(part.coefficients, self.p.memory_limit)
+        if self.whole:
+            packing.keep_window(self.whole, source, self.chip, variables)
+        return embedding.obtain(source, self.chip, progress=tell)
+
     def samples(self, lines):
         """The Samples for the file: the best state known, and what each call was."""
         info = {"windows": self.options.windows, "seed": self.options.seed or 0,
@@ -127,9 +145,11 @@ def _ask(call, part, session, tell):
     if not solver.kind:
         return solver.run(call.solver, problem, call, tell), contextlib.nullcontext()
     path = jobs.path_of(call.output, call.digest)
-    if remote.sent_before(call, path):
-        job = jobs.Job.load(path)
+    job = jobs.Job.load(path, whatever=True)
+    if job and job.facts.get("problem_digest") == call.digest.hex() and jobs.was_sent(job):
         return remote.collected(call, problem, job, tell), jobs.keeping(job)
+    if job:
+        job.leave()
     answer, job = remote.send(call, problem, session, tell)
     return answer, jobs.keeping(job)
 
@@ -167,8 +187,10 @@ def solve(options):
         session = None
         if registry.find(options.solver).kind:
             session = stack.enter_context(connect(options.solver, options.solver_name))
+            if options.solver == "qpu":
+                run.embed(session.solver, tell)
             if options.max_charge is not None:
-                remote.check_charge(options, _plans(run, session))
+                remote.check_charge(options, _plans(run, session, tell))
         _calls(run, journal, session, tell)
         tell(None)
         _deliver(run, journal, time.monotonic() - began)
@@ -192,6 +214,8 @@ def _calls(run, journal, session, tell):
         else:
             part = run.window(variables)
             call = _options_of(options, number, part)
+            if options.solver == "qpu":
+                run.embedded(part, variables, tell)
             answer, kept = _ask(call, part, session,
                                 lambda text: tell(text and f"call {number + 1}, {text}"))
             with kept:
@@ -236,18 +260,18 @@ def _deliver(run, journal, seconds):
     run.samples(done).save(options.output)
     proven = run.energy == run.bound
     gap = None if run.bound is None else run.energy - run.bound
-    runner.show(options, json.dumps({
-        "schema": 1, "solver": options.solver, "energy": run.real(run.energy),
+    text = (f"{options.solver}: {len(done)} calls, {_state(run, journal)}"
+            f"{' (proven optimal)' * proven}; {seconds:.1f} s\n{options.output}: written")
+    runner.show(options, text, {
+        "solver": options.solver, "energy": run.real(run.energy),
         "best_energy": run.real(run.energy), "lower_bound": run.real(run.bound),
         "gap": run.real(gap), "proven_optimal": proven, "samples": 1, "calls": len(done),
         "variables_of_calls": [line["variables"] for line in done],
         "energies_of_calls": [line["energy"] for line in done],
-        "charge_seconds": _charge(done), "seconds": round(seconds, 3)}) if options.json else
-        f"{options.solver}: {len(done)} calls, {_state(run, journal)}"
-        f"{' (proven optimal)' * proven}; {seconds:.1f} s\n{options.output}: written")
+        "charge_seconds": _charge(done), "seconds": round(seconds, 3)})
 
 
-def _plans(run, session):
+def _plans(run, session, tell):
     """What each call would send, at most: dicts. On a chip, with its embedding, which is looked
     for and kept; without an account on a Zephyr of twelve tiles each way."""
     options, plans = run.options, []
@@ -257,25 +281,26 @@ def _plans(run, session):
         if not solver.kind:
             plans.append({"variables": int(variables.size)})
             continue
-        kind = solver.run(call.solver, part.coefficients, call)
-        chains = kind.chains(session and session.solver) if options.solver == "qpu" else {}
-        by = ([hybrid.PUBLISHED.get(options.solver)] if session is None else
+        chains = {}
+        if options.solver == "qpu":
+            figures = run.embedded(part, variables, tell).figures()
+            chains = {"embedded_qubits": figures.pop("qubits"), **figures, "fits": True}
+        by = ([hybrid.PUBLISHED[options.solver]] if session is None else
               [session.properties, session.solver])
-        plans.append({**kind.plan(*by), **chains})
+        plans.append({**solver.run(call.solver, part.coefficients, call).plan(*by), **chains})
     return plans
 
 
 def dry_run(options):
     """The command `solve --windows --dry-run`."""
     run, service = _Run(options), bool(registry.find(options.solver).kind)
-    with (connect(options.solver, options.solver_name) if service and configured()
-          else contextlib.nullcontext()) as session:
-        plans = _plans(run, session)
+    tell = runner.progress(options)
+    with remote.account(options) as session:
+        if options.solver == "qpu":
+            run.embed(session and session.solver, tell)
+        plans = _plans(run, session, tell)
+        tell(None)
     charge = remote.charge_of(plans) if service else 0
-    if options.json:
-        return runner.show(options, json.dumps({
-            "schema": 1, "solver": options.solver, "dry_run": True, "calls": plans,
-            "charge_seconds": charge}))
     said = []
     for number, found in enumerate(plans, 1):
         chains = (f", {found['embedded_qubits']:,} qubits, chains of {found['mean_chain']:.2f} on "
@@ -286,5 +311,6 @@ def dry_run(options):
     bill = ("runs on this machine; nothing is charged" if not service else
             "what is charged, the service tells to an account" if charge is None else
             f"estimated charge in all {charge:,.3f} s")
-    return runner.show(options, "\n".join([
-        *said, f"{options.solver}: at most {len(plans):,} calls; {bill}; nothing was sent"]))
+    said.append(f"{options.solver}: at most {len(plans):,} calls; {bill}; nothing was sent")
+    runner.show(options, "\n".join(said), {"solver": options.solver, "dry_run": True,
+                                           "calls": plans, "charge_seconds": charge})

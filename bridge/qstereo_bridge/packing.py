@@ -5,6 +5,8 @@ A reduced picture falls into dozens of parts, most of one to thirty variables. T
 those of small graphs, which the cache keeps for all problems that have a part of this shape.
 """
 
+import contextlib
+import dataclasses
 import functools
 
 import networkx as nx
@@ -12,26 +14,22 @@ import numpy as np
 
 from . import embedding, tiles
 
-# A part is first looked for on a small chip of at least this many qubits a variable.
-ROOM = 2
-
-
-@functools.lru_cache(maxsize=32)
-def _small(family, size):
-    """The Chip of a family with `size` tiles each way, on which all qubits work."""
-    import dwave.graphs
-
-    return embedding.Chip.of(f"{family}:{size}", getattr(dwave.graphs, f"{family}_graph")(size))
+# A part is first looked for on a small chip of at least this many qubits a variable; a large one,
+# whose chains are longer, straight on the whole.
+ROOM, LARGE = 2, 150
+_small = functools.lru_cache(maxsize=32)(embedding.Chip.named)
 
 
 def _parts(source):
     """(variables, Source) of each connected part, the largest first. A Source has its variables in
     the order of the whole, and is the same for parts of one shape."""
     for part in sorted(map(sorted, nx.connected_components(source.graph)), key=len, reverse=True):
-        inside = np.array(sorted(source.graph.subgraph(part).edges), np.int64).reshape(-1, 2)
-        pairs = np.sort(np.searchsorted(part, inside), axis=1)
-        pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))].astype(np.int32)
-        yield part, embedding.Source(pairs[:, 0], pairs[:, 1], np.arange(len(part) + 1))
+        shape = nx.Graph()
+        shape.add_nodes_from(range(len(part)))
+        number = {variable: at for at, variable in enumerate(part)}
+        shape.add_edges_from(sorted(tuple(sorted((number[v], number[w])))
+                                    for v, w in source.graph.subgraph(part).edges))
+        yield part, embedding.Source(shape, np.arange(len(part) + 1))
 
 
 class _Board:
@@ -40,7 +38,7 @@ class _Board:
     def __init__(self, chip):
         self.chip, self.tile = chip, tiles.tiling(chip)
         self.free = np.zeros(2 * self.tile.lines * self.tile.places, bool)
-        self.free[chip.qubits] = True
+        self.free[list(chip.graph)] = True
 
     def place(self, small, chains):
         """The chains of a small chip, moved to the first tiles where all of their qubits are free
@@ -67,7 +65,9 @@ class _Board:
 
     def rest(self):
         """The Chip of the qubits that are free."""
-        return self.chip.without([q for q in self.chip.qubits.tolist() if not self.free[q]])
+        graph = self.chip.graph.copy()
+        graph.remove_nodes_from([q for q in self.chip.graph if not self.free[q]])
+        return dataclasses.replace(self.chip, graph=graph)
 
     def take(self, chains):
         self.free[[q for chain in chains for q in chain]] = False
@@ -75,15 +75,14 @@ class _Board:
 
 
 def _of_shape(source, chip, seed, timeout, progress):
-    """(small chip, chains) of a part, by the smallest chip that takes it."""
-    for size in range(1, chip.size):
-        small = _small(chip.family, size) if size > 1 or chip.family == "zephyr" else None
-        if small and small.qubits.size >= ROOM * source.variables:
-            try:
+    """(small chip, chains) of a part on the smallest chip that takes it; None where none does."""
+    variables = len(source.graph)
+    for size in range(2, chip.size if variables <= LARGE else 2):
+        small = _small(f"{chip.family}:{size}")
+        if len(small.graph) >= ROOM * variables:
+            with contextlib.suppress(embedding.NoEmbedding):
                 found = embedding.obtain(source, small, seed, timeout, progress)
-                return small, [found.chains[v] for v in range(source.variables)]
-            except embedding.NoEmbedding:
-                continue
+                return small, [found.chains[v] for v in range(variables)]
     return None
 
 
@@ -107,3 +106,9 @@ def lay_out(source, chip, seed=None, timeout=embedding.TIMEOUT, progress=lambda 
             found = board.take([rest[v] for v in range(len(part))])
         chains.update(zip(part, found))
     return chains
+
+
+def keep_window(whole, source, chip, variables):
+    """Keep the embedding of a window, the chains of its variables in an Embedding of the whole."""
+    chains = {at: whole.chains[v] for at, v in enumerate(variables.tolist())}
+    embedding.keep(dataclasses.replace(whole, problem=source.digest, chains=chains), source, chip)

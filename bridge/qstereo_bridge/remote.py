@@ -1,7 +1,6 @@
 """What the command does with D-Wave's services: send and wait, collect, many problems, the list of
 solvers, and the dry run."""
 
-import concurrent.futures
 import contextlib
 import copy
 import json
@@ -10,14 +9,13 @@ import sys
 
 from . import hybrid, jobs, models, registry, runner
 from .container import FormatError
-from .failure import BAD_INPUT, NO, OK, USAGE, Failure, failing, io
+from .failure import BAD_INPUT, NO, OK, USAGE, Error, Failure, failing, io
 from .qsf import read_qsf
-from .services import (NAMES, WANTED, client, configuration, configured, connect, explain,
-                       explained)
+from .services import NAMES, WANTED, NoAccount, client, configuration, connect, explained
 from .text import line, lines
 
 
-def solve(options, session=None, print_result=runner.show):
+def solve(options, session=None):
     """Solve one problem, wherever its solver runs, and write its samples; with --no-wait, send it.
     """
     if options.windows:
@@ -29,14 +27,11 @@ def solve(options, session=None, print_result=runner.show):
         answer, job = send(options, problem, session, progress)
         if answer is None:
             with job:
-                print_result(options, json.dumps(
-                    {"schema": 1, "solver": options.solver, "job": job.path,
-                     "problem_id": job.problem_id}) if options.json else
-                    f"{options.solver}: sent as {line(job.problem_id)}; {job.command} fetches the "
-                    "answer")
+                runner.show(options, f"{options.solver}: sent as {line(job.problem_id)}; "
+                                     f"{job.command} fetches the answer", {
+                    "solver": options.solver, "job": job.path, "problem_id": job.problem_id})
         return answer, jobs.keeping(job)
-    ways = [ask] if registry.find(options.solver).kind else []
-    return runner.solve(options, print_result, *ways)
+    return runner.solve(options, ask if registry.find(options.solver).kind else runner.here)
 
 
 def send(options, problem, session, progress):
@@ -72,8 +67,9 @@ def check_charge(options, plans):
                           f"{options.max_charge:,.3f} s; nothing was sent")
 
 
-def collect(options, print_result=runner.show):
-    """The command `collect`."""
+def collect(options):
+    """The command `collect`. Raises Failure(NO) where nothing was sent, or there is no answer yet.
+    """
     job = jobs.Job.load(options.job)
     if job is None:
         raise Failure(BAD_INPUT, f"{options.job}: there is no such job file; it is removed when "
@@ -90,18 +86,7 @@ def collect(options, print_result=runner.show):
                 raise Failure(BAD_INPUT, f"{options.problem}: this is not the problem that was "
                                          "sent (its SHA-256 differs); name that with --problem")
             return collected(options, problem, job, progress), jobs.keeping(job)
-        return runner.solve(options, print_result, ask)
-
-
-def _problem_of(job):
-    if job.problem is None:
-        raise Failure(USAGE, f"{job.path}: the problem came from stdin; name its file with "
-                             "--problem")
-    path = os.path.join(os.path.dirname(job.path), job.problem)
-    if not os.path.exists(path):
-        raise Failure(USAGE, f"{job.path}: the problem is no longer at {path}; name its file with "
-                             "--problem")
-    return path
+        runner.solve(options, ask)
 
 
 def collected(options, problem, job, progress):
@@ -119,38 +104,46 @@ def collected(options, problem, job, progress):
         return jobs.decoded(kind, future, job)
 
 
+def _problem_of(job):
+    path = job.problem and os.path.join(os.path.dirname(job.path), job.problem)
+    if not path or not os.path.exists(path):
+        why = f"the problem is no longer at {path}" if path else "the problem came from stdin"
+        raise Failure(USAGE, f"{job.path}: {why}; name its file with --problem")
+    return path
+
+
 def solve_all(options):
-    """The command `solve` with --out-dir: each problem to its own samples, whatever happens to the
-    others."""
+    """The command `solve` with --out-dir: each problem to its own samples, one after another,
+    whatever happens to the others."""
     with io(options.out_dir, "make"):
         os.makedirs(options.out_dir, exist_ok=True)
     tasks, failed, results = _tasks(options), [], []
 
-    def tell(count, text):
-        print(lines(f"qstereo-bridge solve: {count}{text}"), file=sys.stderr, flush=True)
+    def tell(text):
+        print(lines(f"qstereo-bridge solve: {text}"), file=sys.stderr, flush=True)
     with contextlib.ExitStack() as stack:
         session = None
         if registry.find(options.solver).kind:
             session = stack.enter_context(connect(options.solver, options.solver_name))
         if options.max_charge is not None:
             check_charge(options, _plans(tasks, session))
-        pool = stack.enter_context(concurrent.futures.ThreadPoolExecutor(options.jobs or 1))
-        under_way = {pool.submit(_one_of_many, task, session): task for task in tasks}
-        for number, future in enumerate(concurrent.futures.as_completed(under_way), 1):
-            task, (said, failure), count = under_way[future], future.result(), f"{len(tasks)}] "
-            if failure:
+        for number, task in enumerate(tasks, 1):
+            task.said, count = [], f"[{number}/{len(tasks)}] "
+            try:
+                with failing(task.problem), explained():
+                    _one_of_many(task, session)
+            except Error as error:
                 failed.append(task.problem)
-                tell(f"[{number}/{count}", failure)
-            elif options.json:
-                results.append({"problem": task.problem, "samples_file": task.output,
-                                **json.loads(said)})
-            else:
-                runner.show(options, f"[{number}/{count}{task.problem}: {said.splitlines()[0]}")
+                tell(f"{count}{error}")
+                continue
+            text, facts = task.said[-1]
+            results.append({"problem": task.problem, "samples_file": task.output, **facts})
+            if not options.json:
+                runner.show(options, f"{count}{task.problem}: {text.splitlines()[0]}", {})
     if options.json:
-        runner.show(options, json.dumps({"schema": 1, "solver": options.solver,
-                                         "problems": results, "failed": failed}))
+        runner.show(options, "", {"solver": options.solver, "problems": results, "failed": failed})
     if failed:
-        tell("", f"{len(failed)} of {len(tasks)} failed: {', '.join(failed)}")
+        tell(f"{len(failed)} of {len(tasks)} failed: {', '.join(failed)}")
     return NO if failed else OK
 
 
@@ -174,41 +167,21 @@ def _tasks(options):
 
 
 def _one_of_many(task, session):
-    """(what it printed, None) or (None, why it failed). What an earlier run sent and did not wait
-    for is collected."""
-    said = []
-    try:
-        with failing(task.problem):
-            path = jobs.path_of(task.output, b"")
-            if _is_there(task):
-                said.append(json.dumps({"skipped": True}) if task.json else
-                            "skipped, the samples are there")
-            elif sent := sent_before(task, path):
-                said.append(json.dumps({"skipped": True, "solver": sent.solver, "job": path,
-                                        "problem_id": sent.problem_id}) if task.json else
-                            f"skipped, it was sent to {sent.solver} as {sent.problem_id}")
-                if not task.no_wait:
-                    collecting = copy.copy(task)
-                    collecting.job = path
-                    collect(collecting, lambda options, text: said.append(text))
-            else:
-                solve(task, session, lambda options, text: said.append(text))
-        return said[-1], None
-    except Failure as failure:
-        return None, str(failure)
-    except Exception as error:
-        # Whatever it is, the others go on.
-        return None, f"{task.problem}: {explain(error)}"
-
-
-def sent_before(task, path):
-    """The Job of this very problem that an earlier run sent, let go of; None where there is none.
-    """
-    if not registry.find(task.solver).kind or task.resubmit or not os.path.exists(path):
-        return None
-    with jobs.Job.load(path) or contextlib.nullcontext() as earlier:
-        same = earlier and earlier.problem_digest == task.digest.hex()
-        return earlier if same and jobs.was_sent(earlier) else None
+    """Skip what is done, collect what an earlier run sent and did not wait for, solve the rest."""
+    path = jobs.path_of(task.output, b"")
+    if _is_there(task):
+        return runner.show(task, "skipped, the samples are there", {"skipped": True})
+    if registry.find(task.solver).kind and not task.resubmit and os.path.exists(path):
+        with jobs.Job.load(path) or contextlib.nullcontext() as job:
+            sent = job and job.problem_digest == task.digest.hex() and jobs.was_sent(job)
+        if sent:
+            runner.show(task, f"skipped, it was sent to {job.solver} as {job.problem_id}", {
+                "skipped": True, "solver": job.solver, "job": path, "problem_id": job.problem_id})
+            if not task.no_wait:
+                task.job = path
+                collect(task)
+            return None
+    return solve(task, session)
 
 
 def _is_there(task):
@@ -229,23 +202,23 @@ def solvers(options):
                         for solver in account.get_solvers(order_by=None, online=online)),
                        key=lambda one: (one["kind"], one["name"]))
     if options.json:
-        return runner.show(options, json.dumps({"schema": 1, "solvers": found}))
+        return runner.show(options, "", {"solvers": found})
     for one in found:
         limits = ", ".join(f"{value:,} {name}" if isinstance(value, int) else f"{name} {value}"
                            for name, value in one["limits"].items())
         load = "" if one["load"] is None else f", load {one['load']:.0%}"
         state = "online" if one["online"] else "OFFLINE"
         runner.show(options, f"{line(one['name']):<40} {NAMES.get(one['kind'], one['kind']):<18} "
-                             f"{state}{load}\n    {line(limits)}")
+                             f"{state}{load}\n    {line(limits)}", {})
 
 
 def _described(solver):
     properties, kind, limits = solver.properties, "other", {}
     if solver.qpu:
-        topology, kind = properties.get("topology", {}), "qpu"
+        topology = properties.get("topology", {})
         shape = [topology.get("type"), *topology.get("shape", [])]
-        limits = {"qubits": len(properties["qubits"]), "topology": ":".join(map(str, shape[:2])),
-                  "fast anneal": "yes" if "fast_anneal" in solver.parameters else "no"}
+        kind, limits = "qpu", {"qubits": len(properties["qubits"]),
+                               "topology": ":".join(map(str, shape[:2]))}
     for one in (hybrid.Bqm, hybrid.Cqm, hybrid.Nl):
         if not solver.qpu and one.problem_type in solver.supported_problem_types:
             kind = "hybrid-" + one.problem_type
@@ -255,6 +228,19 @@ def _described(solver):
             "limits": limits}
 
 
+@contextlib.contextmanager
+def account(options):
+    """The Session of a service's solver; None without an account, and for a solver of this machine.
+    """
+    with contextlib.ExitStack() as stack:
+        session = None
+        if registry.find(options.solver).kind:
+            with contextlib.suppress(NoAccount), explained():
+                configuration()
+                session = stack.enter_context(connect(options.solver, options.solver_name))
+        yield session
+
+
 def dry_run(options):
     """The command `solve --dry-run`: what would be sent, and of several problems the bill."""
     if options.windows:
@@ -262,27 +248,25 @@ def dry_run(options):
 
         return calls.dry_run(options)
     tasks, service = _tasks(options), bool(registry.find(options.solver).kind)
-    with (connect(options.solver, options.solver_name) if service and configured()
-          else contextlib.nullcontext()) as session:
+    with account(options) as session:
         plans = _plans(tasks, session)
-    told, charge = {"schema": 1, "solver": options.solver, "dry_run": True}, charge_of(plans)
+    told, charge = {"solver": options.solver, "dry_run": True}, charge_of(plans)
     if options.out_dir is None:
-        said, told = planned(options, plans[0]), {**told, **plans[0]}
-    else:
-        told.update(charge_seconds=charge, problems=[{"problem": task.problem, **found}
-                                                     for task, found in zip(tasks, plans)])
-        bill = ("runs on this machine; nothing is charged" if not service else
-                "the charge cannot be told" if charge is None else
-                f"estimated charge in all {charge:,.3f} s")
-        said = [*(f"{task.problem}: " + (
+        return runner.show(options, "\n".join(planned(options, plans[0])), {**told, **plans[0]})
+    said = []
+    for task, found in zip(tasks, plans):
+        cost = found.get("charge_seconds")
+        said.append(f"{task.problem}: " + (
             f"does not fit: {found['reason']}" if found.get("fits") is False else
             "skipped, the samples are there" if found.get("skipped") else
-            f"{found['variables']:,} variables" + (
-                f", estimated charge {found['charge_seconds']:,.3f} s"
-                if found.get("charge_seconds") is not None else ""))
-            for task, found in zip(tasks, plans)),
-            f"{options.solver}: {len(tasks):,} problems; {bill}; nothing was sent"]
-    runner.show(options, json.dumps(told) if options.json else "\n".join(said))
+            f"{found['variables']:,} variables" if cost is None else
+            f"{found['variables']:,} variables, estimated charge {cost:,.3f} s"))
+    bill = ("runs on this machine; nothing is charged" if not service else
+            "the charge cannot be told" if charge is None else
+            f"estimated charge in all {charge:,.3f} s")
+    said.append(f"{options.solver}: {len(tasks):,} problems; {bill}; nothing was sent")
+    runner.show(options, "\n".join(said), {**told, "charge_seconds": charge, "problems": [
+        {"problem": task.problem, **found} for task, found in zip(tasks, plans)]})
 
 
 def _plans(tasks, session):
@@ -306,7 +290,7 @@ def plan(options, session):
         return {**found, "quadratic_terms": models.Terms(problem).count}
     with explained():
         kind = solver.run(options.solver, problem, options)
-        by = ([hybrid.PUBLISHED.get(options.solver)] if session is None else
+        by = ([hybrid.PUBLISHED[options.solver]] if session is None else
               [session.properties, session.solver])
         return {"service_solver": session and session.solver.name, **kind.plan(*by)}
 

@@ -7,7 +7,6 @@ linear terms and the blocks. Costs of labels that have left are `OUT`."""
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -394,15 +393,10 @@ def command(options):
     """The command `verify`."""
     found = verify(options.problem, options.other, options.certificate, options.memory_limit)
     scale = load(options.problem, options.memory_limit).scale
-    facts = {"schema": 1, **asdict(found), "proven_optimal": found.valid
+    facts = {**asdict(found), "proven_optimal": found.valid
              and found.energy == found.lower_bound}
     for key in ("energy", "lower_bound"):
         facts[key] = facts[key] if scale == 1 or facts[key] is None else facts[key] / scale
-    if options.json:
-        runner.show(options, json.dumps(facts))
-    elif found.valid:
-        runner.show(options, f"valid: energy {facts['energy']}, lower bound "
-                    f"{facts['lower_bound']}, {found.stages} stages")
-    else:
-        runner.show(options, f"not valid: {found.why}")
+    runner.show(options, f"valid: energy {facts['energy']}, lower bound {facts['lower_bound']}, "
+                f"{found.stages} stages" if found.valid else f"not valid: {found.why}", facts)
     return OK if found.valid else NO

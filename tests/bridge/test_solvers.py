@@ -227,7 +227,7 @@ def test_any_sampler(sampler, more, problem_file, tmp_path, main):
         ),
         (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=-5"], 5, "fails"),
         (["--param", "x=1"], 2, "anneal does not take --param"),
-        (["--spin-reversals", 2], 2, "only these do: MODULE:CLASS"),
+        (["--spin-reversals", 2], 2, "only these do: qpu, MODULE:CLASS"),
     ],
 )
 def test_samplers_that_refuse(more, status, said, problem_file, tmp_path, main):
