@@ -82,7 +82,7 @@ class _Run:
     def calls(self):
         """(number, whether it is the last of its pass, its variables), at most --calls."""
         options, number = self.options, 0
-        for turn in itertools.count():
+        for turn in itertools.count() if len(self.p) else ():
             found = windows.passes(self.p, options.windows, turn, options.seed or 0)
             for at, variables in enumerate(found, 1):
                 if number == options.calls:
@@ -182,6 +182,9 @@ def solve(options):
     began, tell = time.monotonic(), runner.progress(options)
     with io(options.output, "write"), Output(options.output, last=False):
         run = _Run(options)
+    if not len(run.p):
+        # Nothing is left to decide.
+        return runner.solve(options)
     with contextlib.ExitStack() as stack:
         journal = stack.enter_context(Journal(f"{options.output}.journal", run.head()))
         session = None
@@ -193,7 +196,7 @@ def solve(options):
                 remote.check_charge(options, _plans(run, session, tell))
         _calls(run, journal, session, tell)
         tell(None)
-        _deliver(run, journal, time.monotonic() - began)
+        return _deliver(run, journal, time.monotonic() - began)
 
 
 def _forget(options, number):
@@ -204,9 +207,10 @@ def _forget(options, number):
 
 def _calls(run, journal, session, tell):
     """The calls that are still to be made, each into journal and samples file."""
-    options, before = run.options, run.energy
+    options, before = run.options, run.energy if run.options.start else None
     for number, last, variables in run.calls():
-        if run.energy == run.bound:
+        known = bool(number or options.start)
+        if known and run.energy == run.bound:
             return
         if number < len(journal.lines):
             run.bits = _bits(journal.lines[number], len(run.p))
@@ -220,7 +224,7 @@ def _calls(run, journal, session, tell):
                                 lambda text: tell(text and f"call {number + 1}, {text}"))
             with kept:
                 runner.checked(call, part.coefficients, answer)
-                run.bits = windows.improved(run.p, run.bits, variables, part, answer.bits)
+                run.bits = windows.improved(run.p, run.bits, variables, answer.bits, known)
                 run.check()
                 journal.append(_line(run, number, variables, answer, run.bits))
                 run.samples(journal.lines).save(options.output)

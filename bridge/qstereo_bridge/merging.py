@@ -107,7 +107,7 @@ def descend(problem, bits):
                            for at in range(0, bits.shape[0], step)])
 
 
-class _Merger(States):
+class Merger(States):
     """One state, into which others are merged."""
 
     def __init__(self, problem, terms, bits):
@@ -169,7 +169,7 @@ def merged(problem, bits):
     states = np.unique(np.packbits(descend(problem, bits), axis=1), axis=0)
     states = np.unpackbits(states, axis=1, count=bits.shape[1])
     order = np.lexsort((models.energies(problem, states), ~models.feasible(problem, states)))
-    merger = _Merger(problem, models.Terms(problem, penalties=False, both=True), states[order[0]])
+    merger = Merger(problem, models.Terms(problem, penalties=False, both=True), states[order[0]])
     # Another round may find more: what was taken last changes what the first ones offer.
     while any([merger.take(states[at]) for at in order[1:]]):
         pass

@@ -118,22 +118,24 @@ def window(p, bits, variables):
 
 
 def begin(p):
-    """A state to begin from where none is known: what steepest descent makes of each one-hot
-    group's cheapest variable, and of zeros elsewhere. u8 array (n,)."""
-    problem, bits = p.coefficients, np.zeros((1, len(p)), np.uint8)
+    """A state for the rest of the first window, where none is known: each one-hot group's cheapest
+    variable at 1, zeros elsewhere. u8 array (n,)."""
+    problem, bits = p.coefficients, np.zeros(len(p), np.uint8)
     group = problem.of_variables(np.arange(problem.sizes.size))
     cheapest = np.lexsort((problem.linear, group))[problem.starts[:-1]]
-    bits[0, cheapest[problem.one_hot]] = 1
-    return merging.descend(problem, bits)[0]
+    bits[cheapest[problem.one_hot]] = 1
+    return bits
 
 
-def improved(p, bits, variables, part, samples):
-    """`bits` with the samples of a window merged into them: u8 array (n,), whose H is not higher.
+def improved(p, bits, variables, samples, known=True):
+    """`bits` with the samples of a window merged into them: u8 array (n,).
 
-    part        the window's Problem
+    variables   of the window
     samples     u8 array (samples, variables)
+    known       whether `bits` is a state to keep what is good in, so that H does not rise; else the
+                window's variables are those of the samples alone
     """
-    found = bits.copy()
-    found[variables] = merging.merged(part.coefficients, np.append(
-        samples, bits[None, variables], axis=0))
+    part, found = window(p, bits, variables).coefficients, bits.copy()
+    found[variables] = merging.merged(part, np.append(
+        samples, bits[None, variables], axis=0) if known else samples)
     return found
