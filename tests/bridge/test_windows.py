@@ -88,11 +88,11 @@ def core(tmp_path):
     return path, int(models.energies(problem, all_states(12)).min())
 
 
-@pytest.mark.parametrize("solver", ["anneal", "tabu", "dimod:RandomSampler"])
+@pytest.mark.parametrize("solver", ["anneal", "tabu", "dwave.samplers:SimulatedAnnealingSampler"])
 def test_windows_reach_the_optimum(solver, core, tmp_path, main):
     path, least = core
     options = {"anneal": LOCAL, "tabu": ["--num-reads", 2, "--time-limit", 0.1, "--seed", 1],
-               "dimod:RandomSampler": ["--num-reads", 20, "--seed", 1]}[solver]
+               "dwave.samplers:SimulatedAnnealingSampler": ["--num-reads", 3, "--seed", 1]}[solver]
     status, out, err = main("solve", path, "-o", tmp_path / "s.qsf", "--solver", solver,
                             "--windows", 8, "--calls", 30, "--bound", least, *options, "--json")
     told = json.loads(out)
