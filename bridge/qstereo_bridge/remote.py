@@ -204,26 +204,22 @@ def solvers(options):
     if options.json:
         return runner.show(options, "", {"solvers": found})
     for one in found:
-        limits = ", ".join(f"{value:,} {name}" if isinstance(value, int) else f"{name} {value}"
-                           for name, value in one["limits"].items())
-        load = "" if one["load"] is None else f", load {one['load']:.0%}"
-        state = "online" if one["online"] else "OFFLINE"
+        limits = ", ".join(f"{value} {name}" for name, value in one["limits"].items())
+        state = f"online, load {one['load']}" if one["online"] else "OFFLINE"
         runner.show(options, f"{line(one['name']):<40} {NAMES.get(one['kind'], one['kind']):<18} "
-                             f"{state}{load}\n    {line(limits)}", {})
+                             f"{state}\n    {line(limits)}", {})
 
 
 def _described(solver):
     properties, kind, limits = solver.properties, "other", {}
     if solver.qpu:
-        topology = properties.get("topology", {})
-        shape = [topology.get("type"), *topology.get("shape", [])]
+        shape = properties.get("topology", {"type": "", "shape": [""]})
         kind, limits = "qpu", {"qubits": len(properties["qubits"]),
-                               "topology": ":".join(map(str, shape[:2]))}
-    for one in (hybrid.Bqm, hybrid.Cqm, hybrid.Nl):
-        if not solver.qpu and one.problem_type in solver.supported_problem_types:
+                               "topology": f"{shape['type']}:{shape['shape'][0]}"}
+    for one in () if solver.qpu else (hybrid.Bqm, hybrid.Cqm, hybrid.Nl):
+        if one.problem_type in solver.supported_problem_types:
             kind = "hybrid-" + one.problem_type
-            limits = {what: properties[limit] for what, limit in one.limits.items()
-                      if limit in properties}
+            limits = {what: properties.get(limit) for what, limit in one.limits.items()}
     return {"name": solver.name, "kind": kind, "online": solver.online, "load": solver.avg_load,
             "limits": limits}
 
@@ -307,24 +303,23 @@ def planned(options, found):
              "as published; without an account the solver cannot be asked")
     for key, limit in found["limits"].items():
         yield f"{found[key]:,} {line(key)} of {limit:,} that the service takes ({whose})"
+    copies, known, least = found.get("copies", 1), found.get("embedded_qubits"), ""
     for chip, qubits in found.get("qubits", {}).items():
         yield f"{line(chip)}: {qubits:,} qubits ({whose})"
-    copies, known = found.get("copies", 1), found.get("embedded_qubits")
+        least = f", {known:,} qubits in the embedding" if known else " at least, as embeddings add"
     if copies == "auto":
         yield f"as many copies as are found on the chip, {options.num_reads:,} samples of each"
     elif copies != 1:
         yield (f"{copies:,} copies: {options.num_reads * copies:,} samples from "
                f"{options.num_reads:,} reads")
-    yield (f"upload {found['upload_bytes']:,} bytes" + (
-        f", {known:,} qubits in the embedding" if known else
-        " at least, the embedding adds to them" if "qubits" in found else ""))
+    yield f"upload {found['upload_bytes']:,} bytes{least}"
     if found["minimum_time_limit"]:
         yield f"least time limit {found['minimum_time_limit']:,.1f} s"
     if found.get("charge_seconds"):
         rate = found.get("charge_qpu_seconds")
-        yield (f"estimated charge {'at most ' if known is None and 'qubits' in found else ''}"
-               f"{found['charge_seconds']:,.3f} s" + (
-                   f", worth {rate:,.2f} s of QPU access" if rate else ""))
+        yield (f"estimated charge {'' if known or not least else 'at most '}"
+               f"{found['charge_seconds']:,.3f} s"
+               + (f", worth {rate:,.2f} s of QPU access" if rate else ""))
     fits = {True: "it fits", False: f"it does not fit: {found['reason']}",
             None: "whether it fits, the embedding will show"}[found["fits"]]
     yield f"{fits}; nothing was sent"

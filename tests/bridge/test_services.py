@@ -588,7 +588,7 @@ def test_tokens_of_the_configuration_are_left_out(monkeypatch, tmp_path):
 def test_list_of_solvers(main, service):
     service.solvers["hybrid_nl_solver"]["status"] = "OFFLINE"
     status, out, err = main("solvers")
-    assert ((status, err) == (0, "") and "zephyr:3" in out and "2,000,000 nodes" in out
+    assert ((status, err) == (0, "") and "zephyr:3" in out and "2000000 nodes" in out
             and "OFFLINE" in out)
     found = {one["name"]: one for one in json.loads(main("solvers", "--json")[1])["solvers"]}
     assert ({name: one["kind"] for name, one in found.items()} == {"Advantage2_mock": "qpu",
