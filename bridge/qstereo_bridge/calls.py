@@ -9,6 +9,7 @@ end, and each call is charged once.
 import base64
 import contextlib
 import copy
+import dataclasses
 import hashlib
 import itertools
 import json
@@ -19,7 +20,7 @@ import time
 
 import numpy as np
 
-from . import embedding, hybrid, jobs, merging, packing, registry, remote, runner, windows
+from . import embedding, hybrid, jobs, merging, registry, remote, runner, windows
 from .failure import BAD_INPUT, Failure, failing, io
 from .journal import Journal
 from .output import Output
@@ -114,7 +115,9 @@ class _Run:
         """The Embedding of a window, which is kept for its call. Raises NoEmbedding."""
         source = embedding.Source.of(part.coefficients, self.p.memory_limit)
         if self.whole:
-            packing.keep_window(self.whole, source, self.chip, variables)
+            chains = {at: self.whole.chains[v] for at, v in enumerate(variables.tolist())}
+            embedding.keep(dataclasses.replace(self.whole, problem=source.digest, chains=chains),
+                           source, self.chip)
         return embedding.obtain(source, self.chip, progress=tell)
 
     def samples(self, lines):

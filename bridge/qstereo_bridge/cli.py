@@ -205,14 +205,14 @@ def _command(module, file, *options, epilog=STATUS):
     def make(complete):
         def run(**values):
             given = SimpleNamespace(**{"command": complete.__name__, "problem": None, **values})
-            function = complete(given) or complete.__name__
+            place, _, function = (complete(given) or complete.__name__).rpartition(".")
             given.memory_limit = getattr(given, "memory_limit", 0) << 20
             if getattr(given, "output", None) == "-":
                 _refuse({"-o - and --json both write to stdout; give -o a file": given.json,
                          "-o - would write binary to a terminal; redirect stdout, or give -o a "
                          "file": os.isatty(1)})
             with failing(getattr(given, file or "", None)):
-                found = importlib.import_module("." + module, __package__)
+                found = importlib.import_module(f".{place or module}", __package__)
                 return getattr(found, function)(given) or OK
         for option in reversed(options):
             run = option(run)
@@ -262,6 +262,7 @@ def solve(options):
                  getattr(options, option) is not None and not options.windows})
     if options.windows:
         _windows(options)
+        return "calls.dry_run" if options.dry_run else "calls.solve"
     return "dry_run" if options.dry_run else "solve_all" if several else "solve"
 
 

@@ -20,7 +20,7 @@ from dataclasses import asdict, dataclass, fields, replace
 import networkx as nx
 import numpy as np
 
-from . import models, services, tiles
+from . import models, packing, services, tiles
 from .failure import NO, Error, SolverError
 from .output import temporary
 from .qcf import DEFAULT_LIMIT
@@ -171,8 +171,6 @@ def find(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None):
     side (packing.py); everything else, and the chains that missing qubits break, are minorminer's
     work. One seed gives one embedding as long as `timeout` does not cut it short.
     """
-    from . import packing
-
     began, asked, seed = (time.monotonic(), seed,
                           secrets.randbelow(2**31) if seed is None else seed)
     qubits, couplers = len(chip.graph), chip.graph.number_of_edges()
@@ -188,7 +186,13 @@ def find(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None):
         method, chains = "tiles, mended", 2 * len(broken) <= variables and search(
             source, chip, seed, timeout / 2, progress, fixed_chains=sound)
     if not chains:
-        method, chains = "parts", packing.lay_out(source, chip, asked, timeout, progress)
+        def of_part(search):
+            def chains_of(part, where):
+                with contextlib.suppress(NoEmbedding):
+                    return search(part, where, asked, timeout, progress).chains
+            return chains_of
+        method, chains = "parts", packing.lay_out(source, chip, of_part(obtain), of_part(find),
+                                                  progress)
     if not chains:
         method, chains = "minorminer", search(source, chip, seed,
                                               timeout - (time.monotonic() - began), progress)

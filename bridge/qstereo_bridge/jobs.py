@@ -127,7 +127,8 @@ class Job:
     @property
     def command(self):
         """What fetches the answer."""
-        return f"`qstereo-bridge collect {self.path}`"
+        return ("the same `qstereo-bridge solve --windows`" if self.facts.get("window") else
+                f"`qstereo-bridge collect {self.path}`")
 
     def __enter__(self):
         return self
@@ -220,7 +221,7 @@ def start(options, variables, earlier=None):
                  "service_solver": None, "user_label": options.label, "problem_id": None,
                  "label": f"{label} {digest[:8]}-{secrets.token_hex(6)}", "problem": problem,
                  "problem_digest": digest, "variables": variables, "time": _now(),
-                 "parameters": {}}
+                 "parameters": {}, "window": bool(getattr(options, "windows", None))}
     job.save(new=earlier is None)
     return job
 

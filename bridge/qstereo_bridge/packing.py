@@ -5,19 +5,17 @@ A reduced picture falls into dozens of parts, most of one to thirty variables. T
 those of small graphs, which the cache keeps for all problems that have a part of this shape.
 """
 
-import contextlib
 import dataclasses
 import functools
 
 import networkx as nx
 import numpy as np
 
-from . import embedding, tiles
+from . import tiles
 
 # A part is first looked for on a small chip of at least this many qubits a variable; a large one,
 # whose chains are longer, straight on the whole.
 ROOM, LARGE = 2, 150
-_small = functools.lru_cache(maxsize=32)(embedding.Chip.named)
 
 
 def _parts(source):
@@ -29,7 +27,7 @@ def _parts(source):
         number = {variable: at for at, variable in enumerate(part)}
         shape.add_edges_from(sorted(tuple(sorted((number[v], number[w])))
                                     for v, w in source.graph.subgraph(part).edges))
-        yield part, embedding.Source(shape, np.arange(len(part) + 1))
+        yield part, dataclasses.replace(source, graph=shape, starts=np.arange(len(part) + 1))
 
 
 class _Board:
@@ -74,41 +72,37 @@ class _Board:
         return chains
 
 
-def _of_shape(source, chip, seed, timeout, progress):
-    """(small chip, chains) of a part on the smallest chip that takes it; None where none does."""
+def _of_shape(source, chip, small, obtain):
+    """(small chip, chains) of a part on the smallest chip, `small` of its size, that takes it; None
+    where none does."""
     variables = len(source.graph)
     for size in range(2, chip.size if variables <= LARGE else 2):
-        small = _small(f"{chip.family}:{size}")
-        if len(small.graph) >= ROOM * variables:
-            with contextlib.suppress(embedding.NoEmbedding):
-                found = embedding.obtain(source, small, seed, timeout, progress)
-                return small, [found.chains[v] for v in range(variables)]
+        if len(small(size).graph) >= ROOM * variables and (found := obtain(source, small(size))):
+            return small(size), [found[v] for v in range(variables)]
     return None
 
 
-def lay_out(source, chip, seed=None, timeout=embedding.TIMEOUT, progress=lambda text: None):
+def lay_out(source, chip, obtain, find, progress=lambda text: None):
     """{variable: [qubits]} of a Source in several connected parts; None of one in one part, on a
-    chip of another family than Zephyr and Pegasus, or where a part finds no room."""
+    chip of another family than Zephyr and Pegasus, or where a part finds no room.
+
+    obtain, find    functions of a Source and a Chip to {variable: [qubits]} or None, one for what
+                    is worth to be kept, one for what is left of this chip
+    """
     parts = list(_parts(source))
-    if len(parts) < 2 or chip.family not in ("zephyr", "pegasus"):
+    if len(parts) < 2 or tiles.tiling(chip) is None:
         return None
     board, known, chains = _Board(chip), {}, {}
+    small = functools.cache(lambda size: chip.named(f"{chip.family}:{size}"))
     for number, (part, shape) in enumerate(parts):
         progress(f"part {number + 1} of {len(parts)}")
         if shape.digest not in known:
-            known[shape.digest] = _of_shape(shape, chip, seed, timeout, progress)
+            known[shape.digest] = _of_shape(shape, chip, small, obtain)
         found = known[shape.digest] and board.place(*known[shape.digest])
         if found is None:
-            try:
-                rest = embedding.find(shape, board.rest(), seed, timeout, progress).chains
-            except embedding.NoEmbedding:
+            rest = find(shape, board.rest())
+            if not rest:
                 return None
             found = board.take([rest[v] for v in range(len(part))])
         chains.update(zip(part, found))
     return chains
-
-
-def keep_window(whole, source, chip, variables):
-    """Keep the embedding of a window, the chains of its variables in an Embedding of the whole."""
-    chains = {at: whole.chains[v] for at, v in enumerate(variables.tolist())}
-    embedding.keep(dataclasses.replace(whole, problem=source.digest, chains=chains), source, chip)

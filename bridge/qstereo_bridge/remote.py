@@ -18,11 +18,6 @@ from .text import line, lines
 def solve(options, session=None):
     """Solve one problem, wherever its solver runs, and write its samples; with --no-wait, send it.
     """
-    if options.windows:
-        from . import calls
-
-        return calls.solve(options)
-
     def ask(options, problem, progress):
         answer, job = send(options, problem, session, progress)
         if answer is None:
@@ -31,7 +26,7 @@ def solve(options, session=None):
                                      f"{job.command} fetches the answer", {
                     "solver": options.solver, "job": job.path, "problem_id": job.problem_id})
         return answer, jobs.keeping(job)
-    return runner.solve(options, ask if registry.find(options.solver).kind else runner.here)
+    runner.solve(options, ask if registry.find(options.solver).kind else runner.here)
 
 
 def send(options, problem, session, progress):
@@ -75,6 +70,9 @@ def collect(options):
         raise Failure(BAD_INPUT, f"{options.job}: there is no such job file; it is removed when "
                                  "the samples are written")
     with job:
+        if job.facts.get("window"):
+            raise Failure(BAD_INPUT, f"{options.job}: this is one of the calls of `solve "
+                                     "--windows`; run that command again, it goes on")
         options.solver, options.label = job.solver, job.user_label
         if options.solver not in WANTED:
             raise Failure(BAD_INPUT, f"{options.job}: {line(options.solver)} is not a solver that "
@@ -239,10 +237,6 @@ def account(options):
 
 def dry_run(options):
     """The command `solve --dry-run`: what would be sent, and of several problems the bill."""
-    if options.windows:
-        from . import calls
-
-        return calls.dry_run(options)
     tasks, service = _tasks(options), bool(registry.find(options.solver).kind)
     with account(options) as session:
         plans = _plans(tasks, session)
