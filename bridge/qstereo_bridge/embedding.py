@@ -45,7 +45,7 @@ class NotThisOne(Error):
     """A file that holds no embedding, or not one of this problem into this chip."""
 
 
-def _graph(nodes, edges):
+def graph_of(nodes, edges):
     """A graph whose nodes and edges stand in order: minorminer's result depends on it."""
     graph = nx.Graph()
     graph.add_nodes_from(sorted(nodes))
@@ -54,7 +54,7 @@ def _graph(nodes, edges):
 
 
 def _digest(graph):
-    """SHA-256 of the nodes and edges of a _graph()."""
+    """SHA-256 of the nodes and edges of a graph_of()."""
     return hashlib.sha256(json.dumps([list(graph), list(graph.edges)]).encode()).hexdigest()
 
 
@@ -69,7 +69,7 @@ class Source:
     def of(cls, problem, limit=DEFAULT_LIMIT):
         """The graph of a Problem's QUBO, penalties included. Raises OverLimit."""
         _, (rows, columns, _), _ = models.expand(problem, limit=limit)
-        return cls(_graph(range(problem.linear.size), zip(rows.tolist(), columns.tolist())),
+        return cls(graph_of(range(problem.linear.size), zip(rows.tolist(), columns.tolist())),
                    problem.starts)
 
     @functools.cached_property
@@ -108,7 +108,7 @@ class Chip:
         import dwave.graphs
 
         graph = getattr(dwave.graphs, f"{shape[1]}_graph")(int(shape[2]))
-        return cls(name, shape[1], int(shape[2]), _graph(graph, graph.edges))
+        return cls(name, shape[1], int(shape[2]), graph_of(graph, graph.edges))
 
     @classmethod
     def of_solver(cls, solver):
@@ -117,7 +117,7 @@ class Chip:
         family, shape = topology.get("type"), topology.get("shape", [None])
         usual = family == "pegasus" or shape[1:] == [4]
         return cls(solver.name, family if usual else None, shape[0],
-                   _graph(solver.nodes, solver.undirected_edges))
+                   graph_of(solver.nodes, solver.undirected_edges))
 
     @functools.cached_property
     def digest(self):

@@ -57,16 +57,21 @@ class Qpu:
         if unknown := sorted(set(options.param or {}) - set(known)):
             return (f"this solver has no parameter {', '.join(unknown)}; it has "
                     + ", ".join(map(line, sorted(known))))
-        if (options.spin_reversals or 1) > self.least_copies and options.copies != "auto":
-            return ("a job is one request with one spin reversal for each copy of the problem; for "
-                    f"{options.spin_reversals} of them take --copies {options.spin_reversals}, or "
-                    "send several jobs, each of which is charged")
+        if options.copies != "auto" and (said := self.too_many_reversals(options.copies)):
+            return said
         for value, what, key in ((options.num_reads, "reads", "num_reads_range"), (
                 options.annealing_time, "microseconds of annealing", "annealing_time_range")):
             low, high = properties.get(key, (-np.inf, np.inf))
             if value is not None and not low <= value <= high:
                 return f"{value:g} {what}, this solver takes {low:g} to {high:,.10g}"
         return None
+
+    def too_many_reversals(self, copies):
+        """The refusal of more --spin-reversals than copies, or None."""
+        wanted = self.options.spin_reversals or 1
+        return ("a job is one request, with one spin reversal for each copy of the problem; for "
+                f"{wanted:,} of them take --copies {wanted}, or send several jobs, each of which is "
+                "charged" if wanted > copies else None)
 
     def prepare(self, session, progress):
         from dwave.cloud.coders import encode_problem_as_qp
@@ -81,8 +86,8 @@ class Qpu:
         found, n = self.embedding(Chip.of_solver(solver), progress), len(ising)
         chains = [sorted(map(int, found[v])) for v in range(len(found))]
         lengths, copies = np.array(list(map(len, chains))), len(chains) // n
-        if too_long := self.too_long(solver, int(lengths.sum())):
-            raise SolverError(too_long)
+        if refusal := self.too_long(solver, int(lengths.sum())) or self.too_many_reversals(copies):
+            raise SolverError(refusal)
         strength = options.chain_strength or float(uniform_torque_compensation(ising))
         flips = np.random.default_rng(options.seed).integers(0, 2, (options.spin_reversals or 0, n))
         adjacency, linear, quadratic = edgelist_to_adjacency(solver.undirected_edges), {}, {}

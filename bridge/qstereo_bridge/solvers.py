@@ -5,6 +5,7 @@ A solver is a function (problem, options, progress) -> Answer.
 
 import concurrent.futures
 import importlib
+import inspect
 import secrets
 import threading
 import time
@@ -217,10 +218,14 @@ def sample(problem, options, progress):
     sampler = load_sampler(options.solver)
     told = {key: getattr(options, key) for key in ("num_reads", "seed")
             if getattr(options, key) is not None} | (options.param or {})
+    # Some samplers, as openjij's, name in `parameters` only some of what their method takes.
+    method = inspect.signature(sampler.sample).parameters.values()
+    known = {*sampler.parameters, *(one.name for one in method if one.kind is one.KEYWORD_ONLY
+                                    or one.default is not one.empty)}
     for key in told:
-        if key not in sampler.parameters:
+        if key not in known:
             raise Failure(USAGE, f"{options.solver} does not take the parameter {key}, only "
-                          f"{', '.join(sorted(sampler.parameters))}")
+                          f"{', '.join(sorted(known))}")
     wanted, info = dict(told), {"parameters": told}
     if options.spin_reversals:
         from dwave.preprocessing.composites import SpinReversalTransformComposite

@@ -26,7 +26,7 @@ def cache(tmp_path, monkeypatch):
 
 def source_of(graph, group=1):
     """A Source of a networkx graph over 0 .. n - 1, in groups of equal size."""
-    return embedding.Source(embedding._graph(graph, graph.edges),
+    return embedding.Source(embedding.graph_of(graph, graph.edges),
                             np.arange(0, len(graph) + 1, group))
 
 
@@ -35,7 +35,7 @@ def chip_of(graph):
     told = graph.graph
     usual = told["tile"] == {"pegasus": 12}.get(told["family"], 4)
     return embedding.Chip("chip", told["family"] if usual else None, told["rows"],
-                          embedding._graph(graph, graph.edges))
+                          embedding.graph_of(graph, graph.edges))
 
 
 def full(name):
@@ -197,7 +197,7 @@ def test_no_embedding():
                                            ({3: [7]}, set())])
 def test_faults_name_the_variables(change, wrong):
     """A path of three variables, and one by itself, on a path of seven qubits."""
-    source = embedding.Source(embedding._graph(range(4), [(0, 1), (1, 2)]), np.arange(5))
+    source = embedding.Source(embedding.graph_of(range(4), [(0, 1), (1, 2)]), np.arange(5))
     chip = embedding.Chip("path", None, None, nx.path_graph(8))
     chains = {0: [0, 1], 1: [2, 3], 2: [4], 3: [6]}
     assert embedding.faults(source, chip, chains) == set()

@@ -737,3 +737,41 @@ def test_plan_of_repeated_pairs():
                    [{"weight": 1, "h": 1}, {"weight": 2, "h": 1}, {"weight": 1, "h": 2},
                     {"weight": -1, "h": 2}], [0] * 3, [(0, 0)] * 3)
     assert planning("qpu", problem)["quadratic_terms"] == 1
+
+def reversed_reads(problem, flips):
+    """What the decoder makes of a read of all spins up, in copies with these flips."""
+    n = problem.linear.size
+    job = SimpleNamespace(chains=[[q] for q in range(len(flips) * n)], warnings=[], chip=None,
+                          embedding={"copies": len(flips)}, parameters={"chain_strength": 1},
+                          flips=flips)
+    return qpu.Qpu(problem, None).decode(one_future([(1,) * len(flips) * n],
+                                                    range(len(flips) * n)), job).bits.tolist()
+
+
+def test_spin_reversals_are_undone():
+    problem = make([1, 1], [], [], [1, 2], [(0, 0)] * 2)
+    assert reversed_reads(problem, [[0, 0], [0, 1], [1, 0]]) == [[1, 1], [1, 0], [0, 1]]
+
+
+@pytest.mark.parametrize("options", [["--spin-reversals", 1],
+                                     ["--spin-reversals", 3, "--copies", 3]])
+def test_spin_reversals_of_the_annealer_are_one_request(options, solve, service, tmp_path, main):
+    """The fields that are sent are of other signs, the samples are of the problem that was asked."""
+    solve("qpu", "--seed", 1)
+    plain = json.loads(json.dumps(sent(service)[1]["data"]))
+    status, out, _ = solve("qpu", "--num-reads", 20, "--seed", 1, "--json", *options)
+    read = solved(tmp_path / "s.qsf")
+    assert status == 0 and len(service.problems) == 2 and sent(service)[1]["data"] != plain
+    assert json.loads(out)["best_energy"] == least(SMALL)
+    assert (read.records["energy"] == models.energies(SMALL, read.bits)).all()
+    assert (read.info["parameters"]["spin_reversals"] == options[1]
+            and "spin_reversals" not in sent(service)[1]["params"])
+    assert solve("qpu", "--no-wait", *options)[0] == 0
+    assert main("collect", tmp_path / "s.qsf.job", "--json")[0] == 0
+    assert solved(tmp_path / "s.qsf").records["energy"].min() == least(SMALL)
+
+
+def test_spin_reversals_that_would_be_charged_more_than_once(solve, service):
+    status, _, err = solve("qpu", "--spin-reversals", 4)
+    assert status == 5 and "--copies 4" in err and "each of which is charged" in err
+    assert not service.problems
