@@ -39,20 +39,20 @@ def test_each_shape_is_looked_for_once():
     def obtain(part, where):
         asked.append((len(part.graph), where.name))
         return embedding.find(part, where, seed=1).chains
-    chip = embedding.Chip.named("zephyr:3")
+    chip = embedding.Chip.named("zephyr:6")
     chains = packing.lay_out(source, chip, obtain, None)
     dwave.embedding.verify_embedding(chains, source.graph, chip.graph)
     assert asked == [(5, "zephyr:2"), (3, "zephyr:2")]
 
 
 def test_where_the_tiles_are_taken_what_is_left_is_searched():
-    source, found = source_of(*[nx.complete_graph(6)] * 30), []
+    source, found = source_of(*[nx.complete_graph(6)] * 60), []
 
     def find(part, rest):
         found.append(len(rest.graph))
         return None
     obtain = lambda part, where: embedding.find(part, where, seed=1).chains  # noqa: E731
-    assert packing.lay_out(source, embedding.Chip.named("zephyr:2"), obtain, find) is None
-    assert len(found) == 1 and found[0] < 160
-    assert packing.lay_out(source_of(nx.path_graph(3)), embedding.Chip.named("zephyr:2"), obtain,
+    assert packing.lay_out(source, embedding.Chip.named("zephyr:3"), obtain, find) is None
+    assert len(found) == 1 and found[0] < 336
+    assert packing.lay_out(source_of(nx.path_graph(3)), embedding.Chip.named("zephyr:3"), obtain,
                            find) is None
