@@ -12,7 +12,6 @@ import copy
 import dataclasses
 import hashlib
 import itertools
-import json
 import math
 import os
 import sys

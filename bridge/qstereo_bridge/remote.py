@@ -3,7 +3,6 @@ solvers, and the dry run."""
 
 import contextlib
 import copy
-import json
 import os
 import sys
 
