@@ -673,3 +673,17 @@ def test_random_samples_agree_with_their_records(tmp_path, main):
         assert main("solve", tmp_path / "p.qcf", "-o", tmp_path / "s.qsf", *FAST)[0] == 0
         read = qsf.parse_qsf((tmp_path / "s.qsf").read_bytes())
         assert np.array_equal(read.records["energy"], models.energies(problem, read.bits))
+
+
+def test_work_that_is_no_longer_waited_for_does_not_hold_up_the_end(environment):
+    """As HiGHS at a time limit; what was printed is there."""
+    code = """
+import threading
+from qstereo_bridge import __main__, cli
+threading.Thread(target=threading.Event().wait).start()
+cli.main = lambda: print("done") or 3
+__main__.run()"""
+    found = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, timeout=WHILE
+    )
+    assert (found.returncode, found.stdout, found.stderr) == (3, b"done\n", b"")
