@@ -75,8 +75,8 @@ PIP := $(BIN)/python -m pip install -q --disable-pip-version-check
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all run check check-style check-c check-python examples bench bench-embedding paper-qpu reproduce \
-    install uninstall clean help FORCE
+.PHONY: all run check check-style check-c check-python examples bench bench-embedding paper-qpu \
+    reproduce install uninstall clean help FORCE
 
 all: $(addprefix $(BUILD)/,qstereo libqstereo.a libqstereo.so) ## build (OPENCV=0: without OpenCV)
 	@$(REMEMBERED)
