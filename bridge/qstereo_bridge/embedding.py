@@ -83,8 +83,8 @@ class Source:
 
 @dataclass(frozen=True)
 class Chip:
-    """A chip's working graph, its qubits as Ocean numbers them. `family`, `size` ("zephyr", 12): the
-    full graph that it is a part of; no family where its tiles are not of the usual size."""
+    """A chip's working graph, its qubits as Ocean numbers them. `family` and `size` ("zephyr", 12)
+    name the full graph that it is a part of; no family where its tiles are not of usual size."""
 
     name: str
     family: str
@@ -231,8 +231,8 @@ def find_copies(source, chip, copies, first, seed=None, timeout=TIMEOUT,
         return {}
     free = chip.graph.copy()
     free.remove_nodes_from(first.used())
-    find_multiple_embeddings(source.graph, free, embedder=another, use_filter=False, timeout=timeout,
-                             one_to_iterable=True,
+    find_multiple_embeddings(source.graph, free, embedder=another, use_filter=False,
+                             timeout=timeout, one_to_iterable=True,
                              max_num_emb=None if copies == "auto" else copies - 1)
     if copies not in ("auto", len(chains)):
         raise SolverError(f"{len(chains):,} of {copies:,} copies found on {chip.name} within "

@@ -2,8 +2,8 @@
 
 A kind of solver is a class: `problem_type` is the service's word for it; refusal(properties) says
 why a solver of these properties does not take the problem (None: it does); prepare(session,
-progress) makes the Request; decode(future, job) reads the answer; plan(properties, solver) says what
-would be sent, without an account by published properties and no `solver`.
+progress) makes the Request; decode(future, job) reads the answer; plan(properties, solver) says
+what would be sent, without an account by published properties and no `solver`.
 """
 
 import functools
@@ -97,7 +97,7 @@ class Hybrid:
                            if limit in properties}, "fits": reason is None, "reason": reason}
 
     def decode(self, future, job):
-        # The solvers put their timing beside all else; what the problem and the job say is left out.
+        # Timing stands beside all else that they say; what problem and job say is left out.
         ours = ("problem_id", "problem_label", "problem_data_id", "constraint_labels")
         said = {key: value for key, value in future.sampleset.info.items() if key not in ours}
         timing = {key: said.pop(key) for key in list(said) if key.endswith("_time")}

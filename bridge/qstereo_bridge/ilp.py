@@ -1,8 +1,8 @@
 """The solver ilp: the least H of all labellings, proven, by HiGHS's integer programs.
 
 A labelling has exactly one variable at 1 in every one-hot group (one with a penalty): there all
-penalties are 0 and are left out. A group without a penalty is so many free variables. Each connected
-part of the problem is a program of its own.
+penalties are 0 and are left out. A group without a penalty is so many free variables. Each
+connected part of the problem is a program of its own.
 """
 
 import math

@@ -218,8 +218,9 @@ def to_cqm(problem, limit=DEFAULT_LIMIT):
 def to_nl(problem, limit=DEFAULT_LIMIT):
     """dwave.optimization's Model of H.
 
-    Where every group is one-hot, it decides on an integer for each group, the variable that is 1: no
-    penalty, no constraint, no infeasible state. Else on a bit for each variable, penalties included.
+    Where every group is one-hot, it decides on an integer for each group, the variable that is 1:
+    no penalty, no constraint, no infeasible state. Else on a bit for each variable, penalties
+    included.
     """
     from dwave.optimization import Model
 

@@ -36,8 +36,8 @@ class Output:
     """The file `path` ("-": stdout), made ready before the solver's work, so that nothing forbids
     writing after it.
 
-    A regular file is written under a short name in the same folder. keep() gives it its own; without
-    it the end of the `with` removes it. All methods raise OSError.
+    A regular file is written under a short name in the same folder. keep() gives it its own;
+    without it the end of the `with` removes it. All methods raise OSError.
 
     pending     the temporaries of all outputs
     kept        whether a signal comes too late: what was to be written is

@@ -52,8 +52,8 @@ class Qpu:
         known = properties.get("parameters") or self.anneal
         if n * self.least_copies > qubits:
             copies = "" if self.least_copies == 1 else f"{options.copies} copies of "
-            return (f"{copies}{n:,} variables do not fit on a chip of {qubits:,} qubits; {SMALLER}, "
-                    "use fewer --copies, or hybrid-nl")
+            return (f"{copies}{n:,} variables do not fit on a chip of {qubits:,} qubits; "
+                    f"{SMALLER}, use fewer --copies, or hybrid-nl")
         if unknown := sorted(set(options.param or {}) - set(known)):
             return (f"this solver has no parameter {', '.join(unknown)}; it has "
                     + ", ".join(map(line, sorted(known))))
@@ -70,8 +70,8 @@ class Qpu:
         """The refusal of more --spin-reversals than copies, or None."""
         wanted = self.options.spin_reversals or 1
         return ("a job is one request, with one spin reversal for each copy of the problem; for "
-                f"{wanted:,} of them take --copies {wanted}, or send several jobs, each of which is "
-                "charged" if wanted > copies else None)
+                f"{wanted:,} of them take --copies {wanted}, or send several jobs, each of which "
+                "is charged" if wanted > copies else None)
 
     def prepare(self, session, progress):
         from dwave.cloud.coders import encode_problem_as_qp
@@ -174,8 +174,8 @@ class Qpu:
             **({"warnings": [WARNINGS[name] for name in warnings]} if warnings else {})}))
 
     def plan(self, properties, solver=None):
-        """Where an embedding is known, upload and charge are exact. Else the upload is what it is at
-        least (each coupling on one coupler), the charge what it is at most (all qubits used)."""
+        """Where an embedding is known, upload and charge are exact. Else the upload is what it is
+        at least (each coupling on one coupler), the charge what it is at most (all qubits used)."""
         options, terms, reason = self.options, models.Terms(self.problem), self.refusal(properties)
         count, qubits = terms.count, len(properties["qubits"])
         if not reason and terms.repeated:

@@ -1,10 +1,10 @@
 """Embeddings of labelling problems on grids, laid out in the tiles of a chip.
 
 A Zephyr or Pegasus chip is a grid of equal tiles. A site of a picture takes one tile, or a block of
-s x s tiles, and each of its variables a cross in it: a vertical and a horizontal line of qubits that
-meet. Any two of the eight crosses of a tile are coupled (the site's clique), and so is each, along
-its two lines, with the one at its place in the next tile (the same label at the neighbouring site).
-So k labels with k couplers an edge take chains of 2 ceil(k / 8) qubits.
+s x s tiles, and each of its variables a cross in it: a vertical and a horizontal line of qubits
+that meet. Any two of the eight crosses of a tile are coupled (the site's clique), and so is each,
+along its two lines, with the one at its place in the next tile (the same label at the neighbouring
+site). So k labels with k couplers an edge take chains of 2 ceil(k / 8) qubits.
 """
 
 import collections

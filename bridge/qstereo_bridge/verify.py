@@ -45,8 +45,8 @@ class Verdict:
 
 @dataclass
 class Certificate:
-    """What a .qpf states: of the .qcf with the SHA-256 `digest` a lower bound (None = none), and the
-    energy of a labelling (the label number of each undecided site); `proof` has the stages."""
+    """What a .qpf states: of the .qcf with the SHA-256 `digest` a lower bound (None = none), and
+    the energy of a labelling (the label number of each undecided site); `proof` has the stages."""
 
     digest: bytes
     lower_bound: int | None
@@ -239,7 +239,8 @@ def _goldstein_once(p, sets, due, other):
     """Applies the criterion with one label of each site that is due. Whether a label leaves."""
     live, gain, sites = np.flatnonzero(p.alive), np.zeros_like(p.unary), np.arange(due.size)
     due = due & p.kept[sites, other]
-    for own, far, turned in ((p.first[live], p.second[live], 0), (p.second[live], p.first[live], 1)):
+    first, second = p.first[live], p.second[live]
+    for own, far, turned in ((first, second, 0), (second, first, 1)):
         at = np.flatnonzero(due[own])
         for piece in np.array_split(at, -(-at.size * p.most**2 // CHUNK) or 1):
             cost = p.costs(live[piece])

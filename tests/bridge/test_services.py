@@ -756,7 +756,7 @@ def test_spin_reversals_are_undone():
 @pytest.mark.parametrize("options", [["--spin-reversals", 1],
                                      ["--spin-reversals", 3, "--copies", 3]])
 def test_spin_reversals_of_the_annealer_are_one_request(options, solve, service, tmp_path, main):
-    """The fields that are sent are of other signs, the samples are of the problem that was asked."""
+    """The fields that are sent have other signs; the samples are of the problem that was asked."""
     solve("qpu", "--seed", 1)
     plain = json.loads(json.dumps(sent(service)[1]["data"]))
     status, out, _ = solve("qpu", "--num-reads", 20, "--seed", 1, "--json", *options)
