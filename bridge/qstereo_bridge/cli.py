@@ -182,8 +182,8 @@ SOLVE = [
     _flag("--dry-run", "send nothing; say what would be sent, and which limits apply"),
     NO_POSTPROCESS,
     _option("--windows", WHOLE, "N", "solve a reduced problem in calls of at most N variables, "
-            "each merged into the best state known. After an interruption the same command goes on, "
-            "by its journal, S.qsf.journal"),
+            "each merged into the best state known. After an interruption the same command goes "
+            "on, by its journal, S.qsf.journal"),
     _option("--calls", WHOLE, "K", "with --windows: at most K calls (default 10)"),
     _option("--start", str, "S0.qsf", "with --windows: begin from the best sample of S0.qsf; a "
             "lower bound in it (of `qstereo solve`) ends the calls"),
