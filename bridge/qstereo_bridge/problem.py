@@ -95,12 +95,12 @@ class Problem:
 
     def energies(self, bits: ArrayLike) -> NDArray[np.int64]:
         """i64 array (samples,): exact H. Raises InputError for bits that do not fit."""
-        return models.energies(self.coefficients, self._fitting(bits))
+        return models.energies(self.coefficients, self.fitting(bits))
 
     def feasible(self, bits: ArrayLike) -> NDArray[np.bool_]:
         """bool array (samples,): whether each one-hot group has one variable at 1. Raises
         InputError."""
-        return models.feasible(self.coefficients, self._fitting(bits))
+        return models.feasible(self.coefficients, self.fitting(bits))
 
     def parts(self) -> list[NDArray[np.int64]]:
         """The variables of each connected part: list of i64 arrays, the largest first. No coupling
@@ -126,7 +126,7 @@ class Problem:
         answer = solvers.from_sampleset(sampleset, len(self), info=plain(dict(sampleset.info)))
         return solvers.samples_of(self.coefficients, self.digest, solver, answer)
 
-    def _fitting(self, bits):
+    def fitting(self, bits):
         bits = np.atleast_2d(np.asarray(bits))
         if bits.ndim != 2 or bits.shape[1] != len(self) or not np.isin(bits, (0, 1)).all():
             raise InputError(f"bits are 0 and 1 in an array (samples, {len(self)}), these are "
