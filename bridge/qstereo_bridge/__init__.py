@@ -5,11 +5,11 @@
     p.sample(dimod.ExactSolver()).save("s.qsf")
 
 The core needs numpy and dimod: `container` (header, chunks, CRC), `qcf` (the problem), `qsf` (the
-samples), `models` (terms, energies, dimod's models), `problem` (the face for Python), `failure`
-(all errors). On it stand `solvers`, `ilp` and `samplers` (what runs here), `registry` (their
-names), `runner` (one run of the command), `output` (whole files or none), `export`, `inspection`,
-`cli` (the command) and `__main__` (its start, and its end by a signal). `qpf`
-and `verify` read and check certificates.
+samples), `models` (terms, energies, dimod's models), `command` (what the command qstereo does for
+Python), `problem` (the face for Python), `failure` (all errors). On it stand `solvers`, `ilp` and
+`samplers` (what runs here), `registry` (their names), `runner` (one run of the command), `output`
+(whole files or none), `export`, `inspection`, `cli` (the command) and `__main__` (its start, and
+its end by a signal). `qpf` and `verify` read and check certificates.
 
 For D-Wave's services: `services` (account and messages), `hybrid`, `qpu` and `embedding` (what each
 solver takes, and its answers), `tiles` and `picture` (chips: grids laid out in them, and drawn),
@@ -25,12 +25,12 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from .container import Corrupt, FormatError, NotOurFormat, OverLimit, Truncated, Unsupported
     from .failure import Error, FileError, InputError, SolverError
-    from .problem import Problem, Samples, load, load_samples
+    from .problem import Problem, Samples, decode, load, load_samples
 
 _PLACES = {name: place for place, names in {
     "container": "Corrupt FormatError NotOurFormat OverLimit Truncated Unsupported",
     "failure": "Error FileError InputError SolverError",
-    "problem": "Problem Samples load load_samples"}.items() for name in names.split()}
+    "problem": "Problem Samples decode load load_samples"}.items() for name in names.split()}
 __all__ = ["__version__", *_PLACES]
 
 

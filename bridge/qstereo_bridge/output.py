@@ -7,6 +7,8 @@ import stat
 import threading
 import time
 
+from .failure import io
+
 
 def sync_folder(path):
     """Have the names in the folder of `path` on the disk, where the system can."""
@@ -127,3 +129,13 @@ class Output:
             self.stream.close()
             self._remove()
             Output.pending.discard(self.temporary)
+
+
+def save(file, data):
+    """Write bytes to a path, whole or not at all, or to a binary stream. Raises FileError."""
+    if hasattr(file, "write"):
+        file.write(data)
+        return
+    with io(file, "write"), Output(os.fspath(file), last=False) as output:
+        output.write(data)
+        output.keep()
