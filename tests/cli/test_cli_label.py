@@ -139,6 +139,37 @@ def test_graphs(tmp_path, tables):
     assert found.shape == (sites,)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_cuts_solve_submodular_tables_of_two_labels(tmp_path, seed):
+    """On a grid and on a graph; a table that is not submodular is refused."""
+    random = np.random.default_rng(seed)
+    costs = random.integers(0, 9, (3, 3, 2) if seed % 2 else (9, 2))
+    sizes = [(3, 2), (2, 3)] if seed % 2 else [(12,)]
+    tables = [random.integers(0, 12, (*size, 2, 2)) for size in sizes]
+    for t in tables:
+        most = t[..., 0, 1] + t[..., 1, 0]
+        t[..., 1, 1] = np.minimum(t[..., 1, 1], most)
+        t[..., 0, 0] = np.minimum(t[..., 0, 0], most - t[..., 1, 1])
+    if seed % 2:
+        pairs = {place: (p, q) for p, q, place in grid_edges(3, 3)}
+        edges = [(3 * p[0] + p[1], 3 * q[0] + q[1], tables[at[0]][at[1:]])
+                 for at, (p, q) in pairs.items()]
+        arguments = []
+    else:
+        pairs = random.permutation([(a, b) for b in range(9) for a in range(b)])[:12]
+        edges = [(a, b, t) for (a, b), t in zip(pairs, tables[0], strict=True)]
+        arguments = ["--edges", save(tmp_path / "e.npy", pairs)]
+    save(tmp_path / "c.npy", costs)
+    names = [str(save(tmp_path / f"t{i}.npy", t)) for i, t in enumerate(tables)]
+    arguments = ["--solver", "cut", "--tables", ",".join(names), *arguments]
+    facts, _ = label(tmp_path, tmp_path / "c.npy", *arguments)
+    assert facts["proven_optimal"]
+    assert facts["energy"] == best(costs.reshape(9, 2), edges, 2)
+    tables[0][..., 0, 0] += 25
+    save(tmp_path / "t0.npy", tables[0])
+    assert "cut cannot be used" in label(tmp_path, tmp_path / "c.npy", *arguments, status=3)
+
+
 def test_infinite_costs_forbid_labels(tmp_path):
     random = np.random.default_rng(6)
     costs = random.integers(0, 40, (3, 3, 3)).astype(np.float32) / 4
