@@ -28,6 +28,7 @@ NEED := scripts/need
 run check check-c check-python check-style: NEED := scripts/need --install
 check-trust check-cortex-m check-all check-units: NEED := scripts/need --install
 check-warnings check-analysis: NEED := scripts/need --install
+deb wheel docs check-packages: NEED := scripts/need --install
 check-valgrind coverage fuzz: NEED := scripts/need --install
 
 # V=1 shows every command.
@@ -279,6 +280,7 @@ $(ENV): requirements.txt bridge/pyproject.toml
 	$(Q)$(PIP) --no-deps --no-build-isolation -e bridge
 	@touch $@
 
+include packaging.mk
 include tests/fuzz/fuzz.mk tests/trust/trust.mk tests/trust/all.mk
 
 .SECONDARY:

@@ -20,7 +20,7 @@ solver takes, and its answers), `tiles` and `picture` (chips: grids laid out in 
 import importlib
 from typing import TYPE_CHECKING
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 if TYPE_CHECKING:
     from .container import Corrupt, FormatError, NotOurFormat, OverLimit, Truncated, Unsupported

@@ -189,7 +189,7 @@ def test_a_build_without_opencv_says_what_it_reads(tmp_path, folder, pnm_only, k
 def test_versions_name_the_library(pnm_only):
     assert (
         run("--version", program=pnm_only).out
-        == b"qstereo 0.1.0 (file format 1, pictures: PNM only)\n"
+        == b"qstereo 0.2.0 (file format 1, pictures: PNM only)\n"
     )
 
 

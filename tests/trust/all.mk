@@ -2,7 +2,7 @@
 
 .PHONY: check-all check-units check-warnings check-analysis check-valgrind coverage
 
-check-all: check check-units check-warnings check-analysis check-valgrind coverage ## check, and every unit test on every target, all compilers and analysers, valgrind, coverage
+check-all: check check-units check-warnings check-analysis check-valgrind coverage check-packages docs ## check, and every unit test on every target, all compilers and analysers, valgrind, coverage
 
 # ---- Every unit test on every target: 32 and 64 bits, little- and big-endian, emulated.
 # NAME, compiler, Debian's name of the architecture, emulator.

@@ -6,7 +6,7 @@
 #define QS_VERSION_MAJOR 0
 #define QS_VERSION_MINOR 1
 #define QS_VERSION_PATCH 0
-#define QS_VERSION       "0.1.0"
+#define QS_VERSION       "0.2.0"
 
 /* Of both .qcf and .qsf (docs/FORMAT.md). */
 #define QS_FORMAT_VERSION 1
