@@ -23,7 +23,7 @@ from . import embedding, hybrid, jobs, merging, registry, remote, runner, window
 from .failure import BAD_INPUT, Failure, failing, io
 from .journal import Journal
 from .output import Output
-from .problem import Problem, load_samples
+from .problem import load_samples, made
 from .qsf import NO_CHAINS, RECORD, Samples
 from .services import connect
 from .text import lines
@@ -45,8 +45,8 @@ class _Run:
     """A run: the problem, the best state known, and the bound; energies in the file's units."""
 
     def __init__(self, options):
-        self.options, self.p = options, Problem(runner.read(options), options.digest,
-                                                options.memory_limit)
+        self.options = options
+        self.p = made(runner.read(options), options.digest, options.memory_limit)
         problem = self.p.coefficients
         if len(self.p) > options.windows and not _reduced(problem):
             raise Failure(BAD_INPUT, UNREDUCED.format(options.problem, options.output or "s.qsf",

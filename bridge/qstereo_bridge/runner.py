@@ -103,7 +103,7 @@ def merge(options):
     """The command `merge`."""
     with output_of(options) as deliver:
         began = time.monotonic()
-        problem = api.Problem(read(options), options.digest, options.memory_limit)
+        problem = api.made(read(options), options.digest, options.memory_limit)
         found = merging.merge(problem, *(api.load_samples(name, options.memory_limit)
                                          for name in options.samples))
         deliver(_sound(qsf.pack_qsf(found)), *_summary(

@@ -13,7 +13,7 @@ import numpy as np
 
 from . import merging, models
 from .failure import InputError
-from .problem import Problem
+from .problem import made
 from .qcf import Problem as Coefficients
 
 
@@ -114,7 +114,7 @@ def window(p, bits, variables):
                          problem.a[groups], problem.b[groups], offset, [], problem.scale,
                          problem.encoding)
     said = b"".join(array.astype("<i8").tobytes() for array in (groups, fields[variables]))
-    return Problem(found, hashlib.sha256(p.digest + said).digest(), p.memory_limit)
+    return made(found, hashlib.sha256(p.digest + said).digest(), p.memory_limit)
 
 
 def begin(p):

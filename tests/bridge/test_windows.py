@@ -1,5 +1,6 @@
 """Windows: plans, folded problems, and runs of many calls that go on after any end."""
 
+import io
 import itertools
 import json
 import os
@@ -15,6 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from problems import all_states, domain_walls, grid, nothing, pack_qcf, random_problem
 from qstereo_bridge import jobs, models, windows
+from qstereo_bridge.problem import made
 
 
 seeds = st.integers(0, 10**6)
@@ -22,7 +24,7 @@ LOCAL = ["--num-reads", 3, "--num-sweeps", 20, "--seed", 1]
 
 
 def problem_of(coefficients):
-    return qb.Problem(coefficients, bytes(range(32)))
+    return made(coefficients, bytes(range(32)))
 
 
 def labl(encoding, *kept):
@@ -240,3 +242,10 @@ def test_killed_at_any_step_each_call_is_charged_once(seed, core, tmp_path, proc
     one, other = (qb.load_samples(tmp_path / name) for name in ("whole.qsf", "s.qsf"))
     assert (one.bits == other.bits).all()
     assert not list(tmp_path.glob("*.job"))
+
+
+def test_a_window_has_no_file():
+    p = problem_of(random_problem(3, 12))
+    part = qb.window(p, np.zeros(len(p), np.uint8), windows.plan(p, 12))
+    with pytest.raises(qb.InputError, match="no file of its own"):
+        part.save(io.BytesIO())
