@@ -57,11 +57,12 @@ static int measure_rows(const made_problem *whole, const solver *by, uint32_t ro
 
 /* Half of the rows that are laid out to foresee the work. They are many, because some workspaces
  * grow by another measure once they are large, but they are laid out in no time. */
-static uint32_t few_rows(const qs_problem *problem)
+static uint32_t few_rows(const qs_problem *problem, const budget *limit)
 {
-    enum { LEAST = 8, VARIABLES = 1 << 21 };
+    enum { LEAST = 8, VARIABLES = 1 << 21, BYTES = 64 };
+    uint64_t most = limit->left / BYTES; /* of one, with room to spare */
     uint64_t row = (uint64_t)problem->grid.width * problem->labels, half = problem->grid.height / 2;
-    uint64_t few = VARIABLES / (row > 0 ? row : 1);
+    uint64_t few = (most < VARIABLES ? most : VARIABLES) / (row > 0 ? row : 1);
     few = few < LEAST ? LEAST : few;
     return (uint32_t)(few < half ? few : half);
 }
@@ -72,7 +73,7 @@ static int foresee_work(const made_problem *whole, const solver *by, const budge
                         uint64_t *bytes)
 {
     const qs_grid *grid = &whole->problem.grid;
-    uint32_t rows = few_rows(&whole->problem);
+    uint32_t rows = few_rows(&whole->problem, limit);
     uint64_t few, more;
     *bytes = 0;
     if (grid->width == 0 || rows == 0) {
