@@ -36,7 +36,7 @@ def inputs(target):
 
 
 @pytest.mark.skipif(FUZZ is None, reason="QSTEREO_FUZZ names no folder")
-@pytest.mark.parametrize("target", ["qcf", "qsf", "qpf", "pictures", "text"])
+@pytest.mark.parametrize("target", ["qcf", "qsf", "qpf", "pictures", "text", "frames"])
 def test_replay(target, tmp_path):
     for number, data in enumerate(inputs(target)):
         (tmp_path / str(number)).write_bytes(data)
