@@ -35,12 +35,12 @@ def pair_of(tmp_path):
 @pytest.mark.parametrize("solver", ["icm", "best", "trws"])
 def test_match_names_what_it_needs(pair_of, folder, pnm_only, solver, ending):
     """With the limit named last the command runs, and takes no more memory. One far below is
-    about right."""
+    about right: it is foreseen from few rows, and best keeps some memory for any size."""
     line = ["match", *pair_of, "-o", folder / f"m.{ending}", "--color", "--solver", solver]
     line += ["--disparity", "0:31", "--iterations", 1]
     about = needed(line, 2)
     mib = needed(line, int(about * 0.85))
-    assert 0.9 * about <= mib <= 1.1 * about
+    assert 0.8 * about <= mib <= 1.2 * about
     while run(*line, "--memory-limit", mib).status == 4:
         about, mib = mib, needed(line, mib)
         assert about < mib <= 1.1 * about
