@@ -260,7 +260,7 @@ static void make_wide(uint64_t *state, uint32_t labels)
 static void wide_trws_is_plain(uint64_t *state)
 {
     static int32_t plain[2 * 64 * MANY_LABELS];
-    size_t size = sizeof *plain * qs_trws_messages(&b.model);
+    size_t size = sizeof *plain * (size_t)qs_trws_messages(&b.model);
     uint16_t labelling[2][64];
     int64_t bound[6];
     uint64_t same = *state;
