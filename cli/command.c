@@ -48,7 +48,7 @@ int job_commit(job *at)
 }
 
 /* Makes the outputs and their folder stay, or removes them. */
-static int end_outputs(job *at, int status)
+static int end_outputs(job *at, int status, bool last)
 {
     if (status == DONE && !at->committed) {
         status = job_commit(at);
@@ -56,12 +56,26 @@ static int end_outputs(job *at, int status)
     if (status == DONE) {
         status = output_flush_standard();
     }
-    output_settle(at->outs, at->out_count, status == DONE);
+    output_settle(at->outs, at->out_count, status == DONE, last);
     if (status == DONE) {
         output_keep_folder();
     } else {
         output_drop_folder();
     }
+    return status;
+}
+
+job job_begin_part(const job *whole)
+{
+    job part = {.given = whole->given, .values = whole->values, .json = whole->json};
+    part.limit = budget_inside(&whole->limit);
+    return part;
+}
+
+int job_end_part(job *part, int status)
+{
+    status = end_outputs(part, status, false);
+    budget_free(&part->limit);
     return status;
 }
 
@@ -81,7 +95,7 @@ int command_run(const command *run, int argc, char **argv)
     if (status == DONE) {
         status = run->run(&at);
     }
-    status = end_outputs(&at, status);
+    status = end_outputs(&at, status, true);
     budget_free(&at.limit);
     return status;
 }

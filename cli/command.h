@@ -41,6 +41,12 @@ int job_open_output(job *at, const char *path, output **opened);
  * printed cannot be, the frame takes the files back. Returns DONE or NO_RESOURCE. */
 int job_commit(job *at);
 
+/* A part of a command's work whose outputs stay even if a later part fails: a frame of a sequence.
+ * It has what memory the whole has left. The end makes its outputs stay if `status` is DONE, and
+ * returns what became of it. */
+job job_begin_part(const job *whole);
+int job_end_part(job *part, int status);
+
 /* A table of options, and how many there are. */
 #define OPTIONS(table) .options = (table), .option_count = sizeof(table) / sizeof((table)[0])
 
@@ -57,6 +63,8 @@ extern const command cmd_verify;
 extern const command cmd_decode;
 extern const command cmd_score;
 extern const command cmd_match;
+extern const command cmd_rectify;
+extern const command cmd_depth;
 extern const command cmd_compare;
 extern const command cmd_restore;
 extern const command cmd_label;

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "presets.h"
 #include "solving.h"
 #include "text/names.h"
 
@@ -16,9 +17,14 @@ static const char *penalty_at(size_t index)
     return name_at(&penalty_names, index);
 }
 
-static const char *cost_at(size_t index)
+static const char *palette_at(size_t index)
 {
-    return name_at(&cost_names, index);
+    return name_at(&palette_names, index);
+}
+
+static const char *unit_at(size_t index)
+{
+    return name_at(&unit_names, index);
 }
 
 /* The options that take one of some names. All others take a number or a file. */
@@ -27,7 +33,8 @@ static const struct {
     const char *(*name_at)(size_t index);
 } named_options[] = {
     {"encoding", encoding_at}, {"smoothness", smoothness_at}, {"penalty", penalty_at},
-    {"cost", cost_at},         {"solver", solver_at},
+    {"solver", solver_at},     {"preset", preset_at},         {"palette", palette_at},
+    {"unit", unit_at},
 };
 enum { NAMED_OPTIONS = sizeof named_options / sizeof named_options[0] };
 

@@ -89,6 +89,24 @@ static void print_penalties(const penalties *printed, bool walls, uint32_t scale
     }
 }
 
+/* Says where the penalty that is proven for a domain wall grows with the labels left: where costs
+ * are neither Potts nor linear. */
+static void print_growing_kappa(const problem_file *described)
+{
+    const qs_labels *labels = &described->qubo.labels;
+    qs_smoothness smoothness = labels->pairwise.smoothness;
+    uint32_t most = 0;
+    for (uint32_t g = 0; g < described->qubo.groups; g++) {
+        uint32_t size = described->index.start[g + 1] - described->index.start[g] + 1;
+        most = size > most ? size : most;
+    }
+    if (most > 3 && smoothness != QS_POTTS && smoothness != QS_TRUNCATED_LINEAR) {
+        printf("%17ssites have up to %" PRIu32 " labels: with this smoothness kappa grows\n"
+               "%17swith their number, and one-hot may have the smaller penalties\n",
+               "", most, "");
+    }
+}
+
 static void print_displacements(const qs_labels *labels)
 {
     const qs_meaning *meaning = &labels->meaning;
@@ -119,7 +137,13 @@ static void print_meaning(const qs_labels *labels)
     case QS_MEANS_KEEP: puts(": 0 drop, 1 keep"); return;
     case QS_MEANS_DISPARITY: break;
     }
-    printf(", disparities %" PRIu32 " to %" PRIu64 "\n", first, (uint64_t)first + last);
+    uint32_t unit = labels->meaning.unit > 0 ? labels->meaning.unit : 1;
+    char ends[2][DECIMAL_SIZE], step[DECIMAL_SIZE] = "";
+    decimal_write(first, unit, ends[0]);
+    decimal_write((int64_t)first + last, unit, ends[1]);
+    decimal_write(1, unit, step);
+    printf(", disparities %s to %s%s%s\n", ends[0], ends[1], unit > 1 ? " in steps of " : "",
+           unit > 1 ? step : "");
 }
 
 static void print_labels(const qs_labels *labels)
@@ -178,6 +202,9 @@ void describe_problem(const problem_file *described)
            summary.quadratic_terms, qubo->couplings);
     penalties found = find_penalties(described, &summary);
     print_penalties(&found, qubo->has_labels && qubo->labels.encoding == QS_DOMAIN_WALL, scale);
+    if (qubo->has_labels && qubo->labels.encoding == QS_DOMAIN_WALL) {
+        print_growing_kappa(described);
+    }
     print_range("offset", summary.offset, summary.offset, scale);
     print_range("linear", summary.linear_min, summary.linear_max, scale);
     print_range("quadratic", summary.quadratic_min, summary.quadratic_max, scale);
@@ -211,8 +238,9 @@ static void json_meaning(const qs_labels *labels)
     json_count("labels", labels->labels);
     json_name("meaning", meaning_name(labels->meaning.kind));
     if (labels->meaning.kind == QS_MEANS_DISPARITY) {
-        json_count("disparity_min", labels->frame.first);
-        json_count("disparity_max", (uint64_t)labels->frame.first + labels->labels - 1);
+        uint32_t unit = labels->meaning.unit > 0 ? labels->meaning.unit : 1;
+        json_units("disparity_min", labels->frame.first, unit);
+        json_units("disparity_max", (int64_t)labels->frame.first + labels->labels - 1, unit);
     } else {
         json_null("disparity_min");
         json_null("disparity_max");

@@ -5,14 +5,16 @@
 #include "text/fail.h"
 
 /* The sum of the cheapest differences of a row: what its pixels cost where nothing is smooth. */
-static uint64_t row_cost(const qs_image *left, const qs_image *right, const qs_stereo *stereo,
+static uint64_t row_cost(const qs_image *left, const qs_image *right, const qs_matching *stereo,
                          size_t y)
 {
     const uint8_t *l = left->pixels + y * left->stride, *r = right->pixels + y * right->stride;
     uint64_t cost = 0;
-    for (size_t x = stereo->disparity_max; x < left->width; x++) {
+    size_t least = stereo->disparity_min / stereo->parts,
+           most = stereo->disparity_max / stereo->parts;
+    for (size_t x = most; x < left->width; x++) {
         int best = UINT8_MAX;
-        for (size_t d = stereo->disparity_min; d <= stereo->disparity_max; d++) {
+        for (size_t d = least; d <= most; d++) {
             int off = l[x] < r[x - d] ? r[x - d] - l[x] : l[x] - r[x - d];
             best = off < best ? off : best;
         }
@@ -24,7 +26,7 @@ static uint64_t row_cost(const qs_image *left, const qs_image *right, const qs_s
 void hint_swapped(const pair *of)
 {
     enum { ROWS = 64, FAR_LOWER = 2 };
-    const qs_stereo *stereo = &of->stereo;
+    const qs_matching *stereo = &of->stereo;
     size_t step = stereo->left.height / ROWS + 1;
     uint64_t given = 0, swapped = 0;
     for (size_t y = 0; y < stereo->left.height; y += step) {
@@ -41,18 +43,19 @@ void hint_truth(const pair *of, const true_map *truth)
 {
     enum { MANY = 10 };
     const qs_map *map = &truth->map;
+    uint32_t most = of->stereo.disparity_max / of->stereo.parts;
     uint64_t known = 0, beyond = 0;
     for (size_t i = 0; i < map->width * map->height; i++) {
         if (map->values[i] != QS_NO_DISPARITY) {
             known++;
-            beyond += map->values[i] > ((int64_t)of->stereo.disparity_max + 1) * map->scale;
+            beyond += map->values[i] > ((int64_t)most + 1) * map->scale;
         }
     }
     if (beyond * MANY > known) {
         warn(truth->name,
              "%.3g %% of its disparities are above %" PRIu32 ", the largest of --disparity: raise "
              "it, or is --truth-scale wrong?",
-             100.0 * (double)beyond / (double)known, of->stereo.disparity_max);
+             100.0 * (double)beyond / (double)known, most);
     }
 }
 
@@ -67,6 +70,6 @@ void hint_range(const pair *of, const pixel_map *map)
         warn(input_name(of->left),
              "%.3g %% of the pixels have the largest disparity, %" PRIu32
              ": raise the MAX of --disparity",
-             100.0 * (double)largest / (double)sites, map->most);
+             100.0 * (double)largest / (double)sites, map->most / map->unit);
     }
 }

@@ -11,9 +11,9 @@
 #include "text/names.h"
 
 static const command *const commands[] = {
-    &cmd_encode,  &cmd_reduce, &cmd_info,     &cmd_solve,   &cmd_validate, &cmd_verify,
-    &cmd_decode,  &cmd_score,  &cmd_match,    &cmd_compare, &cmd_restore,  &cmd_label,
-    &cmd_segment, &cmd_flow,   &cmd_register, &cmd_detect,
+    &cmd_encode,  &cmd_reduce, &cmd_info,    &cmd_solve,   &cmd_validate, &cmd_verify,
+    &cmd_decode,  &cmd_score,  &cmd_match,   &cmd_rectify, &cmd_depth,    &cmd_compare,
+    &cmd_restore, &cmd_label,  &cmd_segment, &cmd_flow,    &cmd_register, &cmd_detect,
 };
 enum { COMMANDS = sizeof commands / sizeof commands[0] };
 

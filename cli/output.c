@@ -391,7 +391,7 @@ int output_commit(output *outs, size_t count)
     return status;
 }
 
-void output_settle(output *outs, size_t count, bool keep)
+void output_settle(output *outs, size_t count, bool keep, bool last)
 {
     for (size_t i = 0; i < count; i++) {
         if (outs[i].file != NULL) {
@@ -406,7 +406,7 @@ void output_settle(output *outs, size_t count, bool keep)
         remove_temporary(&outs[i]);
         forget_names(&outs[i]);
     }
-    settled = keep;
+    settled = keep && last;
     const sigset_t fatal = fatal_set();
     (void)sigprocmask(SIG_UNBLOCK, &fatal, NULL);
 }

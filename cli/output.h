@@ -55,8 +55,10 @@ int output_commit(output *outs, size_t count);
 /* The end of all outputs, whether they were committed or not.
  *
  * keep  true = they stay; false = none of them does: what was there before is there again, but for
- *       a file on a file system without hard links, which stays replaced if it was committed */
-void output_settle(output *outs, size_t count, bool keep);
+ *       a file on a file system without hard links, which stays replaced if it was committed
+ * last  the command ends after it: if they stay, a signal comes too late, and the exit status is
+ *       that of what happened */
+void output_settle(output *outs, size_t count, bool keep, bool last);
 
 /* Makes the folder `path` for outputs, if it does not exist; only one per command. `path` is
  * borrowed. Until output_keep_folder is called, output_drop_folder removes the folder, and so does

@@ -4,31 +4,13 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "matching_read.h"
 #include "pictures/picture_read.h"
 #include "smoothness.h"
 #include "text/fail.h"
-#include "text/names.h"
+#include "text/json.h"
 #include "text/numbers.h"
 #include "text/plain.h"
-
-static int read_disparity(const char *text, qs_stereo *stereo)
-{
-    uint32_t range[2];
-    if (!numbers_read(text, ':', range, 2) || range[1] > INT32_MAX) {
-        return fail_usage("--disparity %s is not MIN:MAX, two whole numbers from 0 to %ld", text,
-                          (long)INT32_MAX);
-    }
-    if (range[0] > range[1]) {
-        return fail_usage("--disparity %s is empty: MIN is above MAX", text);
-    }
-    if (range[1] - range[0] >= QS_LABELS_MAX) {
-        return fail_usage("--disparity %s has %lu labels: %u is the most", text,
-                          (unsigned long)(range[1] - range[0]) + 1, QS_LABELS_MAX);
-    }
-    stereo->disparity_min = range[0];
-    stereo->disparity_max = range[1];
-    return DONE;
-}
 
 static int read_roi(const char *text, pair *asked)
 {
@@ -47,32 +29,59 @@ static int read_roi(const char *text, pair *asked)
     return DONE;
 }
 
+static const char *or_else(const char *given, const char *otherwise)
+{
+    return given != NULL ? given : otherwise;
+}
+
+/* The argument of each option: what is given, else what the preset says. */
+static pair_settings settle(const char *const *values, const preset *from, const qs_matching *range)
+{
+    bool is_wide = (range->disparity_max - range->disparity_min) / range->parts >= PRESET_WIDE;
+    const preset_smoothness *strength = &from->strength[is_wide][range->parts - 1];
+    const char *smoothness = or_else(values[PAIR_SMOOTHNESS], from->smoothness);
+    bool as_preset = strcmp(smoothness, from->smoothness) == 0;
+    bool potts = strcmp(smoothness, "potts") == 0;
+    return (pair_settings){
+        .cost = or_else(values[PAIR_COST], from->cost),
+        .contrast = or_else(values[PAIR_CONTRAST], from->contrast),
+        .border = or_else(values[PAIR_BORDER], from->border),
+        .smoothness = smoothness,
+        .lambda = or_else(values[PAIR_LAMBDA], potts ? from->potts_lambda : strength->lambda),
+        .truncation = or_else(values[PAIR_TRUNCATION], as_preset ? strength->truncation : NULL),
+    };
+}
+
 int pair_read(const char *const *operands, const char *const *values, void *state)
 {
     pair *asked = state;
-    int cost = QS_COST_AD;
+    qs_matching *stereo = &asked->stereo;
+    pair_settings *set = &asked->settings;
     uint32_t bits = 0;
     memset(asked, 0, sizeof *asked);
     asked->left = operands[0];
     asked->right = operands[1];
-    TRY(read_disparity(values[PAIR_DISPARITY], &asked->stereo));
-    TRY(lambda_read(values[PAIR_LAMBDA], DECIMAL_DENOMINATOR_MAX, &asked->stereo.scale,
-                    &asked->stereo.weight));
+    TRY(preset_read(values[PAIR_PRESET], &asked->from));
+    TRY(disparity_range_read(values[PAIR_DISPARITY], asked->from->step, stereo));
+    *set = settle(values, asked->from, stereo);
+    TRY(lambda_read(set->lambda, DECIMAL_DENOMINATOR_MAX, &stereo->scale, &stereo->weight));
     TRY(read_roi(values[PAIR_ROI], asked));
-    TRY(name_read(&cost_names, values[PAIR_COST], "", &cost));
-    TRY(smoothness_read(values[PAIR_SMOOTHNESS], values[PAIR_TRUNCATION], &asked->pairwise));
+    TRY(cost_read(set->cost, stereo));
+    TRY(contrast_read(set->contrast, stereo));
+    TRY(border_read(set->border, stereo));
+    TRY(smoothness_read(set->smoothness, set->truncation, &asked->pairwise));
     if (values[PAIR_BITS] != NULL) {
         TRY(number_read("--bits", values[PAIR_BITS], 9, 16, &bits));
     }
     asked->bits = bits;
-    asked->stereo.cost = (qs_cost)cost;
     return DONE;
 }
 
 /* Checks the geometry as the library does, so that a message can name what the user can mend. */
 static int check_geometry(const pair *asked)
 {
-    const qs_stereo *stereo = &asked->stereo;
+    const qs_matching *stereo = &asked->stereo;
+    uint32_t largest = stereo->disparity_max / stereo->parts;
     const qs_image *left = &stereo->left, *right = &stereo->right;
     size_t end = asked->whole ? left->width : (size_t)stereo->x + stereo->width;
     if (left->width != right->width || left->height != right->height) {
@@ -87,36 +96,75 @@ static int check_geometry(const pair *asked)
                     left->height, (unsigned long)stereo->x, (unsigned long)stereo->y,
                     (unsigned long)stereo->width, (unsigned long)stereo->height);
     }
-    if (end <= stereo->disparity_max) {
+    if (end <= largest && stereo->border == QS_BORDER_LEAVE_OUT) {
         return fail(BAD_INPUT, input_name(asked->left),
                     "%s ends at column %zu, which is too narrow for disparity %lu: no pixel would "
                     "have all its matches inside the right picture; lower --disparity%s",
-                    asked->whole ? "the picture" : "--roi", end - 1,
-                    (unsigned long)stereo->disparity_max,
+                    asked->whole ? "the picture" : "--roi", end - 1, (unsigned long)largest,
                     asked->whole ? "" : " or move --roi to the right");
     }
+    return DONE;
+}
+
+/* The costs of the paper, for which there is a faster way. */
+static bool is_plain(const qs_matching *of)
+{
+    const qs_match_term *term = &of->terms[0];
+    return of->term_count == 1 && term->cost == QS_MATCH_AD && term->weight == 1 &&
+           term->truncation == 0 && of->parts == 1 && of->border == QS_BORDER_LEAVE_OUT &&
+           of->contrast_below == 0;
+}
+
+static qs_stereo plain_of(const qs_matching *of)
+{
+    return (qs_stereo){.left = of->left,
+                       .right = of->right,
+                       .cost = QS_COST_AD,
+                       .disparity_min = of->disparity_min,
+                       .disparity_max = of->disparity_max,
+                       .x = of->x,
+                       .y = of->y,
+                       .width = of->width,
+                       .height = of->height,
+                       .scale = of->scale,
+                       .weight = of->weight};
+}
+
+int pair_problem(const qs_matching *matching, const char *name, budget *limit, qs_problem *problem,
+                 qs_status *made)
+{
+    const qs_stereo stereo = plain_of(matching);
+    bool simple = is_plain(matching);
+    size_t size = simple ? qs_stereo_workspace(&stereo) : qs_matching_workspace(matching);
+    void *workspace = budget_take(limit, name, size > 0 ? size : 1);
+    if (workspace == NULL) {
+        return NO_RESOURCE;
+    }
+    *made = simple ? qs_stereo_problem(&stereo, workspace, size, problem)
+                   : qs_matching_problem(matching, workspace, size, problem);
+    return DONE;
+}
+
+int pair_make(pair *asked, budget *limit, made_problem *opened)
+{
+    qs_status status;
+    opened->name = input_name(asked->left);
+    opened->mend = "--lambda or --truncation";
+    TRY(check_geometry(asked));
+    TRY(pair_problem(&asked->stereo, opened->name, limit, &opened->problem, &status));
+    if (status != QS_OK) {
+        return made_fail(opened, "choose a smaller --roi or --disparity", status);
+    }
+    opened->problem.pairwise = asked->pairwise;
     return DONE;
 }
 
 int pair_open(void *state, budget *limit, made_problem *opened)
 {
     pair *asked = state;
-    opened->name = input_name(asked->left);
-    opened->mend = "--lambda or --truncation";
     TRY(picture_read_grey(asked->left, asked->bits, limit, &asked->stereo.left));
     TRY(picture_read_grey(asked->right, asked->bits, limit, &asked->stereo.right));
-    TRY(check_geometry(asked));
-    size_t size = qs_stereo_workspace(&asked->stereo);
-    void *workspace = budget_take(limit, opened->name, size);
-    if (workspace == NULL) {
-        return NO_RESOURCE;
-    }
-    qs_status status = qs_stereo_problem(&asked->stereo, workspace, size, &opened->problem);
-    if (status != QS_OK) {
-        return made_fail(opened, "choose a smaller --roi or --disparity", status);
-    }
-    opened->problem.pairwise = asked->pairwise;
-    return DONE;
+    return pair_make(asked, limit, opened);
 }
 
 static void plan(const void *state, qs_problem *planned)
@@ -128,6 +176,19 @@ static void plan(const void *state, qs_problem *planned)
 }
 
 const maker pair_maker = {sizeof(pair), pair_read, pair_open, plan};
+
+void pair_json(const pair *asked)
+{
+    const pair_settings *set = &asked->settings;
+    json_name("preset", asked->from->name);
+    json_name("cost", set->cost);
+    json_name("contrast", set->contrast);
+    json_name("border", set->border);
+    json_name("smoothness", set->smoothness);
+    json_name("truncation", set->truncation);
+    json_name("lambda", set->lambda);
+    json_real("disparity_step", 1.0 / asked->stereo.parts);
+}
 
 void pair_print_outside(const pair *asked, uint32_t first)
 {

@@ -4,6 +4,7 @@
 #define PAIR_H
 
 #include "made.h"
+#include "presets.h"
 
 /* Rows for a table of options, one behind the other. */
 enum {
@@ -14,28 +15,54 @@ enum {
     PAIR_SMOOTHNESS,
     PAIR_TRUNCATION,
     PAIR_BITS,
+    PAIR_PRESET,
+    PAIR_CONTRAST,
+    PAIR_BORDER,
     PAIR_OPTIONS
 };
 #define PAIR_OPTION_ROWS                                                                           \
-    {"disparity", 0,      false,                                                                   \
-     "MIN:MAX",   "0:15", "disparities to choose from, in pixels, both included"},                 \
-        {"lambda", 0, false, "L", "20", "weight of the smoothness, an exact decimal number"},      \
+    {"disparity", 0,                                                                               \
+     false,       "MIN:MAX[:STEP]",                                                                \
+     "0:15",      "disparities to choose from, in pixels, both included; the step is 1 or 0.5"},   \
+        {"lambda", 0, false, "L", NULL, "weight of the smoothness, an exact decimal number"},      \
         {"roi",     0,    false,                                                                   \
          "X,Y,W,H", NULL, "window of the left picture to match (default all of it)"},              \
-        {"cost", 0,    false,                                                                      \
-         "NAME", "ad", "cost of a disparity: ad, the absolute difference of the greys"},           \
-        {"smoothness", 0,       false,                                                             \
-         "NAME",       "potts", "cost of neighbours that differ: potts, linear or quadratic"},     \
+        {"cost",                                                                                   \
+         0,                                                                                        \
+         false,                                                                                    \
+         "SUM",                                                                                    \
+         NULL,                                                                                     \
+         "cost of a disparity: ad, sd, bt or census:WxH, as [WEIGHT*]NAME[:TRUNCATION], or two "   \
+         "with + between"},                                                                        \
+        {"smoothness", 0,    false,                                                                \
+         "NAME",       NULL, "cost of neighbours that differ: potts, linear or quadratic"},        \
         {"truncation", 0,    false,                                                                \
          "T",          NULL, "upper bound of linear or quadratic smoothness (default no bound)"},  \
-        {"bits", 0, false, "N", NULL, "the pictures hold N bits in files of 16: white is 2^N - 1"}
+        {"bits", 0, false, "N", NULL, "pictures of N bits in files of 16: white is 2^N - 1"},      \
+        {"preset", 0,       false,                                                                 \
+         "NAME",   "paper", "settings for what is not given: paper, accurate or fast"},            \
+        {"contrast",                                                                               \
+         0,                                                                                        \
+         false,                                                                                    \
+         "G,N",                                                                                    \
+         NULL,                                                                                     \
+         "N times the weight between pixels whose greys differ by less than G, or none"},          \
+        {"border", 0,    false,                                                                    \
+         "NAME",   NULL, "pixels whose matches leave the right picture: keep or leave-out"}
+
+/* What the options and the preset say together. */
+typedef struct pair_settings {
+    const char *cost, *contrast, *border, *smoothness, *lambda, *truncation; /* NULL = none */
+} pair_settings;
 
 typedef struct pair {
     const char *left, *right; /* names of the pictures */
     unsigned bits; /* of the samples of a file of 16; 0 = all */
     bool whole; /* no window was given */
-    qs_stereo stereo;
+    qs_matching stereo;
     qs_pairwise pairwise;
+    const preset *from;
+    pair_settings settings;
 } pair;
 
 extern const maker pair_maker;
@@ -43,9 +70,18 @@ extern const maker pair_maker;
 /* Reads the arguments of the rows; strings are borrowed. Returns DONE or BAD_USAGE. */
 int pair_read(const char *const *operands, const char *const *values, void *asked);
 
-/* Reads the pictures and makes the problem, which borrows from the budget. Returns DONE, BAD_INPUT
- * or NO_RESOURCE. */
+/* Reads the pictures and makes the problem, which borrows from the budget; pair_make makes it of
+ * pictures that are there already. Return DONE, BAD_INPUT or NO_RESOURCE. */
 int pair_open(void *asked, budget *limit, made_problem *opened);
+int pair_make(pair *asked, budget *limit, made_problem *opened);
+
+/* Makes the problem of a window, in memory of the budget, without messages but for memory. Returns
+ * DONE or NO_RESOURCE, and the library's answer. */
+int pair_problem(const qs_matching *matching, const char *name, budget *limit, qs_problem *problem,
+                 qs_status *made);
+
+/* Prints the settings: keys of JSON. */
+void pair_json(const pair *asked);
 
 /* Prints which columns are left out. */
 void pair_print_outside(const pair *asked, uint32_t first);

@@ -52,6 +52,7 @@ static int run_reduction(const laid_out *problem, const reducing *asked, budget 
                                            qs_encoding_facts_of(asked->into)->code == QS_CODE_WALL,
                                        .watch = progress_watch_reduction,
                                        .context = &watched,
+                                       .start = asked->start,
                                        .witness = asked->witness};
     qs_status ran = qs_reduce(&problem->model, &options, workspace, size, made->kept,
                               made->labelling, &made->found);

@@ -220,7 +220,7 @@ static int check_found(const laid_out *problem, budget *work, solved *found)
  * where the time is limited, expansion starts from what messages find in a few iterations. */
 static bool starts_from_messages(const solver *by, const search *how)
 {
-    return by->run == qs_expansion && how->time_limit > 0;
+    return by->run == qs_expansion && how->time_limit > 0 && how->start == NULL;
 }
 
 /* Room for the solver, and for messages before it. */
@@ -231,8 +231,27 @@ static size_t workspace_of(const solver *by, const qs_model *model)
     return first > size ? first : size;
 }
 
-/* Starts from the cheapest label of each site, if the solver starts from a labelling. `work` is for
- * the solver's workspace. */
+static void begin_labelling(const qs_model *model, const uint16_t *start, uint16_t *labelling)
+{
+    if (start != NULL) {
+        memcpy(labelling, start, sizeof *start * model->sites);
+    } else {
+        qs_model_winner(model, labelling);
+    }
+}
+
+/* Some solvers begin without a labelling, and may end above the start. */
+static void keep_start(const qs_model *model, const uint16_t *start, solved *found)
+{
+    int64_t energy = start != NULL ? qs_model_energy(model, start) : INT64_MAX;
+    if (energy < found->solution.energy) {
+        memcpy(found->labelling, start, sizeof *start * model->sites);
+        found->solution.energy = energy;
+    }
+}
+
+/* Starts from the labelling that is known, or else from the cheapest label of each site, if the
+ * solver starts from a labelling. `work` is for the solver's workspace. */
 static int run_solver(const laid_out *problem, const solver *by, const search *how, budget *work,
                       solved *found)
 {
@@ -244,7 +263,7 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
     if (workspace == NULL) {
         return NO_RESOURCE;
     }
-    qs_model_winner(model, found->labelling);
+    begin_labelling(model, how->start, found->labelling);
     progress watched =
         progress_begin(by->name, problem->scale, how->time_limit, how->whole_command);
     watched.gap = how->gap;
@@ -254,6 +273,7 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
                                       .watch = progress_watch,
                                       .context = &watched,
                                       .spent = how->time_limit > 0 ? progress_spent : NULL,
+                                      .start = how->start,
                                       .witness = how->witness};
     qs_status ran = QS_OK;
     if (messages) {
@@ -276,7 +296,11 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
         found->refusal = ran;
         return DONE;
     }
-    return ran == QS_OK ? check_found(problem, work, found) : fail_status(name, ran);
+    if (ran != QS_OK) {
+        return fail_status(name, ran);
+    }
+    keep_start(model, how->start, found);
+    return check_found(problem, work, found);
 }
 
 uint64_t solve_bytes(const laid_out *problem, const solver *by)

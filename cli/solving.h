@@ -24,6 +24,8 @@ typedef struct search {
     double gap; /* percent of the energy; negative = none */
     bool keep_on_interrupt;
     const qs_witness *witness; /* of the proof; NULL = none */
+    const uint16_t *start; /* labels of the model's sites; NULL = none. The answer is not above
+                              them */
 } search;
 
 /* More such options, of commands that run one solver. */
@@ -57,6 +59,11 @@ const char *solver_at(size_t index);
 #define SOLVER_OPTION                                                                              \
     {"solver", 0,      false,                                                                      \
      "NAME",   "best", "icm, anneal, swap, expansion, bp, trws, cut, pack or best"}
+
+/* The same where a preset chooses it. */
+#define PAIR_SOLVER_OPTION                                                                         \
+    {"solver", 0,    false,                                                                        \
+     "NAME",   NULL, "icm, anneal, swap, expansion, bp, trws, cut, pack or best (paper: best)"}
 
 /* Reads the argument of --solver, and one name, `length` letters of `text`, of the argument of
  * --solvers. Return DONE or BAD_USAGE. */
@@ -105,8 +112,9 @@ typedef struct solved {
 /* The bytes that solve_problem takes. */
 uint64_t solve_bytes(const laid_out *problem, const solver *by);
 
-/* Solves the problem. The energy is computed again, from the sample or the problem. What was found
- * stays in memory of the budget, the work does not. Returns DONE, also if the solver refuses, or
+/* Solves the problem, from the start if there is one. The energy is computed again, from the sample
+ * or the problem. What was found stays in memory of the budget, the work does not. Returns DONE,
+ * also if the solver refuses, or
  * NO_RESOURCE. */
 int solve_problem(const laid_out *problem, const solver *by, const search *how, budget *limit,
                   solved *found);

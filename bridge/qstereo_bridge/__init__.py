@@ -6,15 +6,13 @@
 
 The core needs numpy and dimod: `container` (header, chunks, CRC), `qcf` (the problem), `qsf` (the
 samples), `models` (terms, energies, dimod's models), `problem` (the face for Python), `failure`
-(all errors). On it stand `solvers`, `ilp` and `samplers` (what runs here), `registry` (their
-names), `runner` (one run of the command), `output` (whole files or none), `export`, `inspection`,
-`cli` (the command) and `__main__` (its start, and its end by a signal). `qpf`
-and `verify` read and check certificates.
+(all errors), `text` (strings from outside), `output` (whole files or none). On it stand `solvers`
+and `ilp` (what runs here), `registry` (their names), `runner` (one run of the command), `export`,
+`qpf` and `verify` (certificates), `cli` (the command) and `__main__` (its end by a signal).
 
 For D-Wave's services: `services` (account and messages), `hybrid`, `qpu` and `embedding` (what each
-solver takes, and its answers), `tiles` and `picture` (chips: grids laid out in them, and drawn),
-`embed` (that command), `upload` (files of models), `jobs` (the life of a problem there), `remote`
-(the commands that use them), `text` (strings from outside).
+solver takes, and its answers), `tiles` (grids laid out in chips), `embed` (that command), `upload`
+(files of models), `jobs` (the life of a problem there), `remote` (the commands that use them).
 """
 
 import importlib

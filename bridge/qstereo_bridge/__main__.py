@@ -1,8 +1,10 @@
 """The console script. Signals are handled from here on, before anything large is imported."""
 
+import contextlib
 import os
 import signal
 import sys
+import threading
 
 from .output import Output
 
@@ -33,7 +35,14 @@ def run():
         if signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, _stop)
     from .cli import main
-    sys.exit(main())
+    status = main()
+    if threading.active_count() > 1:
+        # What is no longer waited for, as HiGHS at a time limit, aborts in an orderly end.
+        for stream in filter(None, (sys.stdout, sys.stderr)):
+            with contextlib.suppress(OSError):
+                stream.flush()
+        os._exit(status)
+    sys.exit(status)
 
 
 if __name__ == "__main__":

@@ -39,82 +39,46 @@ def _table_of_solvers():
     return "\n".join(said)
 
 
+STATUS = """\
+Exit status: 0 done; 1 the answer is no (of several problems one failed, sent
+already, no answer yet, above --max-charge, no embedding, not valid); 2 wrong
+usage; 3 bad input; 4 a file cannot be read or written, or too little memory;
+5 the solver or its service failed or refused; 130 interrupted (128 + signal).
+A command that fails leaves no new file, and an older one as it was."""
 SOLVE_EPILOG = f"""\
-Solvers, their options, and the defaults of these:
+Solvers, their options, and the defaults of these (stride is hybrid-nl):
 {_table_of_solvers()}
 
-stride is another name of hybrid-nl: D-Wave calls it so. MODULE:CLASS can be any
-installed dimod sampler, such as dwave.samplers:TreeDecompositionSolver or
-openjij:SASampler.
+exact proves the minimum of the QUBO, ilp the best labelling; where the time is
+over, ilp's lower bound still holds. ilp is best on one-hot-sparse and reduced
+problems (qstereo reduce core.qcf -o s.qcf --encoding one-hot-sparse).
 
-exact proves the minimum of the QUBO. If the state that it finds is not
-feasible, the penalty is too small, and nothing is proven about labellings.
+D-Wave's services (qpu, hybrid-..) use your own account: `dwave config create`,
+or the environment variable DWAVE_API_TOKEN. Only coefficients and the label are
+sent. The job file S.qsf.job lies beside the samples until these are written:
+whatever interrupts the command, `qstereo-bridge collect S.qsf.job` fetches the
+answer, and nothing is charged twice.
 
-ilp leaves the penalties out. It looks only at states in which each one-hot
-group has exactly one variable at 1, and proves the minimum of these. With
-one-hot and one-hot-sparse these are the labellings. It is hundreds of times
-faster with one-hot-sparse, and with reduced problems, than with other
-encodings. This writes a reduced problem as one-hot-sparse:
-  qstereo reduce core.qcf -o sparse.qcf --encoding one-hot-sparse
---time-limit is for all of its work. If the time runs out, the lower bound still
-holds. ilp needs scipy: pip install 'qstereo-bridge[exact]'.
-
-D-Wave's services (qpu, hybrid-nl, hybrid-bqm, hybrid-cqm) use your own account:
-run `dwave config create`, or set the environment variable DWAVE_API_TOKEN. Only
-the coefficients and the label are sent. A job file, S.qsf.job, is written
-before the upload, and removed when the samples are written. If anything
-interrupts the command, `qstereo-bridge collect S.qsf.job` fetches the answer,
-and nothing is charged twice.
-
-Before anything is sent, the command makes sure that it can write the output. If
-it fails, it writes no output, and an older file of that name stays as it was.
-
-Exit status:
-  0    done
-  1    the answer is no: of several problems one failed, this problem was sent
-       already, or the charge may be above --max-charge
-  2    wrong usage
-  3    bad input
-  4    a file cannot be read or written, or the memory limit is too low
-  5    the solver or its service failed or refused
-  130  interrupted (128 + the signal)
+{STATUS}
 
 Examples:
-  qstereo-bridge solve p.qcf -o s.qsf
   qstereo-bridge solve p.qcf -o s.qsf --num-reads 50 --seed 1 --json
   qstereo-bridge solve p.qcf -o s.qsf --solver ilp --time-limit 60
   qstereo-bridge solve p.qcf -o s.qsf --solver dwave.samplers:TabuSampler \\
       --param tenure=10
   qstereo-bridge solve p.qcf --solver hybrid-cqm --dry-run
-  qstereo-bridge solve p.qcf -o s.qsf --solver qpu --num-reads 1000 \\
-      --annealing-time 50
   qstereo-bridge solve p.qcf -o s.qsf --solver hybrid-nl --no-wait
-  qstereo-bridge collect s.qsf.job
-  qstereo-bridge solve frames/*.qcf --out-dir answers --solver hybrid-nl \\
-      --jobs 4"""
+  qstereo-bridge solve frames/*.qcf --out-dir answers --solver hybrid-nl"""
+EMBED_EPILOG = f"""\
+A window of a picture in the encoding one-hot-sparse is laid out in the tiles of
+the chip, with chains of 2 ceil(k / 8) qubits for k labels. minorminer searches
+for all others. The shortest embedding of each problem and chip is kept in the
+folder qstereo of your cache.
 
-EMBED_EPILOG = """\
-There are two ways to an embedding. If the problem is a window of a picture with
-k labels in the encoding one-hot-sparse, it is laid out in the tiles of the
-chip, with chains of 2 ceil(k / 8) qubits. This takes no search, but the window
-has to fit on the chip. For every other problem minorminer searches; its result
-depends on the seed. The folder qstereo of your cache keeps the shortest
-embedding that was found for each problem and chip.
+{STATUS}
 
-Exit status:
-  0    done
-  1    no embedding was found
-  2    wrong usage
-  3    bad input
-  4    a file cannot be read or written, or the memory limit is too low
-  5    the service does not tell which qubits the solver has
-  130  interrupted
-A command that fails leaves no file.
-
-Examples:
-  qstereo-bridge embed p.qcf --topology zephyr:12 -o e.json --picture e.png
-  qstereo-bridge embed p.qcf --topology Advantage2_system1 --seed 1 \\
-      --timeout 300 -o e.json"""
+Example:
+  qstereo-bridge embed p.qcf --topology zephyr:12 -o e.json --picture e.png"""
 
 
 class _Command(click.Command):
@@ -165,61 +129,54 @@ def _parameters(ctx, param, words):
     return found or None
 
 
+def _option(name, kind, metavar, help, **more):
+    return click.option(*name.split(), type=kind, metavar=metavar, help=help, **more)
+
+
+def _flag(name, help):
+    return click.option(name, is_flag=True, help=help)
+
+
 WHOLE, SEED = Number(int, 1, 2**31 - 1), Number(int, 0, 2**31 - 1)
 SECONDS, POSITIVE = Number(float, 1e-6, 1e9), Number(float, 1e-3, 1e9)
+PROBLEM = click.argument("problem", metavar="P.qcf")
 COMMON = [
-    click.option("--json", is_flag=True, help="print the result as one JSON object"),
-    click.option("--memory-limit", type=Number(int, 1, 1 << 40), default=8192, metavar="MIB",
-                 help="the most memory for the problem (default 8192)"),
-    click.option("--quiet", is_flag=True, help="no progress and no result lines, only errors")]
+    _flag("--json", "print the result as one JSON object"),
+    _option("--memory-limit", Number(int, 1, 1 << 40), "MIB",
+            "the most memory for the problem (default 8192)", default=8192),
+    _flag("--quiet", "no progress and no result lines, only errors")]
 SOLVE = [
     click.argument("problems", metavar="P.qcf...", nargs=-1, required=True),
-    click.option("-o", "--output", metavar="S.qsf",
-                 help="samples file to write, - is standard output (not needed for --dry-run)"),
-    click.option("--out-dir", metavar="D", help="write the samples of each P.qcf to D/P.qsf. If "
-                 "one problem fails, the others are still solved; those with samples are left out"),
-    click.option("--jobs", type=Number(int, 1, 64), metavar="N",
-                 help="with --out-dir: solve N problems at a time (default 1)"),
-    click.option("--solver", callback=_solver, default="anneal", metavar="NAME",
-                 help="one of the solvers below (default anneal)"),
-    click.option("--num-reads", type=WHOLE, metavar="N", help="how many samples to take"),
-    click.option("--num-sweeps", type=WHOLE, metavar="N", help="sweeps of each annealing read"),
-    click.option("--seed", type=SEED, metavar="N", help="seed of the random numbers (default a "
-                 "random one). With qpu it is the seed of the search for an embedding, and an "
-                 "embedding found before is not used"),
-    click.option("--time-limit", type=SECONDS, metavar="S",
-                 help="stop after S seconds (hybrid solvers: default the shortest they allow)"),
-    click.option("--param", callback=_parameters, multiple=True, metavar="KEY=JSON",
-                 help="set a parameter of the sampler or the QPU by its own name; may be given "
-                 "several times"),
-    click.option("--spin-reversals", type=WHOLE, metavar="N",
-                 help="sample N times, each time with the values of other variables exchanged"),
-    click.option("--annealing-time", type=POSITIVE, metavar="US",
-                 help="microseconds of each anneal (default that of the chip)"),
-    click.option("--chain-strength", type=Number(float, 1e-6, 1e9, auto=None), metavar="X",
-                 help="strength of the couplers in a chain (default auto: uniform torque "
-                 "compensation)"),
-    click.option("--fast-anneal", is_flag=True, default=None,
-                 help="use the fast-anneal protocol; needs --annealing-time"),
-    click.option("--reverse-from", metavar="S0.qsf",
-                 help="anneal backwards from the best sample of S0.qsf, then forwards again"),
-    click.option("--embedding", metavar="E.json",
-                 help="embedding to use (default one found before, or else a new one)"),
-    click.option("--copies", type=Number(int, 1, 2**31 - 1, auto="auto"), metavar="N",
-                 help="put N copies of the problem side by side on the chip, so that each read "
-                 "samples them all; auto puts as many as fit (default 1)"),
-    click.option("--solver-name", metavar="NAME",
-                 help="solver of your account (default the first that fits)"),
-    click.option("--label", metavar="TEXT",
-                 help="name of the problem at the service (default the file's without .qcf)"),
-    click.option("--no-wait", is_flag=True,
-                 help="send, write S.qsf.job and end; `collect` fetches the answer"),
-    click.option("--resubmit", is_flag=True,
-                 help="send although a job file says that it was sent; it is charged again"),
-    click.option("--max-charge", type=POSITIVE, metavar="S", help="send nothing if the charge may "
-                 "be above S seconds; of several problems their sum counts"),
-    click.option("--dry-run", is_flag=True,
-                 help="send nothing; say what would be sent, and which limits apply")]
+    _option("-o --output", str, "S.qsf", "samples file to write, - is standard output"),
+    _option("--out-dir", str, "D", "write the samples of each P.qcf to D/P.qsf. If one problem "
+            "fails, the others are still solved; those with samples are left out"),
+    _option("--solver", str, "NAME", "one of the solvers below (default anneal)",
+            callback=_solver, default="anneal"),
+    _option("--num-reads", WHOLE, "N", "how many samples to take"),
+    _option("--num-sweeps", WHOLE, "N", "sweeps of each annealing read"),
+    _option("--seed", SEED, "N", "seed of the random numbers (default a random one); with qpu of "
+            "the search for an embedding, so that one found before is not used"),
+    _option("--time-limit", SECONDS, "S",
+            "stop after S seconds (hybrid solvers: default the shortest they allow)"),
+    _option("--param", str, "KEY=JSON", "set a parameter of the sampler or the QPU by its own "
+            "name; may be given several times", callback=_parameters, multiple=True),
+    _option("--spin-reversals", WHOLE, "N", "sample N times, each time with the values of other "
+            "variables exchanged; with qpu N of its --copies, in one request"),
+    _option("--annealing-time", POSITIVE, "US",
+            "microseconds of each anneal (default that of the chip)"),
+    _option("--chain-strength", Number(float, 1e-6, 1e9, auto=None), "X", "strength of the "
+            "couplers in a chain (default auto: uniform torque compensation)"),
+    _option("--embedding", str, "E.json",
+            "embedding to use (default one found before, or else a new one)"),
+    _option("--copies", Number(int, 1, 2**31 - 1, auto="auto"), "N", "put N copies of the problem "
+            "on the chip, so that each read samples them all; auto: as many as fit (default 1)"),
+    _option("--solver-name", str, "NAME", "solver of your account (default the first that fits)"),
+    _option("--label", str, "TEXT", "name of the problem at the service (default the file's)"),
+    _flag("--no-wait", "send, write S.qsf.job and end; `collect` fetches the answer"),
+    _flag("--resubmit", "send although a job file says that it was sent; it is charged again"),
+    _option("--max-charge", POSITIVE, "S", "send nothing if the charge may be above S seconds; of "
+            "several problems their sum counts"),
+    _flag("--dry-run", "send nothing; say what would be sent, and which limits apply")]
 
 
 @click.group(no_args_is_help=False, subcommand_metavar="COMMAND ...",
@@ -229,34 +186,27 @@ def bridge():
     """Solve QUBO files (.qcf) on this machine or with D-Wave's services."""
 
 
-def _command(module, file, *options, epilog=None):
-    """Makes a command of the function below it. That function completes the options. It may return
-    the name of the function of `module` to run; without, the name is that of the command. Errors
-    name the file of the option `file`."""
+def _command(module, file, *options, epilog=STATUS):
+    """Makes a command of the function below it, which completes the options and may return the name
+    of the function of `module` to run; without, that is the command's. Errors name the file of the
+    option `file`. The module is imported only then: --help need not wait for it."""
     def make(complete):
         def run(**values):
             given = SimpleNamespace(**{"command": complete.__name__, "problem": None, **values})
             function = complete(given) or complete.__name__
-            return _run(module, function, given, getattr(given, file or "", None))
+            given.memory_limit = getattr(given, "memory_limit", 0) << 20
+            if getattr(given, "output", None) == "-":
+                _refuse({"-o - and --json both write to stdout; give -o a file": given.json,
+                         "-o - would write binary to a terminal; redirect stdout, or give -o a "
+                         "file": os.isatty(1)})
+            with failing(getattr(given, file or "", None)):
+                found = importlib.import_module("." + module, __package__)
+                return getattr(found, function)(given) or OK
         for option in reversed(options):
             run = option(run)
         return bridge.command(complete.__name__, cls=_Command, help=complete.__doc__,
                               epilog=epilog)(run)
     return make
-
-
-def _run(module, function, options, file):
-    """Runs a function and returns its exit status. Its module is imported only now, so that
-    --help need not wait for it."""
-    if hasattr(options, "memory_limit"):
-        options.memory_limit <<= 20
-    if getattr(options, "output", None) == "-":
-        _refuse({"-o - and --json both write to stdout; give -o a file": options.json,
-                 "-o - would write binary to a terminal; redirect stdout, or give -o a file":
-                     os.isatty(1)})
-    with failing(file):
-        module = importlib.import_module("." + module, __package__)
-        return getattr(module, function)(options) or OK
 
 
 def _refuse(reasons):
@@ -281,14 +231,9 @@ def solve(options):
     if not several:
         options.problem = options.problems[0]
         name_label(options)
-    fast = options.fast_anneal
     _refuse({
-        "--fast-anneal needs --annealing-time, in microseconds":
-            fast and options.annealing_time is None,
-        "a fast anneal cannot begin from a state; leave out --fast-anneal or --reverse-from":
-            fast and options.reverse_from,
-        "--seed is to search for an embedding, --embedding gives one; leave one of them out":
-            options.embedding and options.seed is not None and options.copies == 1,
+        "--embedding gives the embedding; leave --seed and --copies out":
+            options.embedding and (options.seed is not None or options.copies != 1),
         f"{options.solver} runs locally; --no-wait and --resubmit are for D-Wave's services":
             (options.no_wait or options.resubmit) and not solver.kind,
         "--out-dir does not go with -o": several and options.output is not None,
@@ -296,7 +241,6 @@ def solve(options):
             several and "-" in options.problems,
         "several problems need --out-dir, the folder for their samples":
             not several and len(options.problems) > 1,
-        "--jobs is for several problems, with --out-dir": not several and options.jobs,
         "name the samples file with -o S.qsf (or ask for --dry-run)":
             not (several or options.output is not None or options.dry_run),
         f"{options.output} is the problem itself; give -o another name":
@@ -305,14 +249,10 @@ def solve(options):
 
 
 @_command("remote", "job", click.argument("job", metavar="S.qsf.job"),
-          click.option("-o", "--output", metavar="S.qsf",
-                       help="samples file to write, - is standard output (default the job "
-                       "file's name without .job)"),
-          click.option("--problem", metavar="P.qcf",
-                       help="the problem (default the file that was sent)"),
-          click.option("--no-wait", is_flag=True, 
-                       help="do not wait: exit with 1 if there is no answer yet"),
-          *COMMON)
+          _option("-o --output", str, "S.qsf", "samples file to write, - is standard output "
+                  "(default the job file's name without .job)"),
+          _option("--problem", str, "P.qcf", "the problem (default the file that was sent)"),
+          _flag("--no-wait", "do not wait: exit with 1 if there is no answer yet"), *COMMON)
 def collect(options):
     """Fetch the answer to a problem that was sent to D-Wave. When the samples are written, the job
     file is removed."""
@@ -321,53 +261,46 @@ def collect(options):
              _same(options.output, options.job)})
 
 
-@_command("embed", "problem", click.argument("problem", metavar="P.qcf"),
-          click.option("-o", "--output", metavar="E.json", required=True,
-                       help="embedding to write, - is standard output"),
-          click.option("--topology", metavar="NAME", required=True,
-                       help="pegasus:16, zephyr:12 or another size (a chip on which all qubits "
-                       "work), or a solver of your account (the qubits that work there)"),
-          click.option("--seed", type=SEED, metavar="N", 
-                       help="seed of the search (default a random one)"),
-          click.option("--timeout", type=SECONDS, default=100.0, metavar="S",
-                       help="stop the search after S seconds (default 100). minorminer rarely "
-                       "looks at its clock, so a large problem may take several times as long"),
-          click.option("--picture", metavar="E.png", help="draw the problem's graph and the chip, "
-                       "each chain in the colour of its variable"),
+@_command("embed", "problem", PROBLEM,
+          _option("-o --output", str, "E.json", "embedding to write, - is standard output",
+                  required=True),
+          _option("--topology", str, "NAME", "pegasus:16, zephyr:12 or another size (all qubits "
+                  "work), or a solver of your account", required=True),
+          _option("--seed", SEED, "N", "seed of the search (default a random one)"),
+          _option("--timeout", SECONDS, "S", "stop the search after S seconds (default 100); "
+                  "minorminer rarely looks at its clock", default=100.0),
+          _option("--picture", str, "E.png", "draw the chip, each chain in a colour of its own"),
           *COMMON, epilog=EMBED_EPILOG)
 def embed(options):
-    """Find a minor embedding of the QUBO of a .qcf. For each variable it has a chain of qubits of
-    the chip. P.qcf - is standard input."""
+    """Find a minor embedding of the QUBO of a .qcf: for each variable a chain of qubits."""
     options.solver = "embed"
     _refuse({"problem, embedding and picture are three files; give them different names":
              _same(options.problem, options.output, options.picture),
              "a picture cannot go to stdout; give --picture a file": options.picture == "-"})
 
 
-@_command("export", "problem", click.argument("problem", metavar="P.qcf"),
-          click.option("-o", "--output", metavar="FILE", required=True,
-                       help="file to write; its end names the format: .bqm (dimod's own), .coo, "
-                       ".lp (an integer program) or .qubo (qbsolv's)"), *COMMON)
+@_command("export", "problem", PROBLEM,
+          _option("-o --output", str, "FILE", "file to write; its end names the format: .bqm "
+                  "(dimod's own), .coo, .lp (an integer program) or .qubo (qbsolv's)",
+                  required=True), *COMMON)
 def export(options):
-    """Write the QUBO of a .qcf in a format of other tools. Numbers are in the integer units of the
-    .qcf. P.qcf - is standard input."""
+    """Write the QUBO of a .qcf in a format of other tools, in the integer units of the .qcf."""
 
 
-@_command("inspection", None, click.argument("samples", metavar="S.qsf"),
-          click.option("--problem", metavar="P.qcf", help="the problem of the samples (required)"),
-          click.option("--embedding", metavar="E.json",
-                       help="its embedding (default the one in the samples)"), *COMMON)
+@_command("export", None, click.argument("samples", metavar="S.qsf"),
+          _option("--problem", str, "P.qcf", "the problem of the samples (required)"),
+          _option("--embedding", str, "E.json", "its embedding (default the one in the samples)"),
+          *COMMON)
 def inspect(options):
     """Show samples of a QPU in D-Wave's inspector. The inspector has to be installed."""
 
 
-@_command("verify", "certificate", click.argument("problem", metavar="P.qcf"),
-          click.argument("other", metavar="S.qsf"), click.argument("certificate", metavar="C.qpf"),
-          *COMMON)
+@_command("verify", "certificate", PROBLEM, click.argument("other", metavar="S.qsf"),
+          click.argument("certificate", metavar="C.qpf"), *COMMON)
 def verify(options):
-    """Check a certificate of `qstereo solve` or `reduce`, without their library: the proof of a
-    lower bound of P.qcf. The best sample in S.qsf must be as good as it states. In the place of
-    S.qsf may stand the .qcf that reduce has written. Exits with 1 if it is not valid."""
+    """Check the certificate of a lower bound of P.qcf, without the library that made it. The best
+    sample in S.qsf must be as good as it states. In the place of S.qsf may stand the .qcf that
+    `qstereo reduce` has written."""
     return "command"
 
 

@@ -1,11 +1,11 @@
 """The command `embed`: a minor embedding as a file, as figures, and as a picture."""
 
-import json
+import io as memory
 
 import networkx as nx
 
-from . import embedding, picture, runner
-from .failure import IO, NO, USAGE, Failure, io
+from . import embedding, runner
+from .failure import IO, NO, USAGE, Failure, SolverError, io
 from .output import Output
 
 # By the encoding that a problem has: those with fewer couplers on a chip.
@@ -14,10 +14,9 @@ SPARSER = {2: None, 3: "one-hot-sparse"}
 
 def embed(options):
     """Embed, draw, print. The embedding's file gets its name before the picture."""
-    drawing = None
     if options.picture:
         try:
-            picture.require()
+            from matplotlib.figure import Figure
         except ImportError:
             raise Failure(IO, f"{options.picture}: a picture needs matplotlib; "
                               "pip install 'qstereo-bridge[picture]'") from None
@@ -36,15 +35,14 @@ def embed(options):
         try:
             found = embedding.find(source, chip, options.seed, options.timeout, progress)
             embedding.keep(found, source, chip)
-            if options.picture:
-                progress("picture")
-                drawing = picture.draw(source, chip, found)
+            progress("picture")
+            drawing = draw(source, chip, found, Figure) if options.picture else None
         except embedding.NoEmbedding as error:
             raise Failure(NO, f"{options.problem}: {error}; {_advice(problem, source, error)}"
                           ) from None
         finally:
             progress(None)
-        deliver(found.to_json().encode(), _summary(options, source, chip, found))
+        deliver(found.to_json().encode(), *_summary(options, source, chip, found))
     if options.picture:
         with io(options.picture, "write"), Output(options.picture) as output:
             output.write(drawing)
@@ -65,16 +63,38 @@ def _advice(problem, source, error):
 
 
 def _summary(options, source, chip, found):
-    figures, total = found.figures(), int(chip.qubits.size)
-    share, couplers = figures["qubits"] / total, int(source.rows.size)
-    if options.json:
-        return json.dumps({
-            "schema": 1, "topology": found.topology, "method": found.method, "seed": found.seed,
-            "variables": source.variables, "couplers": couplers, **figures,
-            "seconds": found.seconds, "chip_qubits": total, "share": round(share, 4)})
+    """(text, facts) of an embedding."""
+    figures, total = found.figures(), len(chip.graph)
+    share, couplers = figures["qubits"] / total, source.graph.number_of_edges()
     return "\n".join([
-        f"{found.topology}: {source.variables:,} variables, {couplers:,} couplers on "
+        f"{found.topology}: {len(source.graph):,} variables, {couplers:,} couplers on "
         f"{figures['qubits']:,} qubits, {share:.1%} of the chip; longest chain "
         f"{figures['longest_chain']}, mean {figures['mean_chain']:.2f}; {found.method}, "
         f"{found.seconds:.1f} s",
-        *(f"{name}: written" for name in (options.output, options.picture) if name)])
+        *(f"{name}: written" for name in (options.output, options.picture) if name)]), {
+            "topology": found.topology, "method": found.method, "seed": found.seed,
+            "variables": len(source.graph), "couplers": couplers, **figures,
+            "seconds": found.seconds, "chip_qubits": total, "share": round(share, 4)}
+
+
+def draw(source, chip, found, Figure):
+    """The bytes of a PNG by dwave.graphs: the chip, each chain in a colour of its own. Raises
+    SolverError for a chip that Ocean has no layout of."""
+    import dwave.graphs
+    from dwave.graphs.drawing.qubit_layout import draw_embedding
+
+    if chip.family is None:
+        raise SolverError(f"{chip.name} is of a shape that cannot be drawn; embed without "
+                          "--picture")
+    figure, data = Figure(figsize=(10, 10), dpi=150, layout="constrained"), memory.BytesIO()
+    layout, graph = (getattr(dwave.graphs, f"{chip.family}_{what}") for what in ("layout", "graph"))
+    zoom, figures = min(12 / chip.size, 4), found.figures()
+    axes = figure.subplots(subplot_kw={"aspect": "equal"})
+    draw_embedding(chip.graph, layout(graph(chip.size)), found.chains, ax=axes,
+                   embedded_graph=source.graph, node_size=12 * zoom, width=0.4 * zoom,
+                   unused_color=(0.9, 0.9, 0.9, 1.0))
+    axes.set_title(f"{chip.name}: {len(source.graph):,} variables on {figures['qubits']:,} of "
+                   f"{len(chip.graph):,} qubits, longest chain {figures['longest_chain']}, mean "
+                   f"{figures['mean_chain']:.2f}")
+    figure.savefig(data, format="png")
+    return data.getvalue()

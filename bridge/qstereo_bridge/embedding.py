@@ -1,8 +1,6 @@
 """Minor embedding: every variable of a problem becomes a chain of qubits of a chip.
 
-    source = embedding.Source.of(problem)
-    chip = embedding.Chip.named("zephyr:12")
-    found = embedding.obtain(source, chip)        # from the cache, else find() and into the cache
+    found = embedding.obtain(Source.of(problem), Chip.named("zephyr:12"))
     found.chains            # {variable: [qubits]}, as Ocean's FixedEmbeddingComposite takes it
 
 An embedding depends on which pairs of variables are coupled and on nothing else: the frames of one
@@ -16,7 +14,6 @@ import json
 import os
 import re
 import secrets
-import threading
 import time
 from dataclasses import asdict, dataclass, fields, replace
 
@@ -48,15 +45,7 @@ class NotThisOne(Error):
     """A file that holds no embedding, or not one of this problem into this chip."""
 
 
-def _digest(*arrays):
-    """SHA-256 of arrays of 32-bit integers, each after its length."""
-    found = hashlib.sha256()
-    for array in arrays:
-        found.update(np.array(array.size, "<i8").tobytes() + array.astype("<i4").tobytes())
-    return found.hexdigest()
-
-
-def _graph(nodes, edges):
+def graph_of(nodes, edges):
     """A graph whose nodes and edges stand in order: minorminer's result depends on it."""
     graph = nx.Graph()
     graph.add_nodes_from(sorted(nodes))
@@ -64,48 +53,38 @@ def _graph(nodes, edges):
     return graph
 
 
+def _digest(graph):
+    """SHA-256 of the nodes and edges of a graph_of()."""
+    return hashlib.sha256(json.dumps([list(graph), list(graph.edges)]).encode()).hexdigest()
+
+
 @dataclass(frozen=True)
 class Source:
-    """A problem's graph: `rows` < `columns`, sorted, are the coupled variables; group g has the
-    variables starts[g] .. starts[g + 1] - 1."""
+    """A problem's graph over its variables, and the first variable of each group, n at the end."""
 
-    rows: np.ndarray
-    columns: np.ndarray
+    graph: nx.Graph
     starts: np.ndarray
 
     @classmethod
     def of(cls, problem, limit=DEFAULT_LIMIT):
         """The graph of a Problem's QUBO, penalties included. Raises OverLimit."""
         _, (rows, columns, _), _ = models.expand(problem, limit=limit)
-        return cls(rows, columns, problem.starts)
-
-    @property
-    def variables(self):
-        return int(self.starts[-1])
-
-    @functools.cached_property
-    def graph(self):
-        return _graph(range(self.variables), zip(self.rows.tolist(), self.columns.tolist()))
+        return cls(graph_of(range(problem.linear.size), zip(rows.tolist(), columns.tolist())),
+                   problem.starts)
 
     @functools.cached_property
     def digest(self):
-        """Of the graph alone, whatever its groups."""
-        return _digest(np.array([self.variables]), self.rows, self.columns)
+        return _digest(self.graph)
 
     def times(self, copies):
-        """The graph of copies side by side: variable v of copy c is c * variables + v."""
-        shift = self.variables * np.arange(copies)[:, None]
-        return Source((self.rows + shift).ravel(), (self.columns + shift).ravel(),
-                      np.append(0, (self.starts[1:] + shift).ravel()))
+        """Copies side by side: variable v of copy c is c * n + v."""
+        return Source(nx.disjoint_union_all([self.graph] * copies), None)
 
 
 @dataclass(frozen=True)
 class Chip:
-    """A chip's working graph, its qubits as Ocean numbers them.
-
-    family, size    "pegasus", "zephyr" or "chimera", and m of the full graph that it is a part of;
-                    None where its tiles are not of the usual size
-    """
+    """A chip's working graph, its qubits as Ocean numbers them. `family` and `size` ("zephyr", 12)
+    name the full graph that it is a part of; no family where its tiles are not of usual size."""
 
     name: str
     family: str
@@ -128,15 +107,8 @@ class Chip:
                              f"{SMALLEST} to {LARGEST}), or the name of a solver of your account")
         import dwave.graphs
 
-        return cls.of(name, getattr(dwave.graphs, f"{shape[1]}_graph")(int(shape[2])))
-
-    @classmethod
-    def of(cls, name, graph):
-        """From one of Ocean's graphs, its qubits numbered."""
-        family = graph.graph["family"]
-        usual = graph.graph["tile"] == {"pegasus": 12}.get(family, 4)
-        return cls(name, family if usual else None, graph.graph["rows"],
-                   _graph(graph, graph.edges))
+        graph = getattr(dwave.graphs, f"{shape[1]}_graph")(int(shape[2]))
+        return cls(name, shape[1], int(shape[2]), graph_of(graph, graph.edges))
 
     @classmethod
     def of_solver(cls, solver):
@@ -145,27 +117,11 @@ class Chip:
         family, shape = topology.get("type"), topology.get("shape", [None])
         usual = family == "pegasus" or shape[1:] == [4]
         return cls(solver.name, family if usual else None, shape[0],
-                   _graph(solver.nodes, solver.undirected_edges))
-
-    @functools.cached_property
-    def qubits(self):
-        """The qubits, sorted: i32 array."""
-        return np.array(self.graph, np.int32)
-
-    @functools.cached_property
-    def couplers(self):
-        """The couplers, sorted, the lesser qubit first: i32 array (.., 2)."""
-        return np.array(self.graph.edges, np.int32).reshape(-1, 2)
+                   graph_of(solver.nodes, solver.undirected_edges))
 
     @functools.cached_property
     def digest(self):
-        return _digest(self.qubits, self.couplers)
-
-    def without(self, qubits):
-        """The rest of the chip."""
-        graph = self.graph.copy()
-        graph.remove_nodes_from(qubits)
-        return replace(self, graph=graph)
+        return _digest(self.graph)
 
 
 @dataclass(frozen=True)
@@ -217,15 +173,16 @@ def find(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None):
     """
     began, seed = time.monotonic(), secrets.randbelow(2**31) if seed is None else seed
     qubits, couplers = len(chip.graph), chip.graph.number_of_edges()
-    what = f"{source.variables:,} variables and {source.rows.size:,} couplings"
-    if source.variables > qubits or source.rows.size > couplers:
+    variables, pairs = len(source.graph), source.graph.number_of_edges()
+    what = f"{variables:,} variables and {pairs:,} couplings"
+    if variables > qubits or pairs > couplers:
         raise Hopeless(f"{what} cannot fit on {chip.name} with its {qubits:,} qubits and "
                        f"{couplers:,} couplers")
     method, chains = "tiles", tiles.lay_out(source, chip)
     if broken := faults(source, chip, chains) if chains else ():
         # Many are not the chip's doing: the couplings are others than the tiles have.
         sound = {variable: chain for variable, chain in chains.items() if variable not in broken}
-        method, chains = "tiles, mended", 2 * len(broken) <= source.variables and search(
+        method, chains = "tiles, mended", 2 * len(broken) <= variables and search(
             source, chip, seed, timeout / 2, progress, fixed_chains=sound)
     if not chains:
         method, chains = "minorminer", search(source, chip, seed,
@@ -263,16 +220,16 @@ def find_copies(source, chip, copies, first, seed=None, timeout=TIMEOUT,
                 f"copy {len(chains) + 1}, {text}")).chains)
             return chains[-1]
         return {}
-    if copies != 1:
-        find_multiple_embeddings(
-            source.graph, chip.without(first.used()).graph, embedder=another, use_filter=False,
-            one_to_iterable=True, max_num_emb=None if copies == "auto" else copies - 1,
-            timeout=timeout)
+    free = chip.graph.copy()
+    free.remove_nodes_from(first.used())
+    find_multiple_embeddings(source.graph, free, embedder=another, use_filter=False,
+                             timeout=timeout, one_to_iterable=True,
+                             max_num_emb=None if copies == "auto" else copies - 1)
     if copies not in ("auto", len(chains)):
         raise SolverError(f"{len(chains):,} of {copies:,} copies found on {chip.name} within "
                           f"{timeout:g} s; take fewer --copies, or --copies auto for as many as "
                           "are found")
-    every = [one[v] for one in chains for v in range(source.variables)]
+    every = [one[v] for one in chains for v in range(len(source.graph))]
     return replace(first, seconds=round(first.seconds + time.monotonic() - began, 3),
                    problem=source.times(len(chains)).digest, chains=dict(enumerate(every)))
 
@@ -296,9 +253,9 @@ def read(path):
 
 def check(embedding, source, chip):
     """Raises NotThisOne unless `embedding` embeds this source into this chip as it is today."""
-    if len(embedding.chains) != source.variables or embedding.problem != source.digest:
+    if len(embedding.chains) != len(source.graph) or embedding.problem != source.digest:
         raise NotThisOne(f"an embedding of another problem graph ({len(embedding.chains):,} "
-                         f"variables, this one has {source.variables:,}); embed this problem")
+                         f"variables, this one has {len(source.graph):,}); embed this problem")
     if wrong := faults(source, chip, embedding.chains):
         raise NotThisOne(f"on {chip.name} {len(wrong):,} of its chains or their couplings are "
                          f"broken; it was made for {embedding.topology}: embed the problem on this "
@@ -306,19 +263,17 @@ def check(embedding, source, chip):
 
 
 def _cache_path(source, chip, copies):
-    """Where the embedding of so many copies ("auto": of those that were found) is kept. The folder
-    may be deleted at any time."""
+    """Where the embedding of so many copies is kept. The folder may be deleted at any time."""
     base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    more = "" if copies == 1 else f"-{copies}"
     return os.path.join(base, "qstereo",
-                        f"embedding-{source.digest[:32]}-{chip.digest[:32]}{more}.json")
+                        f"embedding-{source.digest[:32]}-{chip.digest[:32]}-{copies}.json")
 
 
 def kept(source, chip, copies=1):
     """The Embedding that the cache has for these two graphs, or None."""
     with contextlib.suppress(OSError, NotThisOne):
         found = read(_cache_path(source, chip, copies))
-        count = max(1, len(found.chains) // source.variables) if copies == "auto" else copies
+        count = max(1, len(found.chains) // len(source.graph)) if copies == "auto" else copies
         check(found, source.times(count), chip)
         return found
     return None
@@ -336,26 +291,13 @@ def keep(embedding, source, chip, copies=1):
                 os.replace(name, path)
 
 
-# Of this process: a lock for each search, and what the searches of a given seed have found.
-_searching, _seeded = {}, {}
-
-
 def obtain(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None, copies=1):
     """The Embedding of a Source, or of copies of it, into a Chip: the one kept, else a new one,
-    which is kept. Raises NoEmbedding, SolverError.
-
-    A `seed` asks for its own embedding: the one kept is not used. Threads that want the same one
-    wait for the first to find it.
-    """
-    graphs, key = (source.digest, chip.digest, copies), (source.digest, chip.digest, copies, seed)
-    with _searching.setdefault(graphs, threading.Lock()):
-        found = kept(source, chip, copies) if seed is None else _seeded.get(key)
-        if found is None:
-            found = (find(source, chip, seed, timeout, progress) if copies == 1 else
-                     find_copies(source, chip, copies,
-                                 obtain(source, chip, seed, timeout, progress), seed, timeout,
-                                 progress))
-        if seed is not None:
-            _seeded[key] = found
+    which is kept. A `seed` asks for its own. Raises NoEmbedding, SolverError."""
+    found = kept(source, chip, copies) if seed is None else None
+    if found is None:
+        found = (find(source, chip, seed, timeout, progress) if copies == 1 else
+                 find_copies(source, chip, copies, obtain(source, chip, seed, timeout, progress),
+                             seed, timeout, progress))
         keep(found, source, chip, copies)
     return found

@@ -1,48 +1,46 @@
-"""The command `export`: a problem as a file that other tools read."""
+"""The commands `export` and `inspect`: a problem, and samples of it, for other tools."""
 
-import io
-import json
+import io as memory
 import os
 
 import numpy as np
 
-from . import models, runner
-from .failure import USAGE, Failure
+from . import models, problem, runner
+from .failure import BAD_INPUT, IO, USAGE, Failure, failing, io
 
 
-def bqm(problem, limit):
+def bqm(found, limit):
     """dimod's own binary file: BinaryQuadraticModel.from_file() reads it back equal."""
-    with models.to_bqm(problem, limit).to_file() as file:
+    with models.to_bqm(found, limit).to_file() as file:
         return file.read()
 
 
-def coo(problem, limit):
+def coo(found, limit):
     """A line `i j value` for each term, `i i value` for each variable. The format knows no offset:
     a comment tells it."""
-    linear, quadratic, offset = models.expand(problem, limit=limit)
-    return (f"# vartype=BINARY\n# offset {offset}\n# {problem.scale} units are 1\n"
-            + _lines(np.arange(linear.size), np.arange(linear.size), linear)
-            + _lines(*quadratic)).encode()
+    linear, quadratic, offset = models.expand(found, limit=limit)
+    every = np.arange(linear.size)
+    return (f"# vartype=BINARY\n# offset {offset}\n# {found.scale} units are 1\n"
+            + _lines(every, every, linear) + _lines(*quadratic)).encode()
 
 
-def qubo(problem, limit):
+def qubo(found, limit):
     """The format of qbsolv: c lines are comments, p says how many nodes and couplers follow."""
-    linear, quadratic, offset = models.expand(problem, limit=limit)
+    linear, quadratic, offset = models.expand(found, limit=limit)
     used = np.flatnonzero(linear)
-    return (f"c offset {offset}\nc {problem.scale} units are 1\n"
+    return (f"c offset {offset}\nc {found.scale} units are 1\n"
             f"p qubo 0 {linear.size} {used.size} {quadratic[0].size}\n"
             + _lines(used, used, linear[used]) + _lines(*quadratic)).encode()
 
 
-def lp(problem, limit):
+def lp(found, limit):
     """An LP file of variables x0, x1, .. with a constraint for each one-hot group, no penalties:
     dimod.lp.load() and integer programmers' tools read it."""
     import dimod.lp
 
-    cqm = models.to_cqm(problem, limit)
+    cqm, text = models.to_cqm(found, limit), memory.StringIO()
     cqm.relabel_variables({v: f"x{v}" for v in cqm.variables})
     cqm.relabel_constraints({g: f"group{g}" for g in cqm.constraints})
-    text = io.StringIO()
     dimod.lp.dump(cqm, text)
     return text.getvalue().encode()
 
@@ -61,8 +59,37 @@ def export(options):
         raise Failure(USAGE, f"{options.output} ends in none of {', '.join(FORMATS)}; the end "
                       "names the format")
     with runner.output_of(options) as deliver:
-        problem = runner.read(options)
-        data = FORMATS[end](problem, options.memory_limit)
-        found = {"schema": 1, "variables": problem.linear.size, "bytes": len(data)}
-        deliver(data, json.dumps(found) if options.json else
-                f"{found['variables']:,} variables\n{options.output}: written")
+        found = runner.read(options)
+        data = FORMATS[end](found, options.memory_limit)
+        deliver(data, f"{found.linear.size:,} variables\n{options.output}: written",
+                {"variables": found.linear.size, "bytes": len(data)})
+
+
+def inspect(options):
+    """Open dwave-inspector with the samples in `options.samples`, where it is installed."""
+    try:
+        import dwave.inspector
+        from dwave.system import DWaveSampler
+    except ImportError as error:
+        raise Failure(IO, f"{error.name} is not installed; `dwave install inspector` installs "
+                      "D-Wave's inspector") from None
+    samples = problem.load_samples(options.samples, options.memory_limit)
+    if samples.solver != "qpu":
+        raise Failure(BAD_INPUT, f"{options.samples}: samples of {samples.solver}; the inspector "
+                      "shows those of the solver qpu")
+    if options.problem is None:
+        raise Failure(USAGE, "the inspector needs the problem; name it with --problem P.qcf")
+    whole, chains = problem.load(options.problem, options.memory_limit), samples.info.get("chains")
+    if options.embedding:
+        from . import embedding
+
+        with failing(options.embedding), io(options.embedding, "read"):
+            chains = list(embedding.read(options.embedding).chains.values())
+    if chains is None or len(chains) != len(whole):
+        raise Failure(USAGE, f"{options.samples} does not tell the chains of the {len(whole):,} "
+                      "variables; give --embedding E.json")
+    dwave.inspector.show(
+        whole.to_bqm(), samples.sampleset(whole),
+        DWaveSampler(solver=samples.info.get("service_solver")), embedding_context={
+            "embedding": dict(enumerate(chains)),
+            "chain_strength": samples.info.get("chain_strength")})

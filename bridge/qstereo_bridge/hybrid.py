@@ -1,9 +1,9 @@
 """D-Wave's hybrid solvers: what each takes of a Problem, its limits and least time, its answer.
 
 A kind of solver is a class: `problem_type` is the service's word for it; refusal(properties) says
-why a solver of these properties does not take the problem as it is asked for (None: it does);
-prepare(session, progress) makes the Request; decode(future, job) reads the answer; plan(properties,
-solver) says what would be sent, without an account by published properties and no `solver`.
+why a solver of these properties does not take the problem (None: it does); prepare(session,
+progress) makes the Request; decode(future, job) reads the answer; plan(properties, solver) says
+what would be sent, without an account by published properties and no `solver`.
 """
 
 import functools
@@ -19,17 +19,26 @@ from .upload import bqm_file
 
 SMALLER = "take a smaller window (encode --roi), fewer labels, or what `qstereo reduce` leaves"
 LARGER = "hybrid-nl takes larger ones; or " + SMALLER
+# Solver properties as D-Wave published them in 2026, for --dry-run without an account.
+PUBLISHED = {
+    "qpu": {"chip_id": "Advantage2 (Zephyr Z12)", "qubits": range(4577),
+            "num_reads_range": [1, 10_000]},
+    "hybrid-bqm": {"maximum_number_of_variables": 1_000_000, "quota_conversion_rate": 20,
+                   "maximum_number_of_biases": 200_000_000, "minimum_time_limit": [
+                       [1, 3], [1024, 3], [4096, 10], [10_000, 40], [30_000, 200], [100_000, 600],
+                       [1_000_000, 600]]},
+    "hybrid-cqm": {"maximum_number_of_variables": 5_000_000, "quota_conversion_rate": 20,
+                   "maximum_number_of_constraints": 100_000, "minimum_time_limit_s": 5,
+                   "maximum_number_of_biases": 750_000_000, "num_variables_multiplier": 1.574e-4,
+                   "num_biases_multiplier": 4.657e-6, "num_constraints_multiplier": 6.444e-9},
+    "hybrid-nl": {"maximum_number_of_nodes": 2_000_000, "maximum_state_size": 750 << 20,
+                  "maximum_decision_state_size": 50 << 20, "quota_conversion_rate": 20}}
 
 
 @dataclass
 class Request:
-    """What is sent for a problem.
-
-    upload          a binary file of the model, or None where `data` holds the problem itself
-    sent            the parameters as the service takes them
-    parameters      the same for the user to read
-    facts           what the job needs to remember in order to read the answer
-    """
+    """What is sent: the parameters as the service takes them (`sent`) and for the user to read; a
+    file to `upload`, or the problem itself as `data`; `facts` that reading the answer needs."""
 
     sent: dict
     parameters: dict
@@ -42,7 +51,7 @@ class Hybrid:
     """What the hybrid solvers share. Each has
 
     limits          {what is counted: the property of the solver that limits it}
-    sizes           {what is counted: how many}, in the order of `limits`
+    sizes           {what is counted: how many}
     least_time(properties)      the least time limit in seconds
     upload_bytes(), file()      the size of the file that is uploaded, and that file
     """
@@ -59,7 +68,7 @@ class Hybrid:
 
     def refusal(self, properties):
         for what, limit in self.limits.items():
-            if self.sizes[what] > properties.get(limit, self.sizes[what]):
+            if self.sizes[what] > properties.get(limit, np.inf):
                 return (f"{self.sizes[what]:,} {what}, the service takes {properties[limit]:,}; "
                         f"{self.advice}")
         least, wanted = self.least_time(properties), self.options.time_limit
@@ -88,8 +97,7 @@ class Hybrid:
                            if limit in properties}, "fits": reason is None, "reason": reason}
 
     def decode(self, future, job):
-        """The solvers put their timing beside everything else that they say; what is known from the
-        problem and the job is left out."""
+        # Timing stands beside all else that they say; what problem and job say is left out.
         ours = ("problem_id", "problem_label", "problem_data_id", "constraint_labels")
         said = {key: value for key, value in future.sampleset.info.items() if key not in ours}
         timing = {key: said.pop(key) for key in list(said) if key.endswith("_time")}
@@ -185,8 +193,7 @@ class Nl(Hybrid):
     def decode(self, future, job):
         model = self.model
         with model.lock():
-            # Ocean's own sampler passes over the header, too. Decisions outside their bounds are
-            # refused here.
+            # As Ocean's own sampler does. Decisions outside their bounds are refused here.
             model.states.from_file(future.answer_data, check_header=False)
             decision = next(model.iter_decisions())
             found = [i for i in range(model.states.size()) if decision.has_state(i)]
@@ -199,17 +206,3 @@ class Nl(Hybrid):
         warnings = timing.pop("warnings", None) or None
         return Answer(bits.astype(np.uint8), energies,
                       info=plain({**given(warnings=warnings), "timing": timing}))
-
-
-# Solver properties as D-Wave published them in 2026, for --dry-run without an account.
-PUBLISHED = {
-    "hybrid-bqm": {"maximum_number_of_variables": 1_000_000, "quota_conversion_rate": 20,
-                   "maximum_number_of_biases": 200_000_000, "minimum_time_limit": [
-                       [1, 3], [1024, 3], [4096, 10], [10_000, 40], [30_000, 200], [100_000, 600],
-                       [1_000_000, 600]]},
-    "hybrid-cqm": {"maximum_number_of_variables": 5_000_000, "quota_conversion_rate": 20,
-                   "maximum_number_of_constraints": 100_000, "minimum_time_limit_s": 5,
-                   "maximum_number_of_biases": 750_000_000, "num_variables_multiplier": 1.574e-4,
-                   "num_biases_multiplier": 4.657e-6, "num_constraints_multiplier": 6.444e-9},
-    "hybrid-nl": {"maximum_number_of_nodes": 2_000_000, "maximum_state_size": 750 << 20,
-                  "maximum_decision_state_size": 50 << 20, "quota_conversion_rate": 20}}

@@ -1,8 +1,8 @@
 """The solver ilp: the least H of all labellings, proven, by HiGHS's integer programs.
 
-A labelling is a state in which every one-hot group (one with a penalty) has exactly one variable
-at 1: there all penalties are 0 and are left out. A group without a penalty is so many free
-variables. Each connected part of the problem is a program of its own.
+A labelling has exactly one variable at 1 in every one-hot group (one with a penalty): there all
+penalties are 0 and are left out. A group without a penalty is so many free variables. Each
+connected part of the problem is a program of its own.
 """
 
 import math
@@ -25,7 +25,7 @@ ENTRY_BYTES = 2500
 DUAL_TOLERANCE = 1e-7
 # Relative rounding of sums of doubles, far above what sums of 10^6 terms have.
 ROUNDING = 2.0**-40
-# Columns from which on a program is solved alone: each call of HiGHS costs some milliseconds.
+# Columns up to which small parts share a program: each call of HiGHS costs some milliseconds.
 BATCH = 1000
 # Seconds that HiGHS may take to notice its time limit before its answer is no longer waited for.
 GRACE = 0.25
@@ -33,11 +33,11 @@ GRACE = 0.25
 
 @dataclass
 class Form:
-    """H on all labellings: offset + sum_i linear_i x_i - sum_t cost_t * left_t * right_t.
+    """H on all labellings: offset + sum_i linear_i x_i - sum_t cost_t * left_t * right_t, cost > 0.
 
-    The literal i < n is x_i, n + i is 1 - x_i; `left`, `right` are those of each product. The
-    literals of one site exclude each other. `cost` is above 0, `coupling` the coupling that each
-    product is of; `site` and `hot` are those of sites_of(). All are i64 arrays.
+    The literal i < n is x_i, n + i is 1 - x_i. `coupling` is the coupling that each product is of,
+    `site` the one-hot group or free variable of each variable; `first` and `hot` say of each site
+    its first variable and whether it is a one-hot group. All are i64 arrays.
     """
 
     offset: int
@@ -47,24 +47,24 @@ class Form:
     cost: np.ndarray
     coupling: np.ndarray
     site: np.ndarray
+    first: np.ndarray
     hot: np.ndarray
 
+    def best(self, costs):
+        """The labelling that is best by these costs of the variables alone."""
+        best, x = np.lexsort((costs, self.site))[self.first], np.zeros(costs.size, np.int64)
+        x[best[self.hot | (costs[best] < 0)]] = 1
+        return x
 
-def sites_of(problem):
-    """(the site of each variable, the first variable of each site, whether it is a one-hot group).
-    A site is a one-hot group, or a variable that is free."""
-    alone = ~problem.of_variables(problem.one_hot)
-    begins = alone.copy()
-    begins[problem.starts[:-1]] = True
-    first = np.flatnonzero(begins)
-    return np.cumsum(begins) - 1, first, ~alone[first]
+    def products(self, x):
+        """The value of each product in the state `x`."""
+        literals = np.concatenate((x, 1 - x))
+        return literals[self.left] * literals[self.right]
 
 
 def _not_above_zero(table):
-    """table[i, j] = of_rows[i] + of_columns[j] + rest[i, j] with rest <= 0.
-
-    Maxima are taken from the rows first or from the columns first, whichever leaves more zeros.
-    """
+    """table[i, j] = of_rows[i] + of_columns[j] + rest[i, j] with rest <= 0: maxima are taken from
+    the rows first or from the columns first, whichever leaves more zeros."""
     def rows_first(table):
         of_rows = table.max(1)
         of_columns = (table - of_rows[:, None]).max(0)
@@ -79,7 +79,10 @@ def _not_above_zero(table):
 def reduce(problem, limit):
     """The Form of `problem`, each of its blocks written with factors below 0. Raises OverLimit."""
     starts, one_hot, linear = problem.starts[:-1], problem.one_hot, problem.linear.copy()
-    (site, _, hot), n = sites_of(problem), linear.size
+    free, n = ~problem.of_variables(one_hot), linear.size
+    begins = free.copy()
+    begins[starts] = True
+    first = np.flatnonzero(begins)
     g, h, block, weight = problem.couplings
     kind = 8 * block + 4 * (g == h) + 2 * (one_hot[g] & one_hot[h]) + (weight < 0)
     parts, entries = [np.empty((4, 0), np.int64)], 0
@@ -101,144 +104,113 @@ def reduce(problem, limit):
         left, right, value = above + i, beside + j, times * table[i, j]
         # What is above 0 has a free variable: v x y = v y - v (1 - x) y.
         for this, other in ((left, right), (right, left)):
-            turned = (value > 0) & ~hot[site[this % n]]
+            turned = (value > 0) & free[this % n]
             np.add.at(linear, other[turned] % n, value[turned])
             this[turned] += n
             value[turned] *= -1
         number = np.broadcast_to(these[:, None], value.shape)
         parts.append(np.stack([left, right, -value, number]).reshape(4, -1))
-    return Form(problem.offset, linear, *np.concatenate(parts, axis=1), site, hot)
+    return Form(problem.offset, linear, *np.concatenate(parts, axis=1), np.cumsum(begins) - 1,
+                first, ~free[first])
 
 
-def begin(problem, linear):
-    """The labelling that is best by the terms `linear` alone: i64 array (n)."""
-    site, first, hot = sites_of(problem)
-    best, x = np.lexsort((linear, site))[first], np.zeros(linear.size, np.int64)
-    x[best[hot | (linear[best] < 0)]] = 1
-    return x
-
-
-def descend(problem, x, limit, over):
+def descend(problem, form, x, limit, over):
     """Better labellings until over(), or no site alone has one. In each step a share of the sites
     that gain moves; the share is halved where neighbours spoil it for each other."""
     linear, (rows, columns, values), _ = models.expand(problem, penalties=False, limit=limit)
     matrix = coo_array((values, (rows, columns)), (x.size, x.size)).tocsr()
-    (site, first, hot), matrix = sites_of(problem), matrix + matrix.T
-    lot, share = np.random.default_rng(0), 1.0
+    matrix, lot, share = matrix + matrix.T, np.random.default_rng(0), 1.0
     while not over():
         costs = linear + matrix @ x
-        best = np.lexsort((costs, site))[first]
-        gain = np.where(hot, np.add.reduceat(costs * x, first) - costs[best],
-                        costs[best] * (2 * x[best] - 1))
-        moves = (gain > 0) & (lot.random(gain.size) < share)
-        if not moves.any():
-            if gain.max(initial=0) <= 0:
-                break
-            moves = np.arange(gain.size) == gain.argmax()
-        step = np.where(moves[site], -x, 0)
-        step[best[moves]] += np.where(hot, 1, 1 - x[best])[moves]
+        # Of two labels that cost the same the old one stays.
+        change = form.best(2 * costs - x) - x
+        sites = np.unique(form.site[change != 0])
+        if not sites.size:
+            break
+        moving = lot.choice(sites, math.ceil(share * sites.size), replace=False)
+        step = np.where(np.isin(form.site, moving), change, 0)
         better = 2 * (costs @ step) + step @ (matrix @ step) < 0
         x, share = (x + step, min(1.0, 2 * share)) if better else (x, share / 2)
     return x
 
 
 def split(form):
-    """[(variables, products)] of the programs, the smallest first, and how many connected parts
-    there are. Sites without products are in none; small parts share a program."""
+    """(The program of each variable, numbered from the smallest on, -1 at sites without products;
+    how many connected parts there are.) Small parts share a program."""
     left, right = form.left % form.linear.size, form.right % form.linear.size
     graph = coo_array((np.ones(left.size), (form.site[left], form.site[right])), 2 * form.hot.shape)
     part = csgraph.connected_components(graph, directed=False)[1][form.site]
     met = np.bincount(part[left], minlength=part.size)
     sizes = np.where(met > 0, met + np.bincount(part, minlength=part.size), 0)
     order = np.argsort(sizes, kind="stable")
+    batch = np.where(sizes[order] > 0, np.cumsum(sizes[order]) // BATCH, -1)
     program = np.empty_like(order)
-    program[order] = np.where(sizes[order] > 0, np.cumsum(sizes[order]) // BATCH, -1)
-    of_variables, of_products = program[part], program[part[left]]
-    return [(np.flatnonzero(of_variables == k), np.flatnonzero(of_products == k))
-            for k in np.unique(of_products).tolist()], int(np.sum(met > 0))
+    program[order] = np.unique(np.append(-1, batch), return_inverse=True)[1][1:] - 1
+    return program[part], int(np.sum(met > 0))
 
 
-class Program:
-    """Some connected parts of a Form as one integer program.
+def bounds_of(form, program, of_product):
+    """A bound of each program without any search: -c A B >= -c (A + B) / 2, then every site for
+    itself. i64 array."""
+    n, ends = form.linear.size, np.zeros(2 * form.linear.size, np.int64)
+    for end in (form.left, form.right):
+        np.add.at(ends, end, form.cost)
+    double, twice = 2 * form.linear - ends[:n] + ends[n:], np.zeros(program.max() + 1, np.int64)
+    least = np.minimum.reduceat(double, form.first)
+    inside = program[form.first] >= 0
+    np.add.at(twice, program[form.first][inside],
+              np.where(form.hot, least, np.minimum(least, 0))[inside])
+    for end in (form.left, form.right):
+        np.subtract.at(twice, of_product, np.where(end >= n, form.cost, 0))
+    return -(-twice // 2)
 
-    Columns are the variables and the products, each in [0, 1]. Rows are sum = 1 for each one-hot
-    group, and for each literal and each site that it meets in a coupling: the sum of their
-    products is at most the literal. That is the relaxation by marginals of sites and pairs, in
-    which what costs nothing is left out.
-    """
 
-    def __init__(self, form, variables, products):
-        self.form, self.variables, self.n = form, variables, form.linear.size
-        self.left, self.right = form.left[products], form.right[products]
-        self.coupling, self.cost = form.coupling[products], form.cost[products]
-        self.costs = np.concatenate((form.linear[variables], -self.cost))
-        self.site = form.site[variables]
+def constraints(form, variables, products):
+    """Of a program with columns for these variables and products. sum = 1 for each one-hot group.
+    For each literal and each site that it meets in a coupling the sum of their products is at most
+    the literal: the relaxation by marginals of sites and pairs, without what costs nothing."""
+    n, left, right = form.linear.size, form.left[products], form.right[products]
+    literal, other = np.concatenate((left, right)), np.concatenate((right, left))
+    (_, literal, _), link = np.unique(
+        np.stack([np.tile(form.coupling[products], 2), literal, form.site[other % n]]), axis=1,
+        return_inverse=True)
+    hot = np.flatnonzero(form.hot[form.site[variables]])
+    group = np.unique(form.site[variables[hot]], return_inverse=True)[1]
+    groups, product = group.max(initial=-1) + 1, variables.size + np.arange(products.size)
+    rows = np.concatenate((group, groups + link.ravel(), groups + np.arange(literal.size)))
+    columns = np.concatenate((hot, product, product, np.searchsorted(variables, literal % n)))
+    entries = np.concatenate((np.ones(rows.size - literal.size), np.where(literal < n, -1.0, 1.0)))
+    matrix = coo_array((entries, (rows, columns)),
+                       (groups + literal.size, variables.size + products.size))
+    return LinearConstraint(matrix.tocsr(), np.repeat([1.0, -np.inf], [groups, literal.size]),
+                            np.concatenate((np.ones(groups), literal >= n)))
 
-    def energy(self, bits):
-        """The costs of the columns in the state `bits`."""
-        literals = np.concatenate((bits, 1 - bits))
-        products = literals[self.left] * literals[self.right]
-        return int(self.costs @ np.concatenate((bits[self.variables], products)))
 
-    def bound(self):
-        """A bound without any search: -c A B >= -c (A + B) / 2, then every site for itself."""
-        double, constant = 2 * self.form.linear, 0
-        for end in (self.left, self.right):
-            turned = end >= self.n
-            np.add.at(double, end % self.n, np.where(turned, self.cost, -self.cost))
-            constant -= int(self.cost[turned].sum())
-        least = np.where(self.form.hot, np.iinfo(np.int64).max, 0)
-        np.minimum.at(least, self.site, double[self.variables])
-        return -(-(constant + int(least[np.unique(self.site)].sum())) // 2)
-
-    def constraints(self):
-        n, columns = self.n, self.costs.size
-        # A link is a literal with a site of one coupling: one row for all their products.
-        literal, other = (np.concatenate(ends) for ends in (
-            (self.left, self.right), (self.right, self.left)))
-        keys = np.stack([np.tile(self.coupling, 2), literal, self.form.site[other % n]])
-        order = np.lexsort(keys)
-        new = np.append(True, (np.diff(keys[:, order]) != 0).any(0))
-        link = np.empty(order.size, np.int64)
-        link[order], literal = np.cumsum(new) - 1, literal[order[new]]
-        hot = np.flatnonzero(self.form.hot[self.site])
-        group = np.unique(self.site[hot], return_inverse=True)[1]
-        groups, product = group.max(initial=-1) + 1, self.variables.size + np.arange(self.cost.size)
-        rows = np.concatenate((group, groups + link, groups + np.arange(literal.size)))
-        entries = np.concatenate((np.ones(rows.size - literal.size),
-                                  np.where(literal < n, -1.0, 1.0)))
-        matrix = coo_array((entries, (rows, np.concatenate((
-            hot, product, product, np.searchsorted(self.variables, literal % n))))),
-            (groups + literal.size, columns))
-        return LinearConstraint(
-            matrix.tocsr(), np.repeat([1.0, -np.inf], [groups, literal.size]),
-            np.concatenate((np.ones(groups), literal >= n)))
-
-    def solve(self, best, low, seconds):
-        """(the values of the variables that HiGHS finds or None, a proven lower bound), where a
-        state of energy `best` and the bound `low` are known."""
-        # All energies are multiples of the unit: nothing is better than the best by less than
-        # that. The gap is less by what bounds may be wrong, there and in what is claimed here.
-        unit = max(1, int(np.gcd.reduce(self.costs)))
-        cost, reach = self.costs / unit, max(abs(best), abs(low), unit) / unit
-        margin = DUAL_TOLERANCE * cost.size + ROUNDING * float(np.abs(cost).sum())
-        gap = max(0.0, 1 - 2 * margin)
-        # Presolve makes these programs two to twelve times slower, and it would find that the
-        # energies are whole: HiGHS would then leave out what is not better by 1, to a tolerance
-        # of its own.
-        found = milp(cost, integrality=np.arange(cost.size) < self.variables.size,
-                     bounds=Bounds(0, 1), constraints=self.constraints(), options={
-                         "presolve": False, "mip_rel_gap": gap / reach,
-                         "time_limit": min(max(0.0, seconds), 1e9)})
-        if found.status not in (0, 1):
-            raise SolverError(f"HiGHS fails ({found.message}); please report this")
-        # What it left out was no less than its best solution less the gap.
-        proven = [bound for bound in (found.mip_dual_bound,
-                                      None if found.fun is None else found.fun - gap)
-                  if bound is not None and math.isfinite(bound)]
-        if proven:
-            low = max(low, unit * math.ceil(min(proven) - margin))
-        return None if found.x is None else np.rint(found.x[:self.variables.size]), low
+def solve(costs, count, rules, best, low, seconds):
+    """(The values of the first `count` columns that HiGHS finds, or None; a proven lower bound) of
+    the program with these costs and constraints, where a state of energy `best` and the bound `low`
+    are known."""
+    # All energies are multiples of the unit: nothing is better than the best by less than that. The
+    # gap is less by what bounds may be wrong, there and in what is claimed here.
+    unit = max(1, int(np.gcd.reduce(costs)))
+    cost, reach = costs / unit, max(abs(best), abs(low), unit) / unit
+    margin = DUAL_TOLERANCE * cost.size + ROUNDING * float(np.abs(cost).sum())
+    gap = max(0.0, 1 - 2 * margin)
+    # Presolve makes these programs two to twelve times slower, and would leave out what is not
+    # better by 1, to a tolerance of its own.
+    found = milp(cost, integrality=np.arange(cost.size) < count, bounds=Bounds(0, 1),
+                 constraints=rules, options={
+                     "presolve": False, "mip_rel_gap": gap / reach,
+                     "time_limit": min(max(0.0, seconds), 1e9)})
+    if found.status not in (0, 1):
+        raise SolverError(f"HiGHS fails ({found.message}); please report this")
+    # What it left out was no less than its best solution less the gap.
+    proven = [bound for bound in (found.mip_dual_bound,
+                                  None if found.fun is None else found.fun - gap)
+              if bound is not None and math.isfinite(bound)]
+    if proven:
+        low = max(low, unit * math.ceil(min(proven) - margin))
+    return None if found.x is None else np.rint(found.x[:count]).astype(np.int64), low
 
 
 class Search:
@@ -248,7 +220,8 @@ class Search:
     def __init__(self, problem, options):
         self.problem, self.limit = problem, options.memory_limit
         self.stop = time.monotonic() + (options.time_limit or math.inf)
-        self.bits, self.bound, self.text = begin(problem, problem.linear), None, "building"
+        self.bits, self.bound, self.text = np.zeros(problem.linear.size, np.int64), None, "building"
+        self.bits[problem.starts[:-1][problem.one_hot]] = 1
         self.info = {"components": 0, "programs": 0, "open_programs": 0}
 
     def over(self):
@@ -256,36 +229,32 @@ class Search:
 
     def run(self):
         form = reduce(self.problem, self.limit)
-        self.bits = begin(self.problem, form.linear)
-        parts, components = split(form)
-        programs = [Program(form, *part) for part in parts]
-        bounds, alone = [program.bound() for program in programs], np.ones(form.linear.size, bool)
-        for program in programs:
-            alone[program.variables] = False
+        self.bits, (program, parts) = form.best(form.linear), split(form)
+        of_product, alone = program[form.left % form.linear.size], program < 0
+        bounds = bounds_of(form, program, of_product)
         rest = form.offset + int(form.linear[alone] @ self.bits[alone])
-        self.bound = rest + sum(bounds)
-        self.info.update(components=components, programs=len(programs), open_programs=len(programs))
-        self.bits = descend(self.problem, self.bits, self.limit, self.over)
-        for k, program in enumerate(programs):
-            self.text = (f"program {k + 1:,} of {len(programs):,}, "
-                         f"{program.variables.size:,} variables")
-            best = program.energy(self.bits)
-            if best > bounds[k] and not self.over():
-                values, bounds[k] = program.solve(best, bounds[k], self.stop - time.monotonic())
-                best = self.take(program, values, best)
-                self.bound = rest + sum(bounds)
-            self.info["open_programs"] -= best <= bounds[k]
+        self.bound = rest + int(bounds.sum())
+        self.info = {"components": parts, "programs": bounds.size, "open_programs": bounds.size}
+        self.bits = descend(self.problem, form, self.bits, self.limit, self.over)
+        for k, low in enumerate(bounds.tolist()):
+            variables, products = np.flatnonzero(program == k), np.flatnonzero(of_product == k)
+            self.text = f"program {k + 1:,} of {bounds.size:,}, {variables.size:,} variables"
+            costs = np.concatenate((form.linear[variables], -form.cost[products]))
 
-    def take(self, program, values, best):
-        """The energy of `program` after taking over the values of its variables, where they are a
-        better labelling."""
-        bits = self.bits.copy()
-        if values is not None:
-            bits[program.variables] = values
-        energy = program.energy(bits)
-        if energy < best and models.feasible(self.problem, bits[None]).all():
-            self.bits, best = bits, energy
-        return best
+            def energy(x):
+                return int(costs @ np.concatenate((x[variables], form.products(x)[products])))
+            best = energy(self.bits)
+            if best > low and not self.over():
+                values, bounds[k] = solve(
+                    costs, variables.size, constraints(form, variables, products), best, low,
+                    self.stop - time.monotonic())
+                x = self.bits.copy()
+                x[variables] = self.bits[variables] if values is None else values
+                # What the search finds is checked like anything from outside.
+                if energy(x) < best and models.feasible(self.problem, x[None]).all():
+                    self.bits, best = x, energy(x)
+                self.bound = rest + int(bounds.sum())
+            self.info["open_programs"] -= best <= int(bounds[k])
 
 
 def ilp(problem, options, progress):

@@ -1,16 +1,16 @@
 """The life of a problem at D-Wave's service: sent once, found again after any interruption, never
 charged twice.
 
-A job file, JSON, lies beside the samples file from before the upload until the samples are written.
-It says how far the problem is:
+A job file (JSON, without a token) lies beside the samples file until the samples are written. Its
+`state` says how far the problem is:
 
-    uploading   nothing is charged yet: whatever happens now, it may be sent again
-    sending     the one request that creates the problem may have left: only the service knows; it
-                is asked by the job's label, which no other job has
+    uploading   nothing is charged yet: it may be sent again
+    sending     the one request that creates the problem may have left: the service is asked for the
+                job's label, which no other job has
     sent        the service has the problem, under `problem_id`
 
-A job file is replaced as a whole, on the disk before the next step is taken, and locked while its
-process lives. It holds no token.
+The file is replaced as a whole, on the disk before the next step is taken, and locked while its
+process lives.
 """
 
 import _thread
@@ -21,10 +21,11 @@ import os
 import re
 import secrets
 import time
+import zlib
 from datetime import datetime, timezone
 
 from .failure import BAD_INPUT, IO, NO, Failure, SolverError, io
-from .output import hold, sync_folder, temporary
+from .output import sync_folder, temporary
 from .qsf import plain
 from .services import connect, explain
 from .text import line, shown
@@ -40,20 +41,22 @@ UPLOADING, SENDING, SENT = "uploading", "sending", "sent"
 ARRIVED = 10
 # Pauses between attempts at what may be repeated: asking costs nothing.
 PAUSES = (0.3, 1, 3)
-# Seconds after which the service is asked what has become of a problem, in case that D-Wave's
-# client has stopped asking.
+# Seconds until the service is asked what became of a problem: D-Wave's client may ask no more.
 SILENCE = 60
-# Replies of HTTP that say that the service did not take the problem; others, as 408 and 499, may
-# be of a gateway that knows nothing.
+# Replies that say that the service did not take the problem. Others, as 408 and 499, may be of a
+# gateway that knows nothing.
 REFUSALS = (400, 401, 402, 403, 404, 413, 422, 429)
 # Seconds that Ctrl-C takes at most for the cancellations.
 DEADLINE = 6
 RUNNING = ("PENDING", "IN_PROGRESS")
+AT_WORK = "{}: another qstereo-bridge is at work on this job; wait for it, or stop it"
+NO_LOCKS = ("locks on files keep a problem from being charged twice; this system has none. Use "
+            "Linux, macOS or another Unix; on Windows run qstereo-bridge in WSL. Nothing was sent")
 
 
 class Job:
-    """One job file, held open and locked. `facts` is what it says, each also an attribute; the
-    session that serves it is told to signals."""
+    """One job file, held open and locked. Each of its `facts` is an attribute, too; `session` is
+    what serves it, for signals to use."""
 
     active = []
 
@@ -62,11 +65,8 @@ class Job:
 
     @classmethod
     def load(cls, path, whatever=False):
-        """The job in the file `path`, or None where there is none.
-
-        Raises Failure: it is another process's, or no job file. With `whatever` no job file does
-        as well: it is to be replaced.
-        """
+        """The job in the file `path`, or None where there is none. Raises Failure: another process
+        has it, or it is no job file, which `whatever` allows as it is to be replaced."""
         with io(path, "read"):
             while True:
                 try:
@@ -91,11 +91,7 @@ class Job:
                                  "another, or remove it")
 
     def save(self, new=False, **changes):
-        """Change facts, and have them on the disk. `new`: there must be no such file yet.
-
-        Raises Failure.
-        """
-        hold()
+        """Change facts, and have them on the disk. `new`: there must be no such file yet."""
         self.facts.update(changes)
         with io(self.path, "write"), temporary(self.path) as (name, stream):
             _lock(stream, name)
@@ -159,26 +155,21 @@ def _put(name, path, new):
             os.remove(name)
             return
         except FileExistsError:
-            raise Failure(IO, _AT_WORK.format(path)) from None
+            raise Failure(IO, AT_WORK.format(path)) from None
         except OSError:
             # A file system without links: two processes at one instant are not told apart there.
             pass
     os.replace(name, path)
 
 
-_AT_WORK = "{}: another qstereo-bridge is at work on this job; wait for it, or stop it"
-
-
 def _lock(stream, path):
     try:
         if fcntl is None:
-            raise Failure(IO, "locks on files keep a problem from being charged twice; this system "
-                              "has none. Use Linux, macOS or another Unix; on Windows run "
-                              "qstereo-bridge in WSL. Nothing was sent")
+            raise Failure(IO, NO_LOCKS)
         fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except (Failure, OSError) as error:
         stream.close()
-        raise error if fcntl is None else Failure(IO, _AT_WORK.format(path)) from None
+        raise error if fcntl is None else Failure(IO, AT_WORK.format(path)) from None
 
 
 def path_of(output, digest):
@@ -190,10 +181,7 @@ def path_of(output, digest):
 
 def check_earlier(options):
     """An earlier Job of the samples file that may be forgotten, held until another takes its place;
-    None where there is none.
-
-    Raises Failure(NO) where it may be at the service: nothing is sent twice unasked.
-    """
+    None where there is none. Raises Failure(NO) where it may be at the service."""
     earlier = Job.load(path_of(options.output, options.digest), whatever=options.resubmit)
     if earlier is None or earlier.state == UPLOADING or options.resubmit:
         return earlier
@@ -237,6 +225,10 @@ def start(options, variables, earlier=None):
     return job
 
 
+def _now():
+    return datetime.now(timezone.utc).isoformat(timespec="seconds")
+
+
 @contextlib.contextmanager
 def keeping(job):
     """Remove the job when the answer is on the disk; where that fails, say how to fetch it."""
@@ -252,11 +244,10 @@ def keeping(job):
 
 
 def solve(kind, options, progress, session, earlier=None):
-    """Send the problem of `kind` and wait for the answer: (Answer, Job). With --no-wait the Answer
-    is None.
+    """Send the problem of `kind` and wait for its answer: (Answer, None with --no-wait; Job).
 
-    The job is to be removed when the answer is on the disk. Whatever fails, its file is as it has
-    to be: gone if nothing was sent.
+    The caller removes the job when the answer is on the disk. Where this fails, the job file is
+    gone if nothing was sent.
     """
     job = start(options, kind.problem.linear.size, earlier)
     job.session = session
@@ -292,13 +283,8 @@ def decoded(kind, future, job):
     return answer
 
 
-def _now():
-    return datetime.now(timezone.utc).isoformat(timespec="seconds")
-
-
 def upload(session, data, progress):
-    """Upload a file-like `data`; the service's name for it. Nothing is charged for it, so what
-    fails is sent again."""
+    """Upload a binary file; the service's name for it. It is free, so a failure is tried again."""
     from dwave.cloud.exceptions import ProblemUploadError
 
     for last in (False, True):
@@ -312,21 +298,19 @@ def upload(session, data, progress):
 def send(session, job, problem_type, data, parameters):
     """Create the problem: one request, never repeated once it may have arrived. Raises SolverError.
     """
-    import zlib
     from requests import TooManyRedirects
 
     body = {"solver": session.solver.identity.dict(), "data": data, "type": problem_type,
             "params": parameters, "label": job.label}
+    content = zlib.compress(json.dumps([plain(body)]).encode())
     with session.requests() as requests:
         post = requests.session
         post.set_accept(media_type="application/vnd.dwave.sapi.problems+json", ask_version="3.0.0",
                         accept_version="~=3.0")
-        content = zlib.compress(json.dumps([plain(body)]).encode())
         job.save(state=SENDING, time=_now(), account=session.account(job.label))
-        hold()
         try:
-            # A redirected POST would become a GET, whose answer is the list of the account's
-            # problems, or take the token elsewhere.
+            # A redirected POST would become a GET of the account's problems, or take the token
+            # elsewhere.
             reply = json.loads(post.post("", data=content, allow_redirects=False, headers={
                 "Content-Type": "application/json", "Content-Encoding": "deflate"}).content)[0]
             if "error_msg" not in reply and not (isinstance(reply["id"], str)
@@ -353,8 +337,7 @@ def send(session, job, problem_type, data, parameters):
 
 
 def _never_arrived(error):
-    """Whether the service certainly has no problem of a request that failed so: it refused it, or
-    was not there."""
+    """Whether the service refused a request that failed so, or was not there."""
     from dwave.cloud.utils.exception import is_caused_by
     from urllib3.exceptions import ConnectTimeoutError, NewConnectionError
 
@@ -377,11 +360,8 @@ def _find_after(error, session, job):
 
 def find(session, job, patience=None):
     """Ask the service for the problem of the job's label: whether it is there. If so the job knows
-    its id afterwards.
-
-    A request that has only just left may still arrive: the asking goes on until it is old enough,
-    or for `patience` seconds.
-    """
+    its id afterwards. A request that has only just left may still arrive: it is asked again until
+    the request is old enough, or for `patience` seconds."""
     age = (datetime.now(timezone.utc) - datetime.fromisoformat(job.time)).total_seconds()
     # Clocks may differ: by this one it may have left in the future, or long ago.
     enough = max(sum(PAUSES), min(ARRIVED, ARRIVED - age))
@@ -495,8 +475,8 @@ def interrupted(cancel):
 
 
 def _cancelled(found):
-    """Ask the service to cancel those of the jobs that have not begun, all at once: those that
-    certainly are cancelled by the deadline."""
+    """Ask the service to cancel those of the jobs that have not begun: those that certainly are
+    cancelled by the deadline."""
     stop, cancelled, left = time.monotonic() + DEADLINE, [], list(found)
 
     def cancel(job):

@@ -195,9 +195,9 @@ def to_cqm(problem, limit=DEFAULT_LIMIT):
 def to_nl(problem, limit=DEFAULT_LIMIT):
     """dwave.optimization's Model of H.
 
-    Where every group is one-hot, its one decision is an integer for each group, the variable that
-    is 1: no penalty, no constraint, no state that is infeasible. Otherwise it is a bit for each
-    variable, penalties included.
+    Where every group is one-hot, it decides on an integer for each group, the variable that is 1:
+    no penalty, no constraint, no infeasible state. Else on a bit for each variable, penalties
+    included.
     """
     from dwave.optimization import Model
 
@@ -223,28 +223,14 @@ def _nl_labels(model, problem, limit):
     for number, content in enumerate(problem.blocks):
         these = np.flatnonzero((block == number) & (weight != 0))
         if these.size:
-            first, second = label[model.constant(g[these])], label[model.constant(h[these])]
-            total = total + _nl_couplings(model, content, first, second, weight[these], most)
+            padded = np.zeros((most, most))
+            padded[:content.shape[0], :content.shape[1]] = content.dense()
+            table = model.constant(padded)
+            costs = table[label[model.constant(g[these])], label[model.constant(h[these])]]
+            alike = (weight[these] == weight[these[0]]).all()
+            total = total + (costs.sum() * model.constant(int(weight[these[0]])) if alike else
+                             (costs * model.constant(weight[these])).sum())
     return total
-
-
-def _nl_couplings(model, block, first, second, weight, most):
-    """weight * block[first, second], summed. Where the block has one value beside its diagonal and
-    one on it, a comparison says all, and no table is sent."""
-    rows, columns = block.shape
-    beside = np.delete(block.values, rows - 1) if block.values.ndim == 1 else np.arange(2)
-    constant = int(beside[0]) if beside.size else 0
-    if rows != columns or (beside != constant).any():
-        padded = np.zeros((most, most))
-        padded[:rows, :columns] = block.dense()
-        values, constant = model.constant(padded.ravel())[first * model.constant(most) + second], 0
-    else:
-        values, constant, weight = (first == second, int(weight.sum()) * constant,
-                                    weight * (int(block.values[rows - 1]) - constant))
-    alike = (weight == weight[0]).all()
-    varying = (values.sum() * model.constant(int(weight[0])) if alike else
-               (values * model.constant(weight)).sum())
-    return varying + model.constant(constant) if constant else varying
 
 
 def _nl_bits(model, problem, limit):

@@ -4,8 +4,6 @@ import contextlib
 import os
 import secrets
 import stat
-import threading
-import time
 
 
 def sync_folder(path):
@@ -20,8 +18,8 @@ def sync_folder(path):
 
 @contextlib.contextmanager
 def temporary(path):
-    """(name, stream) of a new file beside `path`, of a name that nobody can have put a link at. It
-    is removed where something fails in the `with`, and is else to get its own name there."""
+    """(name, stream) of a new file beside `path`, under a name that nobody can have put a link at.
+    It is removed where the `with` fails, and is else to get its own name there."""
     name = f"{path}.{secrets.token_hex(8)}.tmp"
     stream = open(name, "xb+")
     try:
@@ -34,25 +32,18 @@ def temporary(path):
         raise
 
 
-def hold():
-    """After a signal no other thread goes on: the process is about to end."""
-    while Output.stopping and threading.current_thread() is not threading.main_thread():
-        time.sleep(1)
-
-
 class Output:
-    """The file `path` ("-": stdout), made ready before the solver's work so that nothing forbids
+    """The file `path` ("-": stdout), made ready before the solver's work, so that nothing forbids
     writing after it.
 
-    A regular file is written under a short name in the same folder and gets its own with keep(), or
-    is removed at the end of the `with`. All methods raise OSError.
+    A regular file is written under a short name in the same folder. keep() gives it its own;
+    without it the end of the `with` removes it. All methods raise OSError.
 
-    pending         the temporaries of all outputs
-    stopping        whether a signal has come: threads that still run write and send nothing more
-    kept            whether a signal comes too late: what was to be written is
+    pending     the temporaries of all outputs
+    kept        whether a signal comes too late: what was to be written is
     """
 
-    pending, stopping, kept = set(), False, False
+    pending, kept = set(), False
 
     def __init__(self, path, last=True):
         self.path, self.straight, self.last, self.temporary = path, path == "-", last, None
@@ -68,26 +59,14 @@ class Output:
                 raise PermissionError("no permission")
         if self.straight:
             return
-        # A link is followed, so that the file it leads to is replaced and not the link.
+        # A link is followed: the file it leads to is replaced, not the link.
         self.path = os.path.realpath(path)
         folder = os.path.dirname(self.path)
         if not os.path.isdir(folder):
             raise FileNotFoundError(f"there is no folder {folder}; make it first")
-        # Of a name that nobody can have put a link at, and held open from now on.
         self.temporary = os.path.join(folder, f".qstereo-{secrets.token_hex(8)}.tmp")
         self.stream = open(self.temporary, "xb")
         Output.pending.add(self.temporary)
-        self._hold()
-
-    def _remove(self):
-        with contextlib.suppress(OSError):
-            os.remove(self.temporary)
-
-    def _hold(self):
-        """hold(), without the temporary that may have been made since the others were removed."""
-        if Output.stopping:
-            self._remove()
-            hold()
 
     def write(self, data):
         if self.straight:
@@ -95,7 +74,6 @@ class Output:
             with open(1 if path == "-" else path, "wb", closefd=path != "-") as stream:
                 stream.write(data)
             return
-        self._hold()
         with self.stream as stream:
             stream.write(data)
             # A job is forgotten once its answer is on the disk.
@@ -104,7 +82,6 @@ class Output:
 
     def keep(self):
         if not self.straight:
-            hold()
             os.replace(self.temporary, self.path)
             sync_folder(self.path)
         Output.pending.discard(self.temporary)
@@ -112,12 +89,10 @@ class Output:
 
     @staticmethod
     def abandon():
-        """Remove all temporaries, and have no more made."""
-        Output.stopping = True
-        for temporary in list(Output.pending):
+        """Remove all temporaries."""
+        while Output.pending:
             with contextlib.suppress(OSError):
-                os.remove(temporary)
-        Output.pending.clear()
+                os.remove(Output.pending.pop())
 
     def __enter__(self):
         return self
@@ -125,5 +100,6 @@ class Output:
     def __exit__(self, *error):
         if self.temporary:
             self.stream.close()
-            self._remove()
+            with contextlib.suppress(OSError):
+                os.remove(self.temporary)
             Output.pending.discard(self.temporary)

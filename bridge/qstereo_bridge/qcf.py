@@ -148,7 +148,7 @@ class Problem:
                     if weight), total)
 
 
-class _Payload:
+class Payload:
     """Reads one chunk from front to back; all that is wrong is a Corrupt that names the place."""
 
     def __init__(self, name, view):
@@ -308,7 +308,7 @@ def parse_qcf(data, limit=DEFAULT_LIMIT):
                       "bytes may name")
 
     def read(name, function, *arguments):
-        part = _Payload(name, chunks[name])
+        part = Payload(name, chunks[name])
         found = function(part, *arguments)
         part.need(part.at == len(part.view), f"{len(part.view) - part.at} bytes too many")
         return found

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Solver:
-    """One row of the table: where a solver is, and the options that it takes with defaults.
+    """Where a solver is, and the options that it takes with defaults.
 
     module, name    where its function (problem, options, progress) -> Answer is
     kind            the name of the class of one of D-Wave's services in `module`, which takes
@@ -40,15 +40,15 @@ EVERY = {
                   "connected part", {"time_limit": None}),
     "qpu": Solver("qpu", "D-Wave's quantum annealer, by minor embedding",
                   {"num_reads": 1000, "annealing_time": None, "chain_strength": None,
-                   "fast_anneal": None, "reverse_from": None, "embedding": None, "copies": 1,
-                   "seed": None, "param": None, **_SERVICE}, "Qpu"),
-    "hybrid-nl": Solver("hybrid", "D-Wave's nonlinear hybrid solver, with one integer for each "
-                        "site: for pictures of more than a few thousand pixels", _HYBRID, "Nl"),
+                   "embedding": None, "copies": 1, "seed": None, "param": None,
+                   "spin_reversals": None, **_SERVICE}, "Qpu"),
+    "hybrid-nl": Solver("hybrid", "D-Wave's nonlinear hybrid solver (Stride), with one integer for "
+                        "each site: for whole pictures", _HYBRID, "Nl"),
     "hybrid-bqm": Solver("hybrid", "D-Wave's hybrid solver for QUBOs, with the penalties",
                          _HYBRID, "Bqm"),
     "hybrid-cqm": Solver("hybrid", "D-Wave's hybrid solver with constraints: one for each one-hot "
                          "group, and no penalties", _HYBRID, "Cqm"),
-    ANY: Solver("samplers", "any dimod sampler; --param sets its parameters",
+    ANY: Solver("solvers", "any dimod sampler; --param sets its parameters",
                 {"num_reads": None, "seed": None, "param": None, "spin_reversals": None})}
 SOLVERS = {name: solver for name, solver in EVERY.items() if name != ANY}
 

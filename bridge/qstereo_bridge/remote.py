@@ -1,7 +1,6 @@
 """What the command does with D-Wave's services: send and wait, collect, many problems, the list of
 solvers, and the dry run."""
 
-import concurrent.futures
 import contextlib
 import copy
 import json
@@ -10,28 +9,24 @@ import sys
 
 from . import hybrid, jobs, models, registry, runner
 from .container import FormatError
-from .failure import BAD_INPUT, NO, OK, USAGE, Failure, failing, io
+from .failure import BAD_INPUT, NO, OK, USAGE, Error, Failure, failing, io
 from .qsf import read_qsf
-from .services import (NAMES, WANTED, client, configuration, configured, connect, explain,
-                       explained)
+from .services import NAMES, WANTED, NoAccount, client, configuration, connect, explained
 from .text import line, lines
 
 
-def solve(options, session=None, print_result=runner.show):
+def solve(options, session=None):
     """Solve one problem, wherever its solver runs, and write its samples; with --no-wait, send it.
     """
     def ask(options, problem, progress):
         answer, job = _send(options, problem, session, progress)
         if answer is None:
             with job:
-                print_result(options, json.dumps(
-                    {"schema": 1, "solver": options.solver, "job": job.path,
-                     "problem_id": job.problem_id}) if options.json else
-                    f"{options.solver}: sent as {line(job.problem_id)}; {job.command} fetches the "
-                    "answer")
+                runner.show(options, f"{options.solver}: sent as {line(job.problem_id)}; "
+                                     f"{job.command} fetches the answer", {
+                    "solver": options.solver, "job": job.path, "problem_id": job.problem_id})
         return answer, jobs.keeping(job)
-    ways = [ask] if registry.find(options.solver).kind else []
-    return runner.solve(options, print_result, *ways)
+    runner.solve(options, ask if registry.find(options.solver).kind else runner.here)
 
 
 def _send(options, problem, session, progress):
@@ -67,8 +62,9 @@ def _check_charge(options, plans):
                           f"{options.max_charge:,.3f} s; nothing was sent")
 
 
-def collect(options, print_result=runner.show):
-    """The command `collect`."""
+def collect(options):
+    """The command `collect`. Raises Failure(NO) where nothing was sent, or there is no answer yet.
+    """
     job = jobs.Job.load(options.job)
     if job is None:
         raise Failure(BAD_INPUT, f"{options.job}: there is no such job file; it is removed when "
@@ -84,68 +80,59 @@ def collect(options, print_result=runner.show):
             if options.digest.hex() != job.problem_digest:
                 raise Failure(BAD_INPUT, f"{options.problem}: this is not the problem that was "
                                          "sent (its SHA-256 differs); name that with --problem")
-            return _collected(options, problem, job, progress), jobs.keeping(job)
-        return runner.solve(options, print_result, ask)
+            if not jobs.was_sent(job):
+                raise Failure(NO, f"{job.path}: nothing was sent and nothing is charged; "
+                                  "`qstereo-bridge solve` sends it")
+            with connect(job.solver, job.service_solver, reading=True) as session:
+                job.session = session
+                future = jobs.wait(session, job, progress, once=options.no_wait)
+                if future is None:
+                    raise Failure(NO, f"{job.path}: there is no answer yet")
+                kind = registry.find(job.solver).run(job.solver, problem, options)
+                return jobs.decoded(kind, future, job), jobs.keeping(job)
+        runner.solve(options, ask)
 
 
 def _problem_of(job):
-    if job.problem is None:
-        raise Failure(USAGE, f"{job.path}: the problem came from stdin; name its file with "
-                             "--problem")
-    path = os.path.join(os.path.dirname(job.path), job.problem)
-    if not os.path.exists(path):
-        raise Failure(USAGE, f"{job.path}: the problem is no longer at {path}; name its file with "
-                             "--problem")
+    path = job.problem and os.path.join(os.path.dirname(job.path), job.problem)
+    if not path or not os.path.exists(path):
+        why = f"the problem is no longer at {path}" if path else "the problem came from stdin"
+        raise Failure(USAGE, f"{job.path}: {why}; name its file with --problem")
     return path
 
 
-def _collected(options, problem, job, progress):
-    """The Answer to a problem that may have been sent. Raises Failure(NO) where it was not, or
-    there is none yet."""
-    if not jobs.was_sent(job):
-        raise Failure(NO, f"{job.path}: nothing was sent and nothing is charged; `qstereo-bridge "
-                          "solve` sends it")
-    with connect(job.solver, job.service_solver, reading=True) as session:
-        job.session = session
-        future = jobs.wait(session, job, progress, once=options.no_wait)
-        if future is None:
-            raise Failure(NO, f"{job.path}: there is no answer yet")
-        kind = registry.find(job.solver).run(job.solver, problem, options)
-        return jobs.decoded(kind, future, job)
-
-
 def solve_all(options):
-    """The command `solve` with --out-dir: each problem to its own samples, whatever happens to the
-    others."""
+    """The command `solve` with --out-dir: each problem to its own samples, one after another,
+    whatever happens to the others."""
     with io(options.out_dir, "make"):
         os.makedirs(options.out_dir, exist_ok=True)
     tasks, failed, results = _tasks(options), [], []
 
-    def tell(count, text):
-        print(lines(f"qstereo-bridge solve: {count}{text}"), file=sys.stderr, flush=True)
+    def tell(text):
+        print(lines(f"qstereo-bridge solve: {text}"), file=sys.stderr, flush=True)
     with contextlib.ExitStack() as stack:
         session = None
         if registry.find(options.solver).kind:
             session = stack.enter_context(connect(options.solver, options.solver_name))
         if options.max_charge is not None:
             _check_charge(options, _plans(tasks, session))
-        pool = stack.enter_context(concurrent.futures.ThreadPoolExecutor(options.jobs or 1))
-        under_way = {pool.submit(_one_of_many, task, session): task for task in tasks}
-        for number, future in enumerate(concurrent.futures.as_completed(under_way), 1):
-            task, (said, failure), count = under_way[future], future.result(), f"{len(tasks)}] "
-            if failure:
+        for number, task in enumerate(tasks, 1):
+            task.said, count = [], f"[{number}/{len(tasks)}] "
+            try:
+                with failing(task.problem), explained():
+                    _one_of_many(task, session)
+            except Error as error:
                 failed.append(task.problem)
-                tell(f"[{number}/{count}", failure)
-            elif options.json:
-                results.append({"problem": task.problem, "samples_file": task.output,
-                                **json.loads(said)})
-            else:
-                runner.show(options, f"[{number}/{count}{task.problem}: {said.splitlines()[0]}")
+                tell(f"{count}{error}")
+                continue
+            text, facts = task.said[-1]
+            results.append({"problem": task.problem, "samples_file": task.output, **facts})
+            if not options.json:
+                runner.show(options, f"{count}{task.problem}: {text.splitlines()[0]}", {})
     if options.json:
-        runner.show(options, json.dumps({"schema": 1, "solver": options.solver,
-                                         "problems": results, "failed": failed}))
+        runner.show(options, "", {"solver": options.solver, "problems": results, "failed": failed})
     if failed:
-        tell("", f"{len(failed)} of {len(tasks)} failed: {', '.join(failed)}")
+        tell(f"{len(failed)} of {len(tasks)} failed: {', '.join(failed)}")
     return NO if failed else OK
 
 
@@ -169,41 +156,21 @@ def _tasks(options):
 
 
 def _one_of_many(task, session):
-    """(what it printed, None) or (None, why it failed). What an earlier run sent and did not wait
-    for is collected."""
-    said = []
-    try:
-        with failing(task.problem):
-            path = jobs.path_of(task.output, b"")
-            if _is_there(task):
-                said.append(json.dumps({"skipped": True}) if task.json else
-                            "skipped, the samples are there")
-            elif sent := _sent_before(task, path):
-                said.append(json.dumps({"skipped": True, "solver": sent.solver, "job": path,
-                                        "problem_id": sent.problem_id}) if task.json else
-                            f"skipped, it was sent to {sent.solver} as {sent.problem_id}")
-                if not task.no_wait:
-                    collecting = copy.copy(task)
-                    collecting.job = path
-                    collect(collecting, lambda options, text: said.append(text))
-            else:
-                solve(task, session, lambda options, text: said.append(text))
-        return said[-1], None
-    except Failure as failure:
-        return None, str(failure)
-    except Exception as error:
-        # Whatever it is, the others go on.
-        return None, f"{task.problem}: {explain(error)}"
-
-
-def _sent_before(task, path):
-    """The Job of this very problem that an earlier run sent, let go of; None where there is none.
-    """
-    if not registry.find(task.solver).kind or task.resubmit or not os.path.exists(path):
-        return None
-    with jobs.Job.load(path) or contextlib.nullcontext() as earlier:
-        same = earlier and earlier.problem_digest == task.digest.hex()
-        return earlier if same and jobs.was_sent(earlier) else None
+    """Skip what is done, collect what an earlier run sent and did not wait for, solve the rest."""
+    path = jobs.path_of(task.output, b"")
+    if _is_there(task):
+        return runner.show(task, "skipped, the samples are there", {"skipped": True})
+    if registry.find(task.solver).kind and not task.resubmit and os.path.exists(path):
+        with jobs.Job.load(path) or contextlib.nullcontext() as job:
+            sent = job and job.problem_digest == task.digest.hex() and jobs.was_sent(job)
+        if sent:
+            runner.show(task, f"skipped, it was sent to {job.solver} as {job.problem_id}", {
+                "skipped": True, "solver": job.solver, "job": path, "problem_id": job.problem_id})
+            if not task.no_wait:
+                task.job = path
+                collect(task)
+            return None
+    return solve(task, session)
 
 
 def _is_there(task):
@@ -224,28 +191,24 @@ def solvers(options):
                         for solver in account.get_solvers(order_by=None, online=online)),
                        key=lambda one: (one["kind"], one["name"]))
     if options.json:
-        return runner.show(options, json.dumps({"schema": 1, "solvers": found}))
+        return runner.show(options, "", {"solvers": found})
     for one in found:
-        limits = ", ".join(f"{value:,} {name}" if isinstance(value, int) else f"{name} {value}"
-                           for name, value in one["limits"].items())
-        load = "" if one["load"] is None else f", load {one['load']:.0%}"
-        state = "online" if one["online"] else "OFFLINE"
+        limits = ", ".join(f"{value} {name}" for name, value in one["limits"].items())
+        state = f"online, load {one['load']}" if one["online"] else "OFFLINE"
         runner.show(options, f"{line(one['name']):<40} {NAMES.get(one['kind'], one['kind']):<18} "
-                             f"{state}{load}\n    {line(limits)}")
+                             f"{state}\n    {line(limits)}", {})
 
 
 def _described(solver):
     properties, kind, limits = solver.properties, "other", {}
     if solver.qpu:
-        topology, kind = properties.get("topology", {}), "qpu"
-        shape = [topology.get("type"), *topology.get("shape", [])]
-        limits = {"qubits": len(properties["qubits"]), "topology": ":".join(map(str, shape[:2])),
-                  "fast anneal": "yes" if "fast_anneal" in solver.parameters else "no"}
-    for one in (hybrid.Bqm, hybrid.Cqm, hybrid.Nl):
-        if not solver.qpu and one.problem_type in solver.supported_problem_types:
+        shape = properties.get("topology", {"type": "", "shape": [""]})
+        kind, limits = "qpu", {"qubits": len(properties["qubits"]),
+                               "topology": f"{shape['type']}:{shape['shape'][0]}"}
+    for one in () if solver.qpu else (hybrid.Bqm, hybrid.Cqm, hybrid.Nl):
+        if one.problem_type in solver.supported_problem_types:
             kind = "hybrid-" + one.problem_type
-            limits = {what: properties[limit] for what, limit in one.limits.items()
-                      if limit in properties}
+            limits = {what: properties.get(limit) for what, limit in one.limits.items()}
     return {"name": solver.name, "kind": kind, "online": solver.online, "load": solver.avg_load,
             "limits": limits}
 
@@ -253,27 +216,30 @@ def _described(solver):
 def dry_run(options):
     """The command `solve --dry-run`: what would be sent, and of several problems the bill."""
     tasks, service = _tasks(options), bool(registry.find(options.solver).kind)
-    with (connect(options.solver, options.solver_name) if service and configured()
-          else contextlib.nullcontext()) as session:
+    with contextlib.ExitStack() as stack:
+        session = None
+        if service:
+            with contextlib.suppress(NoAccount), explained():
+                configuration()
+                session = stack.enter_context(connect(options.solver, options.solver_name))
         plans = _plans(tasks, session)
-    told, charge = {"schema": 1, "solver": options.solver, "dry_run": True}, _charge(plans)
+    told, charge = {"solver": options.solver, "dry_run": True}, _charge(plans)
     if options.out_dir is None:
-        said, told = planned(options, plans[0]), {**told, **plans[0]}
-    else:
-        told.update(charge_seconds=charge, problems=[{"problem": task.problem, **found}
-                                                     for task, found in zip(tasks, plans)])
-        bill = ("runs on this machine; nothing is charged" if not service else
-                "the charge cannot be told" if charge is None else
-                f"estimated charge in all {charge:,.3f} s")
-        said = [*(f"{task.problem}: " + (
+        return runner.show(options, "\n".join(planned(options, plans[0])), {**told, **plans[0]})
+    said = []
+    for task, found in zip(tasks, plans):
+        cost = found.get("charge_seconds")
+        said.append(f"{task.problem}: " + (
             f"does not fit: {found['reason']}" if found.get("fits") is False else
             "skipped, the samples are there" if found.get("skipped") else
-            f"{found['variables']:,} variables" + (
-                f", estimated charge {found['charge_seconds']:,.3f} s"
-                if found.get("charge_seconds") is not None else ""))
-            for task, found in zip(tasks, plans)),
-            f"{options.solver}: {len(tasks):,} problems; {bill}; nothing was sent"]
-    runner.show(options, json.dumps(told) if options.json else "\n".join(said))
+            f"{found['variables']:,} variables" if cost is None else
+            f"{found['variables']:,} variables, estimated charge {cost:,.3f} s"))
+    bill = ("runs on this machine; nothing is charged" if not service else
+            "the charge cannot be told" if charge is None else
+            f"estimated charge in all {charge:,.3f} s")
+    said.append(f"{options.solver}: {len(tasks):,} problems; {bill}; nothing was sent")
+    runner.show(options, "\n".join(said), {**told, "charge_seconds": charge, "problems": [
+        {"problem": task.problem, **found} for task, found in zip(tasks, plans)]})
 
 
 def _plans(tasks, session):
@@ -297,7 +263,7 @@ def plan(options, session):
         return {**found, "quadratic_terms": models.Terms(problem).count}
     with explained():
         kind = solver.run(options.solver, problem, options)
-        by = ([hybrid.PUBLISHED.get(options.solver)] if session is None else
+        by = ([hybrid.PUBLISHED[options.solver]] if session is None else
               [session.properties, session.solver])
         return {"service_solver": session and session.solver.name, **kind.plan(*by)}
 
@@ -314,24 +280,23 @@ def planned(options, found):
              "as published; without an account the solver cannot be asked")
     for key, limit in found["limits"].items():
         yield f"{found[key]:,} {line(key)} of {limit:,} that the service takes ({whose})"
+    copies, known, least = found.get("copies", 1), found.get("embedded_qubits"), ""
     for chip, qubits in found.get("qubits", {}).items():
         yield f"{line(chip)}: {qubits:,} qubits ({whose})"
-    copies, known = found.get("copies", 1), found.get("embedded_qubits")
+        least = f", {known:,} qubits in the embedding" if known else " at least, as embeddings add"
     if copies == "auto":
         yield f"as many copies as are found on the chip, {options.num_reads:,} samples of each"
     elif copies != 1:
         yield (f"{copies:,} copies: {options.num_reads * copies:,} samples from "
                f"{options.num_reads:,} reads")
-    yield (f"upload {found['upload_bytes']:,} bytes" + (
-        f", {known:,} qubits in the embedding" if known else
-        " at least, the embedding adds to them" if "qubits" in found else ""))
+    yield f"upload {found['upload_bytes']:,} bytes{least}"
     if found["minimum_time_limit"]:
         yield f"least time limit {found['minimum_time_limit']:,.1f} s"
     if found.get("charge_seconds"):
         rate = found.get("charge_qpu_seconds")
-        yield (f"estimated charge {'at most ' if known is None and 'qubits' in found else ''}"
-               f"{found['charge_seconds']:,.3f} s" + (
-                   f", worth {rate:,.2f} s of QPU access" if rate else ""))
+        yield (f"estimated charge {'' if known or not least else 'at most '}"
+               f"{found['charge_seconds']:,.3f} s"
+               + (f", worth {rate:,.2f} s of QPU access" if rate else ""))
     fits = {True: "it fits", False: f"it does not fit: {found['reason']}",
             None: "whether it fits, the embedding will show"}[found["fits"]]
     yield f"{fits}; nothing was sent"

@@ -18,18 +18,16 @@ from .text import line, lines
 
 
 def progress(options):
-    """A function that shows one line of progress on a terminal, elsewhere nothing.
-
-    With None it clears the line.
-    """
-    if options.quiet or getattr(options, "out_dir", None) or not sys.stderr.isatty():
+    """A function that shows one line of progress on a terminal, elsewhere nothing; with None it
+    clears the line."""
+    if options.quiet or hasattr(options, "said") or not sys.stderr.isatty():
         return lambda text: None
     began = time.monotonic()
 
     def show(text):
         seconds = time.monotonic() - began
-        line = "" if text is None else f"{options.solver}: {text}, {seconds:.0f} s"
-        print(f"\r\033[K{line}", end="", file=sys.stderr, flush=True)
+        said = "" if text is None else f"{options.solver}: {text}, {seconds:.0f} s"
+        print(f"\r\033[K{said}", end="", file=sys.stderr, flush=True)
     return show
 
 
@@ -42,24 +40,28 @@ def read(options):
     return problem
 
 
-def show(options, text):
-    """A result, on stdout, or on stderr where the samples go to stdout."""
+def show(options, text, facts):
+    """A result: `text`, or with --json `facts`, on stdout, or on stderr where the samples go to
+    stdout. One of several problems keeps it in `options.said`."""
+    if hasattr(options, "said"):
+        options.said.append((text, facts))
+        return
     dry_run = getattr(options, "dry_run", False)
     aside = getattr(options, "output", None) == "-" and not dry_run
     if options.json or dry_run or not getattr(options, "quiet", False):
         with io("stderr" if aside else "stdout", "write"):
-            print(text if options.json else lines(text),
+            print(json.dumps({"schema": 1, **facts}) if options.json else lines(text),
                   file=sys.stderr if aside else sys.stdout, flush=True)
 
 
 @contextlib.contextmanager
 def output_of(options, last=True):
-    """deliver(data, text, print_result) for a `with` in which the work is done: it writes the
-    bytes, prints the text, and gives the file its name last, when all else has gone well."""
-    def deliver(data, text, print_result=show):
+    """deliver(data, text, facts) for a `with` in which the work is done: it writes the bytes, shows
+    the result, and gives the file its name last, when all else has gone well."""
+    def deliver(data, text, facts):
         with io(options.output, "write"):
             output.write(data)
-        print_result(options, text)
+        show(options, text, facts)
         with io(options.output, "write"):
             output.keep()
     with io(options.output, "write"):
@@ -68,18 +70,19 @@ def output_of(options, last=True):
         yield deliver
 
 
-def _here(options, problem, tell):
+def here(options, problem, tell):
+    """The Answer of a solver of this machine."""
     solver = registry.find(options.solver)
     return solver.run(options.solver, problem, options, tell), contextlib.nullcontext()
 
 
-def solve(options, print_result=show, ask=_here):
-    """Solve, check, write, print.
+def solve(options, ask=here):
+    """Solve, check, write, show.
 
     ask(options, problem, progress) -> (Answer, a context in which the answer is written); without
     an Answer nothing is.
     """
-    with output_of(options, getattr(options, "out_dir", None) is None) as deliver:
+    with output_of(options, last=not hasattr(options, "said")) as deliver:
         problem = read(options)
         began, tell = time.monotonic(), progress(options)
         try:
@@ -90,9 +93,9 @@ def solve(options, print_result=show, ask=_here):
         if answer is not None:
             with kept:
                 samples = _checked(options, problem, answer)
-                text = _summary(options, problem, answer, samples.records["energy"],
+                told = _summary(options, problem, answer, samples.records["energy"],
                                 time.monotonic() - began)
-                deliver(_sound(qsf.pack_qsf(samples)), text, print_result)
+                deliver(_sound(qsf.pack_qsf(samples)), *told)
 
 
 def _checked(options, problem, answer):
@@ -132,6 +135,7 @@ def _real(energy, scale):
 
 
 def _summary(options, problem, answer, energies, seconds):
+    """(text, facts) of the samples."""
     good = energies[models.feasible(problem, answer.bits)]
     told = problem.groups_say_all
     least, bound = min(energies.tolist(), default=None), answer.lower_bound
@@ -140,11 +144,6 @@ def _summary(options, problem, answer, energies, seconds):
     real = {key: _real(value, problem.scale) for key, value in {
         "energy": least, "lower_bound": bound, "gap": None if bound is None else least - bound,
         "best_energy": min(good.tolist(), default=None)}.items()}
-    if options.json:
-        return json.dumps({"schema": 1, "solver": options.solver, **real,
-                           "proven_optimal": proven if told else None,
-                           "iterations": answer.iterations, "seconds": round(seconds, 3),
-                           "samples": energies.size, "feasible": good.size if told else None})
     bounded = ("" if bound is None else
                f" (proven {'optimal' if told else 'least of the QUBO'})" if proven else
                f" (at most {real['gap']} above the least)" if bound < least else
@@ -153,5 +152,8 @@ def _summary(options, problem, answer, energies, seconds):
             f"{good.size} feasible, best energy of these {real['best_energy']}" if good.size else
             "none feasible")
     samples = "1 sample" if energies.size == 1 else f"{energies.size} samples"
-    return (f"{options.solver}: {samples}, best energy {real['energy']}{bounded}; "
-            f"{best}; {seconds:.1f} s\n{options.output}: written")
+    return (f"{options.solver}: {samples}, best energy {real['energy']}{bounded}; {best}; "
+            f"{seconds:.1f} s\n{options.output}: written",
+            {"solver": options.solver, **real, "proven_optimal": proven if told else None,
+             "iterations": answer.iterations, "seconds": round(seconds, 3),
+             "samples": energies.size, "feasible": good.size if told else None})

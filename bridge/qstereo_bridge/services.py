@@ -16,27 +16,21 @@ NO_ACCOUNT = f"no D-Wave account is configured; {CONFIGURE}"
 PLAIN_HTTP = "QSTEREO_PLAIN_HTTP"
 # Bytes that one reply may unpack to: far more than any answer that a .qsf could hold.
 LARGEST_REPLY = 1 << 30
-
-
-def _hybrid(model):
-    return {"hybrid": True, "supported_problem_types__contains": model,
-            "order_by": "-properties.version"}
-
-
 # Which solver of the account is taken, unless the user names one: as Ocean's own samplers choose.
-WANTED = {"qpu": {"qpu": True, "order_by": "-num_active_qubits"}, "hybrid-bqm": _hybrid("bqm"),
-          "hybrid-cqm": _hybrid("cqm"), "hybrid-nl": _hybrid("nl")}
+WANTED = {"qpu": {"qpu": True, "order_by": "-num_active_qubits"}, **{
+    f"hybrid-{model}": {"hybrid": True, "supported_problem_types__contains": model,
+                        "order_by": "-properties.version"} for model in ("bqm", "cqm", "nl")}}
 # D-Wave's users know the nonlinear solver by this name.
 NAMES = {"hybrid-nl": "hybrid-nl (Stride)"}
 
 
-class Session:
-    """One client of D-Wave's, and the solver that it found for `name`. Several problems may share
-    it, each in a thread of its own.
+class NoAccount(SolverError):
+    """Nothing says which account to use."""
 
-    reading         only answers are read: the solver is not asked for, it may be offline, or gone
-    properties      the solver's own, as the service gives them: its limits among them
-    """
+
+class Session:
+    """A client of D-Wave's, and the `solver` that it found for `name`. With `reading` only answers
+    are read: the solver is not asked for, it may be offline, or gone."""
 
     def __init__(self, name, solver_name=None, reading=False):
         # Connections that are not kept: Ocean's samplers found long uploads to be cut otherwise.
@@ -81,9 +75,7 @@ class Session:
 
 def client(kind="base", wanted=None, solver_name=None, **options):
     """A client of D-Wave's, of its kind "base", "qpu" or "hybrid", with the user's configuration.
-
-    Raises SolverError for a configuration that cannot be meant.
-    """
+    Raises SolverError for a configuration that cannot be meant."""
     from dwave.cloud.client import base, hybrid, qpu
 
     parent = {"base": base, "qpu": qpu, "hybrid": hybrid}[kind].Client
@@ -95,27 +87,25 @@ def client(kind="base", wanted=None, solver_name=None, **options):
 
 
 def configuration():
-    """Token and, where it has one, endpoint of the user's configuration, after a look at both.
-
-    Raises SolverError for a configuration that cannot be meant.
-    """
+    """Token and, where it has one, endpoint of the user's configuration. Raises NoAccount, and
+    SolverError for a configuration that cannot be meant."""
     from dwave.cloud.config import load_config
 
     hide_tokens()
     config = load_config()
     found = {key: config[key].strip() for key in ("token", "endpoint") if config.get(key)}
+    if "token" not in config:
+        raise NoAccount(NO_ACCOUNT)
     if not found.get("token"):
-        raise SolverError(f"the token of your D-Wave account is empty; {CONFIGURE}"
-                          if "token" in config else NO_ACCOUNT)
-    endpoint = found.get("endpoint", "https://")
-    scheme, place = endpoint.partition("://")[::2]
+        raise SolverError(f"the token of your D-Wave account is empty; {CONFIGURE}")
+    scheme, place = found.get("endpoint", "https://").partition("://")[::2]
+    said = f"D-Wave's endpoint {text.line(found.get('endpoint', ''))}"
     if scheme not in ("http", "https"):
-        raise SolverError(f"D-Wave's endpoint {text.line(endpoint)} does not begin with https://; "
-                          "set it so in D-Wave's configuration")
+        raise SolverError(f"{said} does not begin with https://; set it so in D-Wave's "
+                          "configuration")
     if scheme == "http" and not _loopback(place) and os.environ.get(PLAIN_HTTP) != "1":
-        raise SolverError(f"D-Wave's endpoint {text.line(endpoint)} is plain http: anyone on the "
-                          "way could read your token. Use https://, or allow it with the "
-                          f"environment variable {PLAIN_HTTP}=1")
+        raise SolverError(f"{said} is plain http: anyone on the way could read your token. Use "
+                          f"https://, or allow it with the environment variable {PLAIN_HTTP}=1")
     return found
 
 
@@ -127,25 +117,13 @@ def _loopback(place):
         return False
 
 
-def configuration_files():
-    """The paths of D-Wave's configuration files that there are."""
-    from dwave.cloud.config.loaders import get_configfile_paths
-
-    named = os.environ.get("DWAVE_CONFIG_FILE")
-    return get_configfile_paths() if not named else [named] if os.path.isfile(named) else []
-
-
-def configured():
-    """Whether there is an account to ask: a token in the environment, or a configuration file."""
-    return bool(os.environ.get("DWAVE_API_TOKEN") or configuration_files())
-
-
 def hide_tokens():
     """No message holds a token of any profile: which of them was used is not known later."""
     with contextlib.suppress(Exception):
         from dwave.cloud.config.loaders import load_config_from_files
 
-        config = load_config_from_files(configuration_files() or None)
+        named = os.environ.get("DWAVE_CONFIG_FILE")
+        config = load_config_from_files([named] if named else None)
         text.hide(config[section].get("token") for section in config)
 
 

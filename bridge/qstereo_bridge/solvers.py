@@ -1,9 +1,11 @@
-"""The solvers that run on this machine: anneal, tabu, exact.
+"""The solvers that run on this machine: anneal, tabu, exact, and any dimod sampler.
 
 A solver is a function (problem, options, progress) -> Answer.
 """
 
 import concurrent.futures
+import importlib
+import inspect
 import secrets
 import threading
 import time
@@ -13,7 +15,7 @@ import numpy as np
 
 from . import models
 from .container import check_memory
-from .failure import SolverError
+from .failure import USAGE, Failure, SolverError
 from .qsf import BROKEN_UNITS, NO_CHAINS, RECORD, Samples
 
 EXACT_VARIABLES = 24
@@ -46,9 +48,7 @@ class Answer:
 
 def from_sampleset(sampleset, n, **more):
     """The Answer in a dimod SampleSet over the variables 0 .. n - 1, in any order, BINARY or SPIN.
-
-    Raises SolverError where it has other variables or other values.
-    """
+    Raises SolverError where it has other variables or other values."""
     record, labels = sampleset.record, list(sampleset.variables)
     if len(labels) != n or set(labels) != set(range(n)):
         raise SolverError(f"the answer has {len(labels)} variables that are not the {n} of the "
@@ -82,11 +82,8 @@ def samples_of(problem, digest, solver, answer):
 
 
 def interruptible(call, tick, stop=float("inf")):
-    """call() in a thread of its own, tick() five times a second in this one.
-
-    Ocean's samplers leave the interpreter for minutes and only return to it between reads; this
-    way Ctrl-C reaches the main thread at once. After the time `stop` it is no longer waited for.
-    """
+    """call() in a thread of its own, tick() five times a second in this one, until the time `stop`.
+    Ocean's samplers leave the interpreter for minutes; this way Ctrl-C is heard at once."""
     future = concurrent.futures.Future()
 
     def work():
@@ -120,12 +117,8 @@ def _prepared(problem, options):
 
 def _beta_range(problem):
     """Inverse temperatures from where the couplings between groups begin to matter to where they
-    are frozen; None without any.
-
-    The sampler's own range begins at the largest sum of coefficients at a variable, penalties
-    included, and ends at the least coefficient: on a labelling problem most of its sweeps are spent
-    where nothing is decided any more, or nothing yet.
-    """
+    are frozen; None without any. The sampler's own range goes by all coefficients, penalties
+    included: on a labelling problem most of its sweeps are then spent in vain."""
     g, h, block, weight = problem.couplings
     largest = np.array([np.abs(block.values.astype(np.int64)).max() for block in problem.blocks],
                        np.int64)
@@ -156,9 +149,8 @@ def anneal(problem, options, progress):
     descended = interruptible(
         lambda: SteepestDescentSampler().sample(bqm, initial_states=annealed, seed=seed),
         lambda: progress("steepest descent"))
-    info = {"parameters": {**told, "time_limit": options.time_limit,
-                           "beta_range": annealed.info["beta_range"],
-                           "beta_schedule_type": annealed.info["beta_schedule_type"]},
+    info = {"parameters": {**told, "time_limit": options.time_limit, **{
+        key: annealed.info[key] for key in ("beta_range", "beta_schedule_type")}},
             "timing": {"anneal": annealed.info["timing"], "descent": descended.info.get("timing")}}
     return from_sampleset(descended, problem.linear.size, info=info,
                           iterations=len(descended) * options.num_sweeps)
@@ -206,3 +198,53 @@ def exact(problem, options, progress):
     bits = (best[:EXACT_SAMPLES, None] >> np.arange(n) & 1).astype(np.uint8)
     info = {"states": 1 << n, "minimisers": best.size}
     return Answer(bits, energies[best[:EXACT_SAMPLES]], lower_bound=int(energies.min()), info=info)
+
+
+def load_sampler(name):
+    """A sampler of the class MODULE:CLASS, made without arguments. Raises Failure, SolverError."""
+    import dimod
+
+    place, _, kind = name.partition(":")
+    try:
+        sampler = getattr(importlib.import_module(place), kind)()
+    except (ImportError, AttributeError, TypeError, ValueError) as error:
+        raise Failure(USAGE, f"{name}: there is no such sampler ({error}); name an installed "
+                      "package and its class, as dwave.samplers:TabuSampler") from None
+    except Exception as error:
+        raise SolverError(f"{name} cannot be made: {error}") from None
+    if not isinstance(sampler, dimod.Sampler):
+        raise Failure(USAGE, f"{name} is not a dimod sampler")
+    return sampler
+
+
+def sample(problem, options, progress):
+    """The Answer of the dimod sampler that `options.solver` names."""
+    sampler = load_sampler(options.solver)
+    told = {key: getattr(options, key) for key in ("num_reads", "seed")
+            if getattr(options, key) is not None} | (options.param or {})
+    # Some samplers, as openjij's, name in `parameters` only some of what their method takes.
+    method = inspect.signature(sampler.sample).parameters.values()
+    known = {*sampler.parameters, *(one.name for one in method if one.kind is one.KEYWORD_ONLY
+                                    or one.default is not one.empty)}
+    for key in told:
+        if key not in known:
+            raise Failure(USAGE, f"{options.solver} does not take the parameter {key}, only "
+                          f"{', '.join(sorted(known))}")
+    wanted, info = dict(told), {"parameters": told}
+    if options.spin_reversals:
+        from dwave.preprocessing.composites import SpinReversalTransformComposite
+
+        sampler = SpinReversalTransformComposite(sampler, seed=options.seed)
+        wanted["num_spin_reversal_transforms"] = told["spin_reversals"] = options.spin_reversals
+    bqm = models.to_bqm(problem, options.memory_limit)
+
+    def work():
+        # The sample set of many samplers is a promise.
+        found = sampler.sample(bqm, **wanted)
+        found.resolve()
+        return found
+    try:
+        found = interruptible(work, lambda: progress("sampling"))
+    except (ValueError, TypeError, RuntimeError, KeyError) as error:
+        raise SolverError(f"{options.solver} fails: {error}") from None
+    return from_sampleset(found, problem.linear.size, info=info)

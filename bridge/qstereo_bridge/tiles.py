@@ -1,11 +1,10 @@
 """Embeddings of labelling problems on grids, laid out in the tiles of a chip.
 
-A Zephyr or Pegasus chip is a grid of equal tiles, and the problem of a picture is a grid of equal
-sites. A site takes one tile, or a block of s x s tiles, and each of its variables a cross in it: a
-vertical and a horizontal line of qubits that meet. Any two of the eight crosses of a tile are
-coupled (the site's clique), and so is each, along its two lines, with the one at its place in the
-next tile (the same label at the neighbouring site). So k labels with k couplers an edge take chains
-of 2 ceil(k / 8) qubits.
+A Zephyr or Pegasus chip is a grid of equal tiles. A site of a picture takes one tile, or a block of
+s x s tiles, and each of its variables a cross in it: a vertical and a horizontal line of qubits
+that meet. Any two of the eight crosses of a tile are coupled (the site's clique), and so is each,
+along its two lines, with the one at its place in the next tile (the same label at the neighbouring
+site). So k labels with k couplers an edge take chains of 2 ceil(k / 8) qubits.
 """
 
 import collections
@@ -16,10 +15,9 @@ CROSSES = np.arange(8)
 # Labels from which on chains of two are short: minorminer takes 1.3 qubits a variable for two
 # labels, 2.1 and more for three.
 FEWEST = 3
-# How the qubits of a chip are numbered: qubit (orientation u, line, place along it) is
-# (u * lines + line) * places + place. The tile at (x, y) has the vertical lines
-# step * x + vertical[i] at place y, and the horizontal lines step * y + horizontal[i] at place x,
-# for the crosses i = 0 .. 7; there are `tiles` x `tiles` of them.
+# Qubit (orientation u, line, place along it) of a chip is (u * lines + line) * places + place. The
+# tile at (x, y) has the vertical lines step * x + vertical[i] at place y, and the horizontal lines
+# step * y + horizontal[i] at place x, for the crosses i = 0 .. 7; there are `tiles` x `tiles`.
 Tiling = collections.namedtuple("Tiling", "tiles lines places step vertical horizontal")
 
 
@@ -45,9 +43,8 @@ def cells(source):
     order, or not one piece."""
     groups = source.starts.size - 1
     group = np.repeat(np.arange(groups), np.diff(source.starts))
-    pairs = np.unique(group[source.rows].astype(np.int64) * groups + group[source.columns])
-    g, h = np.divmod(pairs, groups)
-    g, h = g[g != h], h[g != h]
+    pairs = np.unique(group[np.array(source.graph.edges, int).reshape(-1, 2)], axis=0)
+    g, h = pairs[pairs[:, 0] != pairs[:, 1]].T
     # In raster order a right neighbour is the next group, and every other neighbour is below.
     step = np.stack([h == g + 1, h != g + 1], axis=1).astype(np.int64)
     place, known, reached = np.zeros((groups, 2), np.int64), np.arange(groups) == 0, 0
@@ -64,21 +61,16 @@ def cells(source):
 
 def lay_out(source, chip):
     """{variable: [qubits]}: the crosses of a grid's sites, where on the chip most of their qubits
-    work; None where it does not fit.
-
-    Some may not, and the couplings may be others than crosses have: see faults().
-    """
-    tile, place = tiling(chip), cells(source)
-    if tile is None or place is None:
-        return None
-    sizes = np.diff(source.starts)
-    if sizes.max() < FEWEST or sizes.size == 1:
+    work; None where it does not fit. Qubits may be missing, and the couplings may be others than
+    crosses have: see embedding.faults()."""
+    tile, place, sizes = tiling(chip), cells(source), np.diff(source.starts)
+    if tile is None or place is None or sizes.max() < FEWEST or sizes.size == 1:
         return None
     side = -(-int(sizes.max()) // CROSSES.size)
     group = np.repeat(np.arange(sizes.size), sizes)
-    label = np.arange(source.variables) - source.starts[group]
+    label = np.arange(group.size) - source.starts[group]
     works = np.zeros(2 * tile.lines * tile.places, bool)
-    works[chip.qubits] = True
+    works[list(chip.graph)] = True
     # Variable v has its vertical line in column `own` of its site's block of tiles, its horizontal
     # one in row `own`.
     own, cross, along = label // CROSSES.size, label % CROSSES.size, np.arange(side)

@@ -1,23 +1,27 @@
-"""Checks certificates (.qpf) by numpy alone. It shares no code with the C library: only the readers
-of files are those of this package. docs/MATHS.md, section 19, has the mathematics.
+"""Checks certificates (.qpf, docs/FORMAT.md) by numpy alone: it shares no code with the C library,
+only this package's readers of files. docs/MATHS.md, section 19, has the mathematics.
 
 The labelling problem is what the states of the .qcf say: sites are its groups, the labels of a site
 are its variables (in a domain wall the number of its variables that are 1), and their costs are the
-linear terms and the blocks. Costs of labels that have left are `OUT`."""
+linear terms and the blocks. Costs of labels that have left are `OUT`.
+"""
 
 from __future__ import annotations
 
-import json
+import struct
 from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from . import qcf, runner
-from .container import DEFAULT_LIMIT, Corrupt
+from .container import DEFAULT_LIMIT, Corrupt, read_chunks, read_header, read_stream
 from .failure import NO, OK, InputError
 from .problem import File, load, load_samples, opened
-from .qpf import Stages, read_qpf
 
+MAGIC = b"\x89QPF\r\n\x1a\n"
+FIELDS = struct.Struct("<IIqq12s")
+REQUIRED = ["PROB", "BEST", "STGS"]
+NO_BOUND = -2**63
 OUT = 2**61
 WALL, ENCODINGS = 3, (1, 2, 3)
 CHUNK = 1 << 22  # numbers that are in memory at a time
@@ -39,8 +43,35 @@ class Verdict:
     stages: int
 
 
+@dataclass
+class Certificate:
+    """What a .qpf states: of the .qcf with the SHA-256 `digest` a lower bound (None = none), and
+    the energy of a labelling (the label number of each undecided site); `proof` has the stages."""
+
+    digest: bytes
+    lower_bound: int | None
+    energy: int
+    labelling: np.ndarray
+    stages: int
+    proof: memoryview
+
+
 class Invalid(Exception):
     """A certificate states what is not so."""
+
+
+def parse_qpf(data):
+    """The Certificate in `data`, the bytes of a whole .qpf. Raises FormatError."""
+    header = read_header(data, MAGIC, ".qpf", len(data))
+    sites, stages, bound, energy, zero = FIELDS.unpack(header.fields)
+    if zero != bytes(12):
+        raise Corrupt("byte 48: a reserved field is in use")
+    chunks, _ = read_chunks(data, header, REQUIRED)
+    best, width = chunks["BEST"], int.from_bytes(chunks["BEST"][:4], "little")
+    if len(chunks["PROB"]) != 32 or width not in (1, 2) or len(best) != 4 + sites * width:
+        raise Corrupt("chunk PROB or BEST: a length or a width is not what it must be")
+    return Certificate(bytes(chunks["PROB"]), None if bound == NO_BOUND else bound, energy,
+                       np.frombuffer(best, f"<u{width}", offset=4), stages, chunks["STGS"])
 
 
 class _Problem:
@@ -52,53 +83,45 @@ class _Problem:
             raise InputError("there are certificates of one-hot, one-hot-sparse and domain-wall "
                              "alone")
         self.wall = wall = problem.encoding == WALL
-        sizes = problem.sizes + wall
-        self.count, self.most = sizes, int(sizes.max(initial=1))
-        most = self.most
-        self.kept = np.arange(most) < sizes[:, None]
-        linear = np.zeros(self.kept.shape, np.int64)
+        self.count = problem.sizes + wall
+        self.most = most = int(self.count.max(initial=1))
+        self.kept = np.arange(most) < self.count[:, None]
+        linear, self.trimmed = np.zeros((2, *self.kept.shape), np.int64)
         linear[:, wall:][self.kept[:, wall:]] = problem.linear
-        self.unary = linear.cumsum(1) if wall else linear
-        self.trimmed = np.zeros_like(self.unary)
-        self.trimmed[self.kept] = _trimmed(problem, int(sizes.sum()))
-        self.unary += self.trimmed
-        a, b = problem.a, problem.b
+        self.trimmed[self.kept] = _trimmed(problem, int(self.count.sum()))
         ones = np.arange(most) if wall else 1
-        self.unary += a[:, None] * (1 - ones) + b[:, None] * (ones * (ones - 1) // 2)
-        g, h, block, weight = problem.couplings
+        self.unary = (linear.cumsum(1) if wall else linear) + self.trimmed
+        self.unary += problem.a[:, None] * (1 - ones) + problem.b[:, None] * (
+            ones * (ones - 1) // 2)
+        g, h, block, weight = problem.couplings[:, problem.couplings[3] != 0]
         self.tables = np.zeros((len(problem.blocks), most, most), np.int64)
         for table, dense in zip(self.tables, problem.blocks):
             table[wall:dense.shape[0] + wall, wall:dense.shape[1] + wall] = dense.dense()
-        own = (g == h) & (weight != 0)
+        own = g == h
         chains = np.diagonal(np.triu(self.tables[block[own]], 1).cumsum(1).cumsum(2), 0, 1, 2)
         np.add.at(self.unary, g[own], weight[own, None] * chains)
         if wall:
             self.tables = self.tables.cumsum(1).cumsum(2)
-        edges = (g != h) & (weight != 0)
-        self.first, self.second = g[edges], h[edges]
-        self.block, self.weight = block[edges], weight[edges]
-        self.degree = np.bincount(np.concatenate([self.first, self.second]), minlength=len(sizes))
-        self.alive, self.fixed = np.ones(self.first.size, bool), np.zeros(len(sizes), bool)
+        self.first, self.second, self.block, self.weight = (end[~own] for end in (
+            g, h, block, weight))
+        self.degree = np.bincount(np.append(self.first, self.second), minlength=self.count.size)
+        self.alive, self.fixed = np.ones(self.first.size, bool), np.zeros(self.count.size, bool)
         self.constant = problem.offset
         largest = np.abs(self.tables).max((1, 2), initial=0)[self.block]
         self.magnitude = (abs(problem.offset) + int(np.abs(self.unary).max(1, initial=0).sum())
                           + int((np.abs(self.weight) * largest).sum()))
 
     def energy(self, labelling):
-        sites = np.arange(len(labelling))
-        return int(self.constant + self.unary[sites, labelling].sum() + self.edge_costs(
-            np.arange(self.first.size), labelling).sum())
+        return int(self.constant + self.unary[np.arange(len(labelling)), labelling].sum()
+                   + self.edge_costs(slice(None), labelling).sum())
 
     def edge_costs(self, edges, labelling):
         a, b = labelling[self.first[edges]], labelling[self.second[edges]]
         return self.weight[edges] * self.tables[self.block[edges], a, b]
 
     def costs(self, edges):
-        """(edges or 1, labels, labels): what the labels cost on edges."""
-        block, weight = self.block[edges], self.weight[edges]
-        if (block == block[0]).all() and (weight == weight[0]).all():
-            return (self.tables[block[0]] * weight[0])[None]
-        return self.tables[block] * weight[:, None, None]
+        """(edges, labels, labels): what the labels cost on edges."""
+        return self.tables[self.block[edges]] * self.weight[edges, None, None]
 
     def fold(self):
         """Sites with one label left become constants, their edges costs of the neighbours."""
@@ -115,13 +138,13 @@ class _Problem:
 
 
 def _trimmed(problem, count):
-    side = next((side for name, side in problem.sides if name == "trnc"), None)
+    side = dict(problem.sides).get("trnc")
     if side is None:
-        return np.zeros(count, np.int64)
+        return 0
     width = int.from_bytes(side[:4], "little")
     if width not in (1, 2, 4) or len(side) != 8 + count * width:
         raise Corrupt("chunk trnc: its length is not what it must be")
-    return np.frombuffer(side, f"<u{width}", offset=8).astype(np.int64)
+    return np.frombuffer(side, f"<u{width}", offset=8)
 
 
 def _parts(first, second, sites):
@@ -152,7 +175,7 @@ class _Split:
         self.site = np.repeat(np.arange(count.size), count)
         self.start, rows = start[:-1][~p.fixed], int(start[-1])
         self.row, self.to = start[self.first] + slots[:, 0], start[self.second] + slots[:, 1]
-        self.next, self.before = np.full(rows, -1), np.full(rows, -1)
+        self.next, self.before = np.full((2, rows), -1)
         self.next[self.row] = self.before[self.to] = np.arange(self.edges.size)
         stages.need((slots < p.degree[ends]).all() and rows <= 2**27 and
                     np.unique(self.row).size == np.unique(self.to).size == self.edges.size,
@@ -185,7 +208,7 @@ class _Split:
         return self.p.constant + int(-(-self.least // self.scale).sum())
 
     def take_out(self, labelling):
-        """The labels with which every labelling costs more than this one does, part by part."""
+        """The labels with which not every labelling costs more than this one does, part by part."""
         p, later = self.p, np.zeros_like(self.share)
         for step in reversed(self.steps):
             costs = np.minimum(self.share[self.to[step]] + later[self.to[step]], OUT)
@@ -204,47 +227,35 @@ class _Split:
 
 
 def _goldstein(p, sets, claimed):
-    """Takes out of `sets` what Goldstein's criterion rules out, until there is nothing: compared
-    with the cheapest label of a site, and with all where a label is left that is not `claimed`."""
-    due = ~p.fixed
-    while due.any():
-        due = _goldstein_once(p, sets, due, None)
-        more = (sets & ~claimed).any(1)
-        for label in range(p.most if more.any() and not due.any() else 0):
-            due |= _goldstein_once(p, sets, more & p.kept[:, label], label)
+    """Takes out of `sets` what Goldstein's criterion rules out at sites where more is left than
+    `claimed`, until there is nothing. Labels are compared with the cheapest one, then with each."""
+    cheapest = np.where(p.kept, p.unary, OUT).argmin(1)
+    others, at = [cheapest, *(np.full_like(cheapest, label) for label in range(p.most))], 0
+    while at < len(others) and (sets & ~claimed).any():
+        at = 0 if _goldstein_once(p, sets, (sets & ~claimed).any(1), others[at]) else at + 1
 
 
-def _goldstein_once(p, sets, due, best):
-    """Applies the criterion at sites that are due. Returns where it is due again."""
-    live = np.flatnonzero(p.alive)
-    ends = [(p.first[live], p.second[live], 0), (p.second[live], p.first[live], 1)]
-    single, label, base, gain = sets.sum(1) == 1, sets.argmax(1), p.unary.copy(), 0 * p.unary
-    for own, other, turned in ends:
-        at = np.flatnonzero(due[own] & single[other])
-        table = p.tables if turned else p.tables.swapaxes(1, 2)
-        np.add.at(base, own[at], p.weight[live[at], None] * table[p.block[live[at]],
-                                                                  label[other[at]]])
-    cheapest = np.where(p.kept, base, OUT).argmin(1) if best is None else np.full(due.size, best)
-    for own, other, turned in ends:
-        at = np.flatnonzero(due[own] & ~single[own] & ~single[other])
+def _goldstein_once(p, sets, due, other):
+    """Applies the criterion with one label of each site that is due. Whether a label leaves."""
+    live, gain, sites = np.flatnonzero(p.alive), np.zeros_like(p.unary), np.arange(due.size)
+    due = due & p.kept[sites, other]
+    first, second = p.first[live], p.second[live]
+    for own, far, turned in ((first, second, 0), (second, first, 1)):
+        at = np.flatnonzero(due[own])
         for piece in np.array_split(at, -(-at.size * p.most**2 // CHUNK) or 1):
-            if piece.size:
-                cost = np.broadcast_to(p.costs(live[piece]), (piece.size, p.most, p.most))
-                cost = cost.swapaxes(1, 2) if turned else cost
-                less = cost[np.arange(piece.size), cheapest[own[piece]]][:, None] - cost
-                less = np.where(sets[other[piece]][:, None], less, -OUT)
-                np.add.at(gain, own[piece], less.max(2))
-    over = base - base[np.arange(due.size), cheapest][:, None] > gain
-    leaves = sets & over & (due & ~single)[:, None]
+            cost = p.costs(live[piece])
+            cost = cost.swapaxes(1, 2) if turned else cost
+            less = cost[np.arange(piece.size), other[own[piece]]][:, None] - cost
+            np.add.at(gain, own[piece],
+                      np.where(sets[far[piece]][:, None], less, -OUT).max(2, initial=-OUT))
+    leaves = sets & (p.unary - p.unary[sites, other][:, None] > gain) & due[:, None]
     sets &= ~leaves
-    again = leaves.any(1)
-    for own, other, _ in ends:
-        again[other[leaves.any(1)[own]]] = True
-    return again
+    return leaves.any()
 
 
-def _stage(p, stages):
-    """Checks a stage. Returns the bound that it proves, or None."""
+def _stage(p, stages, label):
+    """Checks a stage, whose labels are numbers of the type `label`. Returns the bound that it
+    proves, or None."""
     has, scale, slot_width, share_width = stages.array("<u4", 4).tolist()
     stages.need(1 <= has <= 3, "the head of a stage")
     split = _Split(p, stages, scale, slot_width, share_width) if has & 1 else None
@@ -253,7 +264,7 @@ def _stage(p, stages):
     if has & 2:
         if split:
             labelling = np.zeros(p.fixed.size, int)
-            labelling[live] = stages.array(stages.label, live.size)
+            labelling[live] = stages.array(label, live.size)
             stages.need((labelling < p.most).all() and p.kept[live, labelling[live]].all(),
                         "a label of a stage that is not left")
             sets = split.take_out(labelling)
@@ -269,52 +280,42 @@ def _stage(p, stages):
 def _read_sets(p, stages, live):
     """The labels that a stage leaves, as p.kept."""
     width = -(-p.count[live] // 8)
-    rows = np.repeat(np.arange(live.size), width)
-    data = np.zeros((live.size, -(-p.most // 8)), np.uint8)
-    data[rows, np.arange(rows.size) - np.repeat(width.cumsum() - width, width)] = stages.array(
-        "u1", rows.size)
-    left, claimed = np.unpackbits(data, axis=1, bitorder="little").astype(bool), p.kept.copy()
-    stages.need(not left[:, p.most:].any(), "the label set of a site")
-    left = left[:, :p.most]
-    stages.need(left.any(1).all() and not (left & ~p.kept[live]).any(), "the label set of a site")
-    claimed[live] = left
+    data, claimed = np.zeros((live.size, -(-p.most // 8)), np.uint8), p.kept.copy()
+    data[np.arange(data.shape[1]) < width[:, None]] = stages.array("u1", int(width.sum()))
+    left = np.unpackbits(data, axis=1, bitorder="little").astype(bool)
+    stages.need(left.any(1).all() and not left[:, p.most:].any()
+                and not (left[:, :p.most] & ~p.kept[live]).any(), "the label set of a site")
+    claimed[live] = left[:, :p.most]
     return claimed
 
 
 def _prove(p, certificate):
     """The highest bound that the stages prove, None without one."""
-    stages, bounds = Stages(certificate), []
+    stages, bounds = qcf.Payload("STGS", certificate.proof), []
     stages.need(certificate.stages <= MOST_STAGES, f"more than {MOST_STAGES} stages")
     p.fold()
     for _ in range(certificate.stages):
-        bounds.append(_stage(p, stages))
+        bounds.append(_stage(p, stages, certificate.labelling.dtype))
     stages.need(stages.at == len(stages.view), "bytes after the last stage")
     bounds.append(p.constant if p.fixed.all() else None)
     return max((bound for bound in bounds if bound is not None), default=None)
-
-
-def _labelling_of(p, bits, starts):
-    """The labelling of a sample, None where it is none."""
-    rows = np.zeros((len(starts) - 1, p.most), np.int64)
-    rows[:, p.wall:][p.kept[:, p.wall:]] = bits
-    if p.wall:
-        rows[:, 0] = 1
-        return None if (np.diff(rows, axis=1) > 0).any() else rows.sum(1) - 1
-    return None if (rows.sum(1) != 1).any() else rows.argmax(1)
 
 
 def _best_energy(p, problem, samples):
     """The energy of the best sample that is a labelling. Raises Invalid, InputError."""
     if samples.digest != problem.digest:
         raise InputError("the samples are of another problem: the SHA-256 of its file differs")
-    starts, energies = problem.coefficients.starts, []
+    energies, rows = [], np.zeros_like(p.unary)
     for bits, record in zip(samples.bits, samples.records):
-        labelling = _labelling_of(p, bits, starts)
-        if labelling is not None:
-            energies.append(p.energy(labelling))
-            trimmed = int(p.trimmed[np.arange(len(labelling)), labelling].sum())
-            if energies[-1] - trimmed != record["energy"]:
-                raise InputError("a sample has another energy than the samples file states")
+        rows[:, p.wall:][p.kept[:, p.wall:]] = bits
+        rows[:, :p.wall] = 1
+        if (np.diff(rows) > 0).any() if p.wall else (rows.sum(1) != 1).any():
+            continue
+        labelling = rows.sum(1) - 1 if p.wall else rows.argmax(1)
+        energies.append(p.energy(labelling))
+        trimmed = int(p.trimmed[np.arange(len(labelling)), labelling].sum())
+        if energies[-1] - trimmed != record["energy"]:
+            raise InputError("a sample has another energy than the samples file states")
     if not energies:
         raise Invalid("no sample is a labelling")
     return min(energies)
@@ -329,19 +330,18 @@ def _label_sets(problem):
     if not width:
         return np.ones((problem.coefficients.sizes.size, labels), bool)
     fixed = np.frombuffer(kept, f"<u{width}", sites, 8).astype(int)
-    undecided = fixed == 256**width - 1
     sets = np.arange(labels) == fixed[:, None]
     packed = np.frombuffer(kept, np.uint8, offset=8 + sites * width).reshape(-1, -(-labels // 8))
-    sets[undecided] = np.unpackbits(packed, 1, labels, "little")
+    sets[fixed == 256**width - 1] = np.unpackbits(packed, 1, labels, "little")
     return sets
 
 
-def _check_reduced(p, problem, smaller):
+def _check_reduced(p, left, problem, smaller):
     """Every label that the certificate leaves must be in the reduced problem."""
     sets, others = _label_sets(problem), _label_sets(smaller)
     undecided = sets.sum(1) > 1 if "kept" in dict(problem.coefficients.sides) else slice(None)
     inside = sets[undecided]
-    inside[inside] = p.left
+    inside[inside] = left
     sets[undecided] = inside
     if sets.shape != others.shape or (sets & ~others).any():
         raise Invalid("a label has left the reduced problem that the certificate does not rule out")
@@ -358,7 +358,7 @@ def verify(problem: File, other: File, certificate: File,
     """
     whole = load(problem, memory_limit)
     with opened(certificate) as stream:
-        proof = read_qpf(stream, memory_limit)
+        proof = parse_qpf(read_stream(stream, MAGIC, ".qpf", memory_limit))
     p, why, energy = _Problem(whole.coefficients), None, proof.energy
     try:
         if proof.digest != whole.digest:
@@ -370,11 +370,12 @@ def verify(problem: File, other: File, certificate: File,
         reduced = _is_problem(other)
         if not reduced:
             energy = _best_energy(p, whole, load_samples(other, memory_limit))
-        bound, p.left = _prove(p, proof), p.kept[np.arange(p.most) < p.count[:, None]]
+        bound = _prove(p, proof)
         if proof.lower_bound is not None and (bound is None or bound < proof.lower_bound):
             raise Invalid("it states a higher bound than it proves")
         if reduced:
-            _check_reduced(p, whole, load(other, memory_limit))
+            _check_reduced(p, p.kept[np.arange(p.most) < p.count[:, None]], whole,
+                           load(other, memory_limit))
         if energy > proof.energy:
             raise Invalid("the best sample costs more than the certificate states")
     except Invalid as reason:
@@ -394,15 +395,9 @@ def command(options):
     """The command `verify`."""
     found = verify(options.problem, options.other, options.certificate, options.memory_limit)
     scale = load(options.problem, options.memory_limit).scale
-    facts = {"schema": 1, **asdict(found), "proven_optimal": found.valid
-             and found.energy == found.lower_bound}
+    facts = {**asdict(found), "proven_optimal": found.valid and found.energy == found.lower_bound}
     for key in ("energy", "lower_bound"):
         facts[key] = facts[key] if scale == 1 or facts[key] is None else facts[key] / scale
-    if options.json:
-        runner.show(options, json.dumps(facts))
-    elif found.valid:
-        runner.show(options, f"valid: energy {facts['energy']}, lower bound "
-                    f"{facts['lower_bound']}, {found.stages} stages")
-    else:
-        runner.show(options, f"not valid: {found.why}")
+    runner.show(options, f"valid: energy {facts['energy']}, lower bound {facts['lower_bound']}, "
+                f"{found.stages} stages" if found.valid else f"not valid: {found.why}", facts)
     return OK if found.valid else NO

@@ -11,7 +11,7 @@
 #include "text/numbers.h"
 #include "text/plain.h"
 
-enum { OUTPUT, REPAIR, SAMPLE, SCALE, COLOR, JSON, MEMORY_LIMIT };
+enum { OUTPUT, REPAIR, SAMPLE, SCALE, COLOR, PALETTE, SCALE_BAR, JSON, MEMORY_LIMIT };
 
 static const option options[] = {
     [OUTPUT] = {"output", 'o', true, "OUT", NULL, "file to write, see above; - is standard output"},
@@ -21,6 +21,8 @@ static const option options[] = {
                 "sample to take, counted from 0 (default the best feasible one)"},
     [SCALE] = SCALE_OPTION,
     [COLOR] = COLOR_OPTION,
+    [PALETTE] = PALETTE_OPTION,
+    [SCALE_BAR] = SCALE_BAR_OPTION,
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -173,7 +175,7 @@ static int check_options(const job *at, const char *name)
 {
     for (size_t i = 0; i < at->given->given_count; i++) {
         size_t index = at->given->given[i].index;
-        if (index == SCALE || index == COLOR) {
+        if (index == SCALE || index == COLOR || index == PALETTE || index == SCALE_BAR) {
             return fail_usage("--%s goes with disparities, which the labels of %s are not",
                               options[index].name, name);
         }
@@ -193,8 +195,10 @@ static int read_output(job *at, request *asked)
     const qs_labels *labels = &problem->qubo.labels;
     const char *path = at->values[OUTPUT];
     if (is_stereo(at)) {
-        TRY(map_request_read(path, at->values[SCALE], at->values[COLOR] != NULL, &at->limit,
-                             &asked->map));
+        const char *const *values = at->values;
+        const map_options given = {path, values[SCALE], values[COLOR], values[PALETTE],
+                                   values[SCALE_BAR]};
+        TRY(map_request_read(&given, &at->limit, &asked->map));
         return map_check(problem->name, labels);
     }
     TRY(check_options(at, problem->name));

@@ -1,13 +1,17 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "after.h"
+#include "camera/frames.h"
 #include "command.h"
 #include "hints.h"
 #include "pair.h"
 #include "pictures/disparity_map.h"
 #include "pictures/map_errors.h"
+#include "progress_line.h"
 #include "text/fail.h"
 #include "text/json.h"
+#include "text/numbers.h"
 
 enum {
     OUTPUT,
@@ -15,11 +19,16 @@ enum {
     SOLVER = PAIR + PAIR_OPTIONS,
     SEARCH,
     STOPPING = SEARCH + SEARCH_OPTIONS,
-    SCALE = STOPPING + STOPPING_OPTIONS,
+    AFTER = STOPPING + STOPPING_OPTIONS,
+    SCALE = AFTER + AFTER_OPTIONS,
     COLOR,
+    PALETTE,
+    SCALE_BAR,
     TRUTH,
     TRUTH_SCALE,
     TRUTH_NO_VALUE,
+    SIDE_BY_SIDE,
+    CALIBRATION,
     JSON,
     MEMORY_LIMIT
 };
@@ -27,21 +36,34 @@ enum {
 static const option options[] = {
     [OUTPUT] = MAP_OUTPUT_OPTION,
     [PAIR] = PAIR_OPTION_ROWS,
-    [SOLVER] = SOLVER_OPTION,
+    [SOLVER] = PAIR_SOLVER_OPTION,
     [SEARCH] = SEARCH_OPTION_ROWS,
     [STOPPING] = STOPPING_OPTION_ROWS,
+    [AFTER] = AFTER_OPTION_ROWS,
     [SCALE] = SCALE_OPTION,
     [COLOR] = COLOR_OPTION,
+    [PALETTE] = PALETTE_OPTION,
+    [SCALE_BAR] = SCALE_BAR_OPTION,
     [TRUTH] = TRUTH_OPTION,
     [TRUTH_SCALE] = TRUTH_SCALE_OPTION,
     [TRUTH_NO_VALUE] = TRUTH_NO_VALUE_OPTION,
+    [SIDE_BY_SIDE] = {"sbs", 0, false, NULL, NULL,
+                      "both pictures of each pair are side by side in LEFT, and there is no RIGHT"},
+    [CALIBRATION] = CALIBRATION_OPTION(
+        false, "rectify the pictures first, as qstereo rectify does; the ndisp of a calib.txt is "
+               "the range of disparities if --disparity is not given"),
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
 
 typedef struct request {
     pair pair;
+    frames frames;
+    calibration cameras; /* with --calibration */
+    uint32_t number; /* of the frame in work */
+    bool is_first; /* the frame in work is the first one: hints are given for it */
     map_request map;
+    after after;
     const solver *by;
     search how;
     bool scored; /* there is a truth */
@@ -49,18 +71,75 @@ typedef struct request {
     true_map truth;
 } request;
 
+/* The inputs: LEFT and RIGHT, or pairs side by side in LEFT. */
+static int read_inputs(const job *at, request *asked)
+{
+    const char *left = at->given->operands[0], *right = at->given->operands[1];
+    bool side_by_side = at->values[SIDE_BY_SIDE] != NULL;
+    if (side_by_side && right != NULL) {
+        return fail_usage("--sbs goes with one input, which has both pictures: leave out %s",
+                          right);
+    }
+    if (!side_by_side && right == NULL) {
+        return fail_usage("the operand RIGHT is missing (with --sbs LEFT has both pictures)");
+    }
+    return frames_open(left, right, asked->map.output, &asked->frames);
+}
+
+static int read_calibration(job *at, request *asked)
+{
+    size_t next = 0;
+    bool has_range = options_next(at->given, PAIR + PAIR_DISPARITY, &next) != NULL;
+    if (at->values[CALIBRATION] == NULL) {
+        return DONE;
+    }
+    TRY(calibration_read(at, CALIBRATION, &at->limit, &asked->cameras));
+    asked->frames.by = &asked->cameras;
+    asked->frames.whole = &at->limit;
+    if (!has_range && asked->cameras.labels > 0) {
+        asked->pair.stereo.disparity_min = 0;
+        asked->pair.stereo.disparity_max = (asked->cameras.labels - 1) * asked->pair.stereo.parts;
+    }
+    return DONE;
+}
+
+static int read_map(job *at, const char *path, request *asked)
+{
+    const char *const *values = at->values;
+    const map_options given = {path, values[SCALE], values[COLOR], values[PALETTE],
+                               values[SCALE_BAR]};
+    return map_request_read(&given, &at->limit, &asked->map);
+}
+
+/* The solver and its iterations are those of the preset unless they are given. A solver that is
+ * given has its own limit. */
+static int read_solver(const char *const *values, request *asked)
+{
+    const preset *from = asked->pair.from;
+    TRY(solver_read(values[SOLVER] != NULL ? values[SOLVER] : from->solver, &asked->by));
+    TRY(search_read(&values[SEARCH], &asked->how));
+    bool own = values[SOLVER] == NULL && values[SEARCH + SEARCH_ITERATIONS] == NULL;
+    return own && from->iterations != NULL ? number64_read("--iterations", from->iterations, 1,
+                                                           UINT32_MAX, &asked->how.iterations)
+                                           : DONE;
+}
+
 static int read_request(job *at, request *asked)
 {
     const char *const *values = at->values;
-    memset(asked, 0, sizeof *asked);
     asked->scored = values[TRUTH] != NULL;
     TRY(pair_read(at->given->operands, &values[PAIR], &asked->pair));
-    TRY(solver_read(values[SOLVER], &asked->by));
-    TRY(search_read(&values[SEARCH], &asked->how));
+    TRY(read_solver(values, asked));
+    TRY(after_read(&values[AFTER], &asked->pair, &asked->after));
     TRY(stopping_read(&values[STOPPING], &asked->how));
     TRY(truth_form_read(values[TRUTH_SCALE], values[TRUTH_NO_VALUE], &asked->truth_form));
-    return map_request_read(values[OUTPUT], values[SCALE], values[COLOR] != NULL, &at->limit,
-                            &asked->map);
+    TRY(read_map(at, values[OUTPUT], asked));
+    TRY(read_inputs(at, asked));
+    asked->frames.bits = asked->pair.bits;
+    if (asked->scored && asked->frames.is_sequence) {
+        return fail_usage("--truth goes with one pair, not with a sequence");
+    }
+    return read_calibration(at, asked);
 }
 
 static void print_result(const job *at, const request *asked, const solved *found,
@@ -69,10 +148,15 @@ static void print_result(const job *at, const request *asked, const solved *foun
     uint32_t scale = asked->pair.stereo.scale;
     if (at->json) {
         json_begin();
+        if (asked->frames.is_sequence) {
+            json_count("frame", asked->number);
+        }
         solved_json(found, scale);
         json_count("sample", 0);
         json_count("repaired", 0);
         map_request_json(&asked->map);
+        pair_json(&asked->pair);
+        json_name("after", asked->after.steps);
         if (asked->scored) {
             map_errors_json(errors);
             map_errors_json_more(errors);
@@ -92,7 +176,8 @@ static int write_found(job *at, request *asked, const laid_out *laid, const solv
 {
     pixel_map map;
     map_errors errors;
-    TRY(map_of_labelling(laid->name, &laid->labels, found->labelling, &at->limit, &map));
+    TRY(after_labels(&asked->after, &asked->pair, laid, found, asked->by, &asked->how, &at->limit,
+                     &map));
     if (asked->scored) {
         TRY(truth_compare(&asked->truth, &map, &errors));
     }
@@ -101,7 +186,9 @@ static int write_found(job *at, request *asked, const laid_out *laid, const solv
     if (!output_is_standard(asked->map.output)) {
         print_result(at, asked, found, &errors);
     }
-    hint_range(&asked->pair, &map);
+    if (asked->is_first) {
+        hint_range(&asked->pair, &map);
+    }
     if (asked->scored) {
         map_errors_warn(asked->map.output, &errors);
     }
@@ -125,19 +212,15 @@ static int measure_corner(const request *asked, const made_problem *whole, budge
     const qs_problem *problem = &whole->problem;
     const qs_frame *frame = &problem->frame;
     uint32_t width = problem->grid.width, height = problem->grid.height;
-    qs_stereo corner = asked->pair.stereo;
+    qs_matching corner = asked->pair.stereo;
     qs_problem small;
     laid_out laid;
     corner.x = frame->x;
     corner.y = frame->y;
     corner.width = width < CORNER ? width : CORNER;
     corner.height = height < CORNER ? height : CORNER;
-    size_t size = qs_stereo_workspace(&corner);
-    void *workspace = budget_take(aside, name, size);
-    if (workspace == NULL) {
-        return NO_RESOURCE;
-    }
-    qs_status made = qs_stereo_problem(&corner, workspace, size, &small);
+    qs_status made;
+    TRY(pair_problem(&corner, name, aside, &small, &made));
     if (made != QS_OK) {
         return fail_status(name, made);
     }
@@ -162,40 +245,127 @@ static int check_ahead(const job *at, const request *asked, const made_problem *
     uint64_t work = (uint64_t)(each * qs_problem_sites(problem));
     uint64_t all = bytes_sum(qs_model_of_problem_workspace(problem),
                              bytes_after_model(asked, &problem->frame, work));
+    if (asked->after.check) { /* the problem of the right picture stands beside this one */
+        all = bytes_sum(all, all);
+    }
     bool is_far_over = all - all / 10 > at->limit.left;
     return is_far_over ? budget_need(&at->limit, whole->name, all) : DONE;
 }
 
-static int match(job *at, request *asked)
+static int open_truth(job *at, request *asked)
 {
     const qs_image *left = &asked->pair.stereo.left;
+    if (!asked->scored) {
+        return DONE;
+    }
+    TRY(truth_open(at->values[TRUTH], &asked->truth_form, (uint32_t)left->width,
+                   (uint32_t)left->height, &at->limit, &asked->truth));
+    hint_truth(&asked->pair, &asked->truth);
+    return DONE;
+}
+
+/* Matches the pair whose pictures are there. */
+static int match(job *at, request *asked, bool *interrupted)
+{
     made_problem opened;
     laid_out laid;
     solved found;
-    TRY(pair_open(&asked->pair, &at->limit, &opened));
-    if (asked->scored) {
-        TRY(truth_open(at->values[TRUTH], &asked->truth_form, (uint32_t)left->width,
-                       (uint32_t)left->height, &at->limit, &asked->truth));
-        hint_truth(&asked->pair, &asked->truth);
-    }
+    TRY(pair_make(&asked->pair, &at->limit, &opened));
+    TRY(open_truth(at, asked));
     TRY(check_ahead(at, asked, &opened));
-    hint_swapped(&asked->pair);
+    if (asked->is_first) {
+        hint_swapped(&asked->pair);
+    }
     TRY(lay_out_problem(opened.name, &opened.problem, opened.mend, &at->limit, &laid));
     TRY(map_check(laid.name, &laid.labels));
     TRY(budget_need(
         &at->limit, laid.name,
         bytes_after_model(asked, &opened.problem.frame, solve_bytes(&laid, asked->by))));
     TRY(map_request_open(&asked->map, at));
+    TRY(after_open(&asked->after, at));
     TRY(solve_problem(&laid, asked->by, &asked->how, &at->limit, &found));
     TRY(solved_check(&laid, &found));
+    *interrupted = found.interrupted;
     return write_found(at, asked, &laid, &found);
+}
+
+/* Names the map of a frame. */
+static int name_map(job *at, request *asked)
+{
+    numbered names;
+    const char *path = at->values[OUTPUT];
+    if (!asked->frames.is_sequence || !numbered_read(path, &names)) {
+        return DONE;
+    }
+    path = numbered_name(&names, asked->number, &at->limit);
+    return path == NULL ? NO_RESOURCE : read_map(at, path, asked);
+}
+
+/* The next frame, whose map stays even if a later one fails. */
+static int match_next(job *at, request *asked, bool *ended)
+{
+    frame_pair next;
+    qs_matching *stereo = &asked->pair.stereo;
+    TRY(frames_next(&asked->frames, &at->limit, &next, ended));
+    if (*ended) {
+        return DONE;
+    }
+    asked->number = next.number;
+    asked->pair.left = next.names[0];
+    asked->pair.right = next.names[1];
+    stereo->left = next.grey[0];
+    stereo->right = next.grey[1];
+    TRY(name_map(at, asked));
+    return match(at, asked, ended);
+}
+
+/* Makes the folder of the maps of a sequence. */
+static int make_folder(job *at)
+{
+    const char *path = at->values[OUTPUT], *slash = strrchr(path, '/');
+    if (slash == NULL || slash == path || output_is_straight(path)) {
+        return DONE;
+    }
+    size_t length = (size_t)(slash - path);
+    char *folder = budget_take(&at->limit, path, length + 1);
+    if (folder == NULL) {
+        return NO_RESOURCE;
+    }
+    memcpy(folder, path, length);
+    folder[length] = '\0';
+    return output_make_folder(folder);
+}
+
+/* Where a later frame may begin from what an earlier one has found, that is to be kept here. */
+static int match_all(job *at, request *asked)
+{
+    bool ended = false;
+    int status = make_folder(at);
+    for (asked->is_first = true; status == DONE && !ended; asked->is_first = false) {
+        job part = job_begin_part(at);
+        progress_start_command(); /* the time limit is that of each frame */
+        status = job_end_part(&part, match_next(&part, asked, &ended));
+    }
+    return status;
+}
+
+static int match_one(job *at, request *asked)
+{
+    bool ended;
+    asked->is_first = true;
+    return match_next(at, asked, &ended);
 }
 
 static int run_match(job *at)
 {
     request asked;
-    TRY(read_request(at, &asked));
-    return match(at, &asked);
+    memset(&asked, 0, sizeof asked);
+    int status = read_request(at, &asked);
+    if (status == DONE) {
+        status = asked.frames.is_sequence ? match_all(at, &asked) : match_one(at, &asked);
+    }
+    frames_close(&asked.frames);
+    return status;
 }
 
 const command cmd_match = {
@@ -203,16 +373,27 @@ const command cmd_match = {
         {
             .name = "match",
             .operands = {"LEFT", "RIGHT"},
+            .optional = 1,
             .about =
-                "Turns a rectified stereo pair into a disparity map on this machine: sets up the "
-                "labelling problem, solves it and makes the map in one go, without files between. "
-                "qstereo solve --help describes the solvers.\n",
+                "Turns a stereo pair into a disparity map on this machine: sets up the labelling "
+                "problem, solves it and makes the map in one go, without files between. The pair "
+                "is rectified, or --calibration says how to. qstereo solve --help describes the "
+                "solvers.\n\nA sequence makes a map of each pair: LEFT, RIGHT and the MAP have "
+                "the number of the frame in their names, such as left_%04d.png, from the first "
+                "number that is there to the first one that is missing. Without a number an input "
+                "is a stream of binary PGM, PPM or YUV4MPEG2 frames, and - is standard input. "
+                "Maps stay where a later frame fails. --time-limit is that of each frame, and "
+                "--json prints an object for each.\n",
             OPTIONS(options),
             .examples = "  qstereo match left.png right.png -o disparity.png\n"
                         "  qstereo match left.png right.png -o disparity.png --disparity 0:19 \\\n"
                         "      --lambda 20 --time-limit 2 --color\n"
                         "  qstereo match left.png right.png -o disparity.png --truth truth.png \\\n"
-                        "      --truth-scale 8 --json\n",
+                        "      --truth-scale 8 --json\n"
+                        "  qstereo match left_%04d.png right_%04d.png -o out/d_%04d.pfm \\\n"
+                        "      --calibration stereo.yml --disparity 0:63\n"
+                        "  ffmpeg -i sbs.mkv -f yuv4mpegpipe - | \\\n"
+                        "      qstereo match --sbs - -o out/d_%04d.pfm\n",
         },
     .summary = "turn a stereo pair into a disparity map in one go",
     .run = run_match,

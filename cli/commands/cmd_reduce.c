@@ -4,8 +4,11 @@
 
 #include "certifying.h"
 #include "command.h"
+#include "core_made.h"
 #include "encoding_choice.h"
 #include "reducing.h"
+#include "samples_output.h"
+#include "start.h"
 #include "text/fail.h"
 #include "text/json.h"
 #include "text/names.h"
@@ -15,6 +18,9 @@
 enum {
     OUTPUT,
     CERTIFICATE,
+    SAMPLES,
+    ANSWER,
+    START,
     REDUCING,
     ITERATIONS = REDUCING + REDUCING_OPTIONS,
     ENCODING,
@@ -27,11 +33,17 @@ static const option options[] = {
     [OUTPUT] = {"output", 'o', true, "SMALLER.qcf", NULL,
                 "QUBO file to write, - is standard output"},
     [CERTIFICATE] = CERTIFICATE_OPTION,
+    [SAMPLES] = {"samples", 0, false, "C.qsf", NULL,
+                 "also write the best labelling known, as a sample of SMALLER.qcf"},
+    [ANSWER] = {"answer", 0, false, "S.qsf", NULL,
+                "also write it as a sample of P.qcf, with the lower bound"},
+    [START] = START_OPTION,
     [REDUCING] = REDUCING_OPTION_ROWS,
     [ITERATIONS] = {"iterations", 0, false, "N", NULL,
                     "stop after N iterations of trws (default 2000)"},
     [ENCODING] = {"encoding", 0, false, "NAME", NULL,
-                  "encoding to write, one of those of encode (default that of P.qcf)"},
+                  "encoding to write, one of those of encode (default that of P.qcf; where "
+                  "smoothness is not potts, the one with the fewest terms)"},
     [CODING] = CODING_OPTION_ROWS(" (default that of P.qcf, else local)",
                                   " (default that of P.qcf)", " (default as in P.qcf)"),
     [JSON] = JSON_OPTION,
@@ -53,8 +65,19 @@ static int read_iterations(const char *text, uint64_t *iterations)
     return text != NULL ? number64_read("--iterations", text, 1, UINT64_MAX, iterations) : DONE;
 }
 
+/* Says why labels that are decided are in the file all the same. */
+static void print_detail(core_detail detail)
+{
+    if (detail == CORE_SITES) {
+        puts("in the file undecided sites have all their labels: without them it would be larger "
+             "than P.qcf");
+    } else if (detail == CORE_NOTHING) {
+        puts("the file is P.qcf as it came: without what is decided it would be larger");
+    }
+}
+
 static void print_result(const job *at, const reduced *smaller, const laid_out *before,
-                         const problem_file *after)
+                         const problem_file *after, core_detail detail)
 {
     const char *path = at->values[OUTPUT];
     if (at->json) {
@@ -64,6 +87,7 @@ static void print_result(const job *at, const reduced *smaller, const laid_out *
     } else if (!output_is_standard(path)) {
         printf("%s: %zu bytes\n", plain(path), after->file.size);
         reduced_print(smaller, before, encoding_name(before->labels.encoding), after);
+        print_detail(detail);
     }
 }
 
@@ -84,8 +108,52 @@ static int reduce_certified(job *at, reducing *how, const laid_out *laid, reduce
                           &smaller->found.lower_bound);
 }
 
+/* The outputs that are asked for beside the smaller problem; NULL = not this one. */
+typedef struct found_outputs {
+    output *samples, *answer;
+} found_outputs;
+
+static int open_found(job *at, found_outputs *outs)
+{
+    const char *samples = at->values[SAMPLES], *whole = at->values[ANSWER];
+    *outs = (found_outputs){NULL, NULL};
+    if (samples != NULL) {
+        TRY(job_open_output(at, samples, &outs->samples));
+    }
+    return whole != NULL ? job_open_output(at, whole, &outs->answer) : DONE;
+}
+
+/* Writes the best labelling, which has kept labels only. Energies are in integer units, as
+ * everywhere in the files. */
+static int write_found(job *at, const reduced *smaller, problem_file *made,
+                       const found_outputs *outs)
+{
+    enum { INFO_SIZE = 128 };
+    char info[INFO_SIZE];
+    const qs_reduction *found = &smaller->found;
+    (void)snprintf(info, sizeof info, "{\"lower_bound\": %" PRId64 ", \"proven_optimal\": %s}",
+                   found->lower_bound, found->lower_bound == found->upper_bound ? "true" : "false");
+    if (outs->samples != NULL) {
+        TRY(problem_index(made, &at->limit));
+        TRY(samples_output_labelling(made, smaller->labelling, "reduce", info, &at->limit,
+                                     outs->samples));
+    }
+    return outs->answer != NULL ? samples_output_labelling(&at->both.problem, smaller->labelling,
+                                                           "reduce", info, &at->limit, outs->answer)
+                                : DONE;
+}
+
+/* The command line does not say how to write the problem. */
+static bool is_free(const job *at)
+{
+    const char *const *values = at->values;
+    return values[ENCODING] == NULL && values[CODING + CODING_PENALTY] == NULL &&
+           values[CODING + CODING_GAP] == NULL && values[REDUCING + REDUCING_TARGET] == NULL;
+}
+
 static int run_reduce(job *at)
 {
+    found_outputs outs;
     uint64_t iterations;
     laid_out laid;
     reducing how;
@@ -93,20 +161,25 @@ static int run_reduce(job *at)
     output *out;
     reduced smaller;
     problem_file made;
+    core_detail detail = CORE_LABELS;
     TRY(read_iterations(at->values[ITERATIONS], &iterations));
     TRY(job_open_problem(at));
     TRY(lay_out(&at->both.problem, &at->limit, &laid));
     TRY(read_for(at, &how, &coding));
     how.iterations = iterations;
+    TRY(start_read(at, at->values[START], &laid, &how.start));
     TRY(job_open_output(at, at->values[OUTPUT], &out));
+    TRY(open_found(at, &outs));
     bool certified = at->values[CERTIFICATE] != NULL;
     TRY(certified ? reduce_certified(at, &how, &laid, &smaller)
                   : reduce_problem(&laid, &how, &at->limit, &smaller));
     coding.kept = smaller.kept;
-    TRY(recode_problem(&laid, &coding, "--penalty or --gap", &at->limit, &made));
+    TRY(is_free(at) ? core_make(&laid, &coding, &smaller, &at->limit, &made, &detail)
+                    : recode_problem(&laid, &coding, "--penalty or --gap", &at->limit, &made));
     output_write_file(out, &made.file);
+    TRY(write_found(at, &smaller, &made, &outs));
     TRY(job_commit(at));
-    print_result(at, &smaller, &laid, &made);
+    print_result(at, &smaller, &laid, &made, detail);
     return DONE;
 }
 
@@ -118,13 +191,17 @@ const command cmd_reduce = {
             .about =
                 "Leaves out labels that are proven to be in no optimum, so that a solver has less "
                 "to do. Every optimum stays, energies stay those of the whole problem, and decode "
-                "gives the whole map.\n\n"
+                "gives the whole map. A file of more than 1 MiB is never larger than P.qcf: labels "
+                "that are decided stay in it where leaving them out would take more room.\n\n"
                 "When the lower bound meets the energy, only labels that may tie are left. With "
                 "--target the reduction stops earlier, at a hard problem of that size for an "
                 "annealer.\n\n"
                 "--certificate writes what proves that the labels are in no optimum; qstereo "
                 "verify "
                 "checks it.\n\n"
+                "--start begins with a labelling that is known: the better it is, the more can be "
+                "proven. --samples writes the best labelling for solvers of the smaller problem "
+                "to begin with.\n\n"
                 "Reads one-hot, one-hot-sparse and domain-wall. The solver ilp of qstereo-bridge "
                 "needs one-hot-sparse: --encoding one-hot-sparse writes a problem that was "
                 "reduced as domain-wall once more for it.\n",

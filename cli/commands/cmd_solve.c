@@ -1,10 +1,11 @@
 #include <inttypes.h>
 #include <stdio.h>
-#include <string.h>
 
 #include "certifying.h"
 #include "command.h"
+#include "samples_output.h"
 #include "solving.h"
+#include "start.h"
 #include "text/fail.h"
 #include "text/json.h"
 #include "text/numbers.h"
@@ -16,7 +17,8 @@ enum {
     SOLVER,
     SEARCH,
     STOPPING = SEARCH + SEARCH_OPTIONS,
-    JSON = STOPPING + STOPPING_OPTIONS,
+    START = STOPPING + STOPPING_OPTIONS,
+    JSON,
     MEMORY_LIMIT
 };
 
@@ -26,6 +28,7 @@ static const option options[] = {
     [SOLVER] = SOLVER_OPTION,
     [SEARCH] = SEARCH_OPTION_ROWS,
     [STOPPING] = STOPPING_OPTION_ROWS,
+    [START] = START_OPTION,
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -39,7 +42,7 @@ enum { INFO_SIZE = 512 };
 
 /* What the samples file says about the solver. Energies are in integer units, as everywhere in the
  * file. */
-static size_t write_info(const request *asked, const solved *found, char info[INFO_SIZE])
+static void write_info(const request *asked, const solved *found, char info[INFO_SIZE])
 {
     char iterations[24] = "null", limit[DECIMAL_SIZE] = "null", bound[24] = "null",
          seconds[DECIMAL_SIZE];
@@ -53,36 +56,22 @@ static size_t write_info(const request *asked, const solved *found, char info[IN
         (void)snprintf(bound, sizeof bound, "%" PRId64, found->solution.lower_bound);
     }
     decimal_write(found->microseconds, 1000000, seconds);
-    int size = snprintf(
-        info, INFO_SIZE,
-        "{\"parameters\": {\"iterations\": %s, \"time_limit\": %s, \"seed\": %" PRIu64 "}, "
-        "\"lower_bound\": %s, \"proven_optimal\": %s, \"iterations\": %" PRIu64
-        ", \"seconds\": %s}",
-        iterations, limit, asked->how.seed, bound, solved_is_proven(found) ? "true" : "false",
-        found->solution.iterations, seconds);
-    return (size_t)size;
+    (void)snprintf(info, INFO_SIZE,
+                   "{\"parameters\": {\"iterations\": %s, \"time_limit\": %s, \"seed\": %" PRIu64
+                   "}, "
+                   "\"lower_bound\": %s, \"proven_optimal\": %s, \"iterations\": %" PRIu64
+                   ", \"seconds\": %s}",
+                   iterations, limit, asked->how.seed, bound,
+                   solved_is_proven(found) ? "true" : "false", found->solution.iterations, seconds);
 }
 
 static int write_samples(const request *asked, const problem_file *problem, const solved *found,
                          output *out)
 {
     char info[INFO_SIZE];
-    const qs_record record = {found->qubo_energy, 1, QS_NO_CHAINS};
-    qs_samples samples = {
-        .variables = problem->qubo.variables,
-        .count = 1,
-        .solver = found->solver,
-        .solver_size = strlen(found->solver),
-        .info = info,
-        .info_size = write_info(asked, found, info),
-        .records = &record,
-        .bits = found->bits,
-    };
-    const qs_sink sink = {output_sink, out};
-    qs_digest(problem->file.bytes, problem->file.size, samples.problem);
-    qs_status written = qs_samples_write(&samples, &sink, NULL);
-    /* job_commit reports refused bytes. */
-    return written == QS_OK || written == QS_E_IO ? DONE : fail_status(out->name, written);
+    const one_sample sample = {found->bits, found->qubo_energy, found->solver, info};
+    write_info(asked, found, info);
+    return samples_output_write(problem, &sample, out);
 }
 
 static void print_result(const job *at, const solved *found)
@@ -133,6 +122,7 @@ static int run_solve(job *at)
     TRY(stopping_read(&at->values[STOPPING], &asked.how));
     TRY(job_open_problem(at));
     TRY(lay_out(&at->both.problem, &at->limit, &laid));
+    TRY(start_read(at, at->values[START], &laid, &asked.how.start));
     TRY(budget_need(&at->limit, laid.name, solve_bytes(&laid, asked.by)));
     TRY(job_open_output(at, at->values[OUTPUT], &out));
     bool certified = at->values[CERTIFICATE] != NULL;
@@ -159,8 +149,11 @@ const command cmd_solve = {
                 "give an exact lower bound: no "
                 "labelling has a lower energy. If the energy of the answer is equal to it, the "
                 "answer is proven optimal.\n\n"
-                "--certificate writes what proves the bound of trws, or of best where that passes "
-                "messages; qstereo verify checks it.\n\n"
+                "--certificate writes what proves the bound of trws, cut or best; qstereo verify "
+                "checks it.\n\n"
+                "--start begins with a labelling that is known, whoever found it: icm, anneal, "
+                "swap, expansion, cut and best go on from it, and no solver's answer is above "
+                "it.\n\n"
                 "--time-limit counts from the start of the command. Ctrl-C ends the command "
                 "without a file; with --keep-on-interrupt the first one stops the solver, and "
                 "its best so far is written.\n",
@@ -169,6 +162,7 @@ const command cmd_solve = {
                 "  qstereo solve p.qcf -o s.qsf\n"
                 "  qstereo solve p.qcf -o s.qsf --solver trws --time-limit 2.5 --json\n"
                 "  qstereo solve p.qcf -o s.qsf --certificate c.qpf\n"
+                "  qstereo solve p.qcf -o s.qsf --start annealed.qsf\n"
                 "  qstereo solve p.qcf -o s.qsf --solver anneal --iterations 2000 --seed 1\n",
         },
     .summary = "solve a .qcf on this machine, with a lower bound of every energy",

@@ -12,6 +12,7 @@
 #include "pictures/picture_size.h"
 #include "text/fail.h"
 #include "text/json.h"
+#include "text/names.h"
 #include "text/numbers.h"
 #include "text/plain.h"
 
@@ -210,11 +211,12 @@ uint64_t map_bytes(const map_request *asked, const qs_labels *labels)
      * copy. The other formats are written row by row. */
     enum { PNG_BYTES = 2 + 2 + 2 + 2 + 2 };
     uint64_t pixels = (uint64_t)labels->frame.picture_width * labels->frame.picture_height;
-    uint64_t samples = asked->format == MAP_PNG ? 1 : 0;
+    uint64_t samples = asked->format == MAP_PNG ? pixels : 0;
     if (asked->colour != NULL && colour_is_png(asked)) {
-        samples = 3; /* one map after the other */
+        uint64_t bar = asked->colours.has_bar ? BAR_WIDTH : 0;
+        samples = 3 * (pixels + bar * labels->frame.picture_height); /* one map after the other */
     }
-    return bytes_product(pixels, sizeof(int32_t) + samples * PNG_BYTES);
+    return bytes_sum(bytes_product(pixels, sizeof(int32_t)), bytes_product(samples, PNG_BYTES));
 }
 
 int map_of_labelling(const char *name, const qs_labels *labels, const uint16_t *labelling,
@@ -224,8 +226,13 @@ int map_of_labelling(const char *name, const qs_labels *labels, const uint16_t *
     uint64_t size = bytes_product((uint64_t)frame->picture_width * frame->picture_height,
                                   sizeof *map->disparities);
     TRY(budget_need(limit, name, size));
-    *map = (pixel_map){budget_take(limit, name, (size_t)size), frame->picture_width,
-                       frame->picture_height, frame->first, frame->first + labels->labels - 1};
+    uint32_t unit = labels->meaning.unit > 0 ? labels->meaning.unit : 1;
+    *map = (pixel_map){budget_take(limit, name, (size_t)size),
+                       unit,
+                       frame->picture_width,
+                       frame->picture_height,
+                       frame->first,
+                       frame->first + labels->labels - 1};
     if (map->disparities == NULL) {
         return NO_RESOURCE;
     }
@@ -290,18 +297,34 @@ int map_scale_read(const char *text, uint32_t *scale)
     return number_read("--scale", text, 2, 65535, scale);
 }
 
-int map_request_read(const char *path, const char *scale, bool color, budget *limit,
-                     map_request *asked)
+static int read_colours(const map_options *given, budget *limit, map_request *asked)
 {
+    int chosen;
+    TRY(name_read(&palette_names, given->palette, "", &chosen));
+    asked->colours = (colouring){(palette)chosen, given->scale_bar != NULL};
+    if (given->color == NULL && given->scale_bar != NULL) {
+        return fail_usage("--scale-bar goes with a map in colours: add --color");
+    }
+    return given->color != NULL ? name_colour(limit, asked) : DONE;
+}
+
+int map_request_read(const map_options *given, budget *limit, map_request *asked)
+{
+    bool is_pfm_on_standard = strcmp(given->output, "pfm:-") == 0;
     memset(asked, 0, sizeof *asked);
-    asked->output = path;
-    TRY(format_of(path, &asked->format));
-    TRY(map_scale_read(scale, &asked->scale));
-    return color ? name_colour(limit, asked) : DONE;
+    asked->output = is_pfm_on_standard ? "-" : given->output;
+    TRY(format_of(asked->output, &asked->format));
+    asked->format = is_pfm_on_standard ? MAP_PFM : asked->format;
+    TRY(map_scale_read(given->scale, &asked->scale));
+    return read_colours(given, limit, asked);
 }
 
 int map_request_open(map_request *asked, job *at)
 {
+    if (at->json && output_is_standard(asked->output)) {
+        return fail_usage("--json and --output cannot both go to standard output: "
+                          "name a file with -o");
+    }
     TRY(job_open_output(at, asked->output, &asked->files[0]));
     return asked->colour != NULL ? job_open_output(at, asked->colour, &asked->files[1]) : DONE;
 }
@@ -309,9 +332,9 @@ int map_request_open(map_request *asked, job *at)
 int map_request_write(const map_request *asked, const pixel_map *map)
 {
     TRY(map_write(map, asked->format, asked->scale, asked->output, asked->files[0]));
-    return asked->colour != NULL
-               ? map_write_colour(map, colour_is_png(asked), asked->colour, asked->files[1])
-               : DONE;
+    return asked->colour != NULL ? map_write_colour(map, &asked->colours, colour_is_png(asked),
+                                                    asked->colour, asked->files[1])
+                                 : DONE;
 }
 
 void map_request_json(const map_request *asked)

@@ -7,6 +7,7 @@
 
 #include "command.h"
 #include "files.h"
+#include "pictures/colour_map.h"
 #include "qstereo.h"
 
 /* The scale at which the floats of a PFM are held. */
@@ -36,9 +37,10 @@ int map_read(const char *path, const map_form *form, budget *limit, qs_map *map)
  * BAD_INPUT or NO_RESOURCE. */
 int map_apply_mask(const char *path, budget *limit, qs_map *map);
 
-/* A map in pixels. */
+/* A map in parts of a pixel. */
 typedef struct pixel_map {
     int32_t *disparities; /* row after row; QS_NO_DISPARITY = no value. The budget owns them */
+    uint32_t unit; /* parts in a pixel */
     uint32_t width, height;
     uint32_t least, most; /* the range of the colours */
 } pixel_map;
@@ -53,33 +55,49 @@ int map_of_labelling(const char *name, const qs_labels *labels, const uint16_t *
 
 typedef enum map_format { MAP_PGM, MAP_PNG, MAP_PFM } map_format;
 
-/* Write the map, and the map in colours, as a PNG or a PPM: small disparities blue, large ones red,
- * no value black. Return DONE, BAD_INPUT (a value does not fit) or NO_RESOURCE; job_commit reports
- * refused bytes. */
+typedef struct colouring {
+    palette palette;
+    bool has_bar; /* a bar beside the map says which colour is which disparity */
+} colouring;
+
+/* Write the map, and the map in colours, as a PNG or a PPM: no value is black. Return DONE,
+ * BAD_INPUT (a value does not fit) or NO_RESOURCE; job_commit reports refused bytes. */
 int map_write(const pixel_map *map, map_format format, uint32_t scale, const char *path,
               output *out);
-int map_write_colour(const pixel_map *map, bool png, const char *path, output *out);
+int map_write_colour(const pixel_map *map, const colouring *by, bool png, const char *path,
+                     output *out);
 
 /* The map that a command writes, and the map in colours beside it: rows for a table of options. */
 #define MAP_OUTPUT_OPTION                                                                          \
-    {"output", 'o',  true,                                                                         \
-     "MAP",    NULL, "map to write: .png, .pgm or .pfm; - is standard output, as PGM"}
+    {"output", 'o',                                                                                \
+     true,     "MAP",                                                                              \
+     NULL,     "map to write: .png, .pgm or .pfm; - is standard output, as PGM, and pfm:- as PFM"}
 #define SCALE_OPTION                                                                               \
     {"scale", 0, false, "S", "8", "a .png or .pgm holds disparity x S, from 2; a .pfm holds pixels"}
 #define COLOR_OPTION                                                                               \
     {"color", 0, false, NULL, NULL, "write a map in colours beside it, MAP.color.png (or .ppm)"}
+#define PALETTE_OPTION                                                                             \
+    {"palette", 0, false, "NAME", "turbo", "colours of that map: turbo or viridis"}
+#define SCALE_BAR_OPTION                                                                           \
+    {"scale-bar", 0,    false,                                                                     \
+     NULL,        NULL, "draw a bar beside that map that says which colour is which disparity"}
+
+/* What the rows say, by their arguments. */
+typedef struct map_options {
+    const char *output, *scale, *color, *palette, *scale_bar;
+} map_options;
 
 typedef struct map_request {
     const char *output;
     char *colour; /* the name of the second map; NULL = none. The budget owns it */
+    colouring colours;
     map_format format;
     uint32_t scale;
     output *files[2]; /* after map_request_open */
 } map_request;
 
 /* Reads the arguments of the rows. Returns DONE, BAD_USAGE or NO_RESOURCE. */
-int map_request_read(const char *path, const char *scale, bool color, budget *limit,
-                     map_request *asked);
+int map_request_read(const map_options *given, budget *limit, map_request *asked);
 
 /* Reads the argument of --scale. Returns DONE or BAD_USAGE. */
 int map_scale_read(const char *text, uint32_t *scale);

@@ -119,6 +119,6 @@ int truth_open(const char *path, const map_form *form, uint32_t width, uint32_t 
 
 int truth_compare(const true_map *with, const pixel_map *map, map_errors *found)
 {
-    const qs_map compared = {map->disparities, map->width, map->height, 1};
+    const qs_map compared = {map->disparities, map->width, map->height, map->unit};
     return map_errors_find("the map", &compared, with->name, &with->map, found);
 }

@@ -25,7 +25,7 @@ static int fail_too_large(const char *path, uint32_t disparity, uint32_t scale)
 /* How a map becomes a picture. */
 typedef struct drawing {
     const pixel_map *map;
-    bool coloured;
+    const colouring *colours; /* NULL = grey */
     uint32_t scale; /* of grey */
 } drawing;
 
@@ -38,52 +38,59 @@ static int32_t largest_of(const pixel_map *map)
     return largest;
 }
 
+/* What a picture holds for a disparity in parts of a pixel, rounded. */
+static uint64_t held(const drawing *from, uint32_t disparity)
+{
+    uint32_t unit = from->map->unit;
+    uint64_t scaled = ((uint64_t)disparity * from->scale + unit / 2) / unit;
+    return scaled > 0 ? scaled : qs_disparity_hold(0, from->scale);
+}
+
 /* The size and depth of the picture, whose samples are not made yet. */
 static int plan(const drawing *from, const char *path, picture *made)
 {
-    *made = (picture){from->map->width, from->map->height, from->coloured ? 3 : 1, 255, NULL};
-    if (!from->coloured) {
+    *made =
+        (picture){from->map->width, from->map->height, from->colours != NULL ? 3 : 1, 255, NULL};
+    made->width += from->colours != NULL && from->colours->has_bar ? BAR_WIDTH : 0;
+    if (from->colours == NULL) {
         uint32_t largest = (uint32_t)largest_of(from->map);
-        uint64_t most = qs_disparity_hold(largest, from->scale);
+        uint64_t most = held(from, largest);
         if (most > 65535) {
-            return fail_too_large(path, largest, from->scale);
+            return fail_too_large(path, largest / from->map->unit, from->scale);
         }
         made->maxval = most > 255 ? 65535 : 255;
     }
     return DONE;
 }
 
-/* The colour of `value` on a scale that ends at `most`: straight lines between nine points of a
- * map after Google's Turbo, in integers, so that every machine draws the same. */
-static void colour_of(uint32_t value, uint32_t most, uint16_t rgb[3])
+static void draw_coloured_row(const drawing *from, size_t y, uint16_t *samples)
 {
-    enum { STEPS = 8, PART = 256 };
-    static const uint8_t points[STEPS + 1][3] = {{48, 18, 59},   {70, 107, 227}, {40, 187, 236},
-                                                 {49, 242, 153}, {162, 252, 60}, {237, 208, 58},
-                                                 {251, 128, 34}, {210, 49, 5},   {122, 4, 3}};
-    uint64_t place = most > 0 ? (uint64_t)value * STEPS * PART / most : 0;
-    unsigned step = (unsigned)(place / PART), part = (unsigned)(place % PART);
-    for (unsigned c = 0; c < 3; c++) {
-        unsigned from = points[step][c], to = points[step + (part > 0)][c];
-        rgb[c] = (uint16_t)((from * (PART - part) + to * part + PART / 2) / PART);
+    const pixel_map *map = from->map;
+    const colouring *by = from->colours;
+    for (size_t x = 0; x < map->width; x++, samples += 3) {
+        int32_t disparity = map->disparities[y * map->width + x];
+        memset(samples, 0, 3 * sizeof *samples);
+        if (disparity != QS_NO_DISPARITY) {
+            colour_of_value(by->palette, (uint32_t)disparity - map->least, map->most - map->least,
+                            samples);
+        }
+    }
+    if (by->has_bar) {
+        const colour_bar bar = {by->palette, map->least, map->most, map->height};
+        colour_bar_row(&bar, (uint32_t)y, samples);
     }
 }
 
 static void draw_row(const drawing *from, size_t y, uint16_t *samples)
 {
     const pixel_map *map = from->map;
+    if (from->colours != NULL) {
+        draw_coloured_row(from, y, samples);
+        return;
+    }
     for (size_t x = 0; x < map->width; x++) {
         int32_t disparity = map->disparities[y * map->width + x];
-        if (from->coloured) {
-            memset(samples + 3 * x, 0, 3 * sizeof *samples);
-        }
-        if (disparity == QS_NO_DISPARITY) {
-            samples[from->coloured ? 3 * x : x] = 0;
-        } else if (from->coloured) {
-            colour_of((uint32_t)disparity - map->least, map->most - map->least, samples + 3 * x);
-        } else {
-            samples[x] = (uint16_t)qs_disparity_hold((uint32_t)disparity, from->scale);
-        }
+        samples[x] = disparity == QS_NO_DISPARITY ? 0 : (uint16_t)held(from, (uint32_t)disparity);
     }
 }
 
@@ -137,7 +144,8 @@ static int write_pfm(const pixel_map *map, const char *path, output *out)
     for (size_t y = map->height; y-- > 0 && status == DONE;) {
         for (size_t x = 0; x < map->width; x++) {
             int32_t disparity = map->disparities[y * map->width + x];
-            values[x] = disparity == QS_NO_DISPARITY ? INFINITY : (float)disparity;
+            values[x] =
+                disparity == QS_NO_DISPARITY ? INFINITY : (float)disparity / (float)map->unit;
         }
         (void)output_write(out, bytes, pfm_pack(values, map->width, bytes));
     }
@@ -156,13 +164,14 @@ static int write_drawing(const drawing *from, bool png, const char *path, output
 int map_write(const pixel_map *map, map_format format, uint32_t scale, const char *path,
               output *out)
 {
-    const drawing grey = {map, false, scale};
+    const drawing grey = {map, NULL, scale};
     return format == MAP_PFM ? write_pfm(map, path, out)
                              : write_drawing(&grey, format == MAP_PNG, path, out);
 }
 
-int map_write_colour(const pixel_map *map, bool png, const char *path, output *out)
+int map_write_colour(const pixel_map *map, const colouring *by, bool png, const char *path,
+                     output *out)
 {
-    const drawing coloured = {map, true, 0};
+    const drawing coloured = {map, by, 0};
     return write_drawing(&coloured, png, path, out);
 }

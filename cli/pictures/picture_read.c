@@ -124,26 +124,29 @@ static int apply_bits(const char *path, unsigned bits, picture *read)
     return DONE;
 }
 
-int picture_read_grey(const char *path, unsigned bits, budget *limit, qs_image *grey)
+int picture_take_grey(const char *path, unsigned bits, budget *limit, picture *colour,
+                      qs_image *grey)
 {
     const char *name = input_name(path);
+    uint64_t size = (uint64_t)colour->width * colour->height * colour->channels;
+    uint8_t *pixels = NULL;
+    *grey = (qs_image){NULL, colour->width, colour->height, colour->width};
+    int status = budget_need(limit, name, bytes_sum(size, picture_bytes(colour)));
+    status = status == DONE ? apply_bits(path, bits, colour) : status;
+    if (status == DONE) {
+        pixels = picture_grey(colour);
+        grey->pixels = pixels;
+        status = pixels != NULL ? budget_own(limit, name, pixels, (size_t)size) : fail_memory(name);
+    }
+    picture_free(colour);
+    return status;
+}
+
+int picture_read_grey(const char *path, unsigned bits, budget *limit, qs_image *grey)
+{
     picture colour;
     budget work = budget_inside(limit);
     int status = read_picture(path, &work, &colour);
     budget_free(&work);
-    if (status != DONE) {
-        return status;
-    }
-    uint64_t size = (uint64_t)colour.width * colour.height * colour.channels;
-    uint8_t *pixels = NULL;
-    *grey = (qs_image){NULL, colour.width, colour.height, colour.width};
-    status = budget_need(limit, name, bytes_sum(size, picture_bytes(&colour)));
-    status = status == DONE ? apply_bits(path, bits, &colour) : status;
-    if (status == DONE) {
-        pixels = picture_grey(&colour);
-        grey->pixels = pixels;
-        status = pixels != NULL ? budget_own(limit, name, pixels, (size_t)size) : fail_memory(name);
-    }
-    picture_free(&colour);
-    return status;
+    return status == DONE ? picture_take_grey(path, bits, limit, &colour, grey) : status;
 }

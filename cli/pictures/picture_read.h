@@ -20,6 +20,10 @@ int picture_decode(const char *path, const file_bytes *file, const budget *limit
  * bits  of a file of 16 bits: white is 2^bits - 1; 0 = it is what the file says */
 int picture_read_grey(const char *path, unsigned bits, budget *limit, qs_image *grey);
 
+/* The same of a picture that is there already; it is freed. */
+int picture_take_grey(const char *path, unsigned bits, budget *limit, picture *colour,
+                      qs_image *grey);
+
 /* Turns a picture_status into an exit status, and prints the reason of a failure. */
 int picture_fail(const char *path, picture_status status, const char *reason);
 

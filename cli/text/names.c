@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "pictures/colour_map.h"
 #include "text/fail.h"
 
 #define TABLE(what, names, untyped)                                                                \
@@ -17,11 +18,13 @@ static const named penalties[] = {{"local", QS_PENALTY_LOCAL},
                                   {"minimal", QS_PENALTY_MINIMAL},
                                   {"paper", QS_PENALTY_PAPER},
                                   {"given", QS_PENALTY_GIVEN}};
-static const named costs[] = {{"ad", QS_COST_AD}};
+static const named palettes[] = {{"turbo", PALETTE_TURBO}, {"viridis", PALETTE_VIRIDIS}};
+static const named units[] = {{"m", 1000}, {"cm", 10}, {"mm", 1}};
 
 const name_table smoothness_names = TABLE("smoothness", smoothnesses, 2);
 const name_table penalty_names = TABLE("penalty", penalties, 1);
-const name_table cost_names = TABLE("cost", costs, 0);
+const name_table palette_names = TABLE("palette", palettes, 0);
+const name_table unit_names = TABLE("unit", units, 0);
 
 const char *name_of(const name_table *table, int value)
 {

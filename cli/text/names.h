@@ -22,7 +22,8 @@ typedef struct name_table {
 
 extern const name_table smoothness_names;
 extern const name_table penalty_names;
-extern const name_table cost_names;
+extern const name_table palette_names;
+extern const name_table unit_names; /* of length; their values are millimetres */
 
 /* The name of a value, NULL if it has none. */
 const char *name_of(const name_table *table, int value);

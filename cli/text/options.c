@@ -43,8 +43,11 @@ static void print_usage(const command_line *line)
         printf(i + line->optional < count ? " %s" : " [%s]", line->operands[i]);
     }
     for (size_t i = 0; i < line->option_count; i++) {
-        if (line->options[i].required) {
-            printf(" -%c %s", line->options[i].letter, line->options[i].argument);
+        const option *known = &line->options[i];
+        char letter[3] = {'-', known->letter, '\0'};
+        if (known->required) {
+            printf(" %s%s %s", known->letter != 0 ? letter : "--",
+                   known->letter != 0 ? "" : known->name, known->argument);
         }
     }
     puts(" [OPTION]...");
@@ -184,6 +187,12 @@ static int take_value(cursor *at, size_t index, const char *spelled, const char 
     return keep_value(at->read, index, attached);
 }
 
+static int take_values(cursor *at, size_t index, const char *spelled, const char *attached)
+{
+    TRY(take_value(at, index, spelled, attached));
+    return at->line->options[index].twice ? take_value(at, index, spelled, NULL) : DONE;
+}
+
 static int take_long(cursor *at, const char *word)
 {
     const char *equals = strchr(word, '=');
@@ -194,7 +203,7 @@ static int take_long(cursor *at, const char *word)
         return fail_unknown(at->line, word, length);
     }
     (void)snprintf(spelled, sizeof spelled, "--%s", at->line->options[index].name);
-    return take_value(at, index, spelled, equals != NULL ? equals + 1 : NULL);
+    return take_values(at, index, spelled, equals != NULL ? equals + 1 : NULL);
 }
 
 static int take_short(cursor *at, const char *word)
@@ -204,7 +213,7 @@ static int take_short(cursor *at, const char *word)
     if (index == at->line->option_count) {
         return fail_unknown(at->line, word, strlen(word));
     }
-    return take_value(at, index, spelled, word[2] != '\0' ? word + 2 : NULL);
+    return take_values(at, index, spelled, word[2] != '\0' ? word + 2 : NULL);
 }
 
 static int take_operand(cursor *at, const char *word)
@@ -219,6 +228,13 @@ static int take_operand(cursor *at, const char *word)
     return DONE;
 }
 
+static int fail_missing(const option *missing)
+{
+    return missing->letter != 0
+               ? fail_usage("-%c %s is missing", missing->letter, missing->argument)
+               : fail_usage("--%s %s is missing", missing->name, missing->argument);
+}
+
 static int check_complete(const cursor *at)
 {
     const command_line *line = at->line;
@@ -228,8 +244,7 @@ static int check_complete(const cursor *at)
     }
     for (size_t i = 0; i < line->option_count; i++) {
         if (line->options[i].required && at->read->values[i] == NULL) {
-            return fail_usage("-%c %s is missing", line->options[i].letter,
-                              line->options[i].argument);
+            return fail_missing(&line->options[i]);
         }
     }
     for (size_t i = 0; i < at->operand_count; i++) {

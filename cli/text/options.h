@@ -13,6 +13,7 @@ typedef struct option {
     const char *argument; /* what its argument is called; NULL = a flag */
     const char *preset; /* the argument if the option is not given; NULL = none */
     const char *help;
+    bool twice; /* it takes two arguments, one after the other: "LEFT RIGHT" */
 } option;
 
 /* Rows that commands share. */
@@ -20,7 +21,7 @@ typedef struct option {
 #define MEMORY_LIMIT_OPTION                                                                        \
     {"memory-limit", 0, false, "MIB", "4096", "the most memory for files and the work on them"}
 
-enum { OPERANDS_MAX = 4, OPTIONS_MAX = 32, GIVEN_MAX = 256 };
+enum { OPERANDS_MAX = 4, OPTIONS_MAX = 48, GIVEN_MAX = 256 };
 
 typedef struct command_line {
     const char *name;
@@ -34,7 +35,8 @@ typedef struct command_line {
 
 typedef struct arguments {
     const char *operands[OPERANDS_MAX]; /* NULL = not given */
-    /* By index in the table: the last argument given, else the preset; of a flag NULL or "". */
+    /* By index in the table: the last argument given, else the preset; of a flag NULL or "". Of an
+     * option with two arguments the second one. */
     const char *values[OPTIONS_MAX];
     /* Every option given, in order. */
     struct {

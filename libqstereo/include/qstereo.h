@@ -15,6 +15,7 @@
  *   labels    what a .qcf says of sites and labels; a labelling in its picture
  *   image     pictures to grey
  *   stereo    a problem from two grey pictures
+ *   matching  the same with better costs, half pixels and weights by contrast
  *   restore   a problem from a noisy grey picture
  *   segment   a problem from a picture and strokes on it
  *   displace  a problem from two pictures: flow and registration
@@ -26,6 +27,7 @@
  *   samples   the bytes of a .qsf, written and read
  *   model     a problem as the solvers want it
  *   solve     classical solvers, with lower bounds
+ *   maps      consistency, filling, refinement and margins of disparity maps
  *   reduce    labels that are proven to be in no optimum leave
  *   certificate  proofs of bounds and of labels that have left, written, and
  *             checked from a .qcf alone
@@ -49,6 +51,8 @@
 #include "qstereo/image.h"
 #include "qstereo/labels.h"
 #include "qstereo/limits.h"
+#include "qstereo/maps.h"
+#include "qstereo/matching.h"
 #include "qstereo/meaning.h"
 #include "qstereo/model.h"
 #include "qstereo/overlap.h"

@@ -16,7 +16,6 @@ from pathlib import Path
 
 import dwave.embedding
 import dwave.graphs
-import networkx as nx
 import numpy as np
 from PIL import Image
 from qstereo_bridge import embedding, qcf, tiles
@@ -48,8 +47,8 @@ def source_of(encoding, n, labels):
         np.stack([p[:, None] * size + i[which], q[:, None] * size + j[which]], -1).reshape(-1, 2)
         for p, q, which in pairs
     ])
-    edges = edges[np.lexsort((edges[:, 1], edges[:, 0]))].astype(np.int32)
-    return embedding.Source(edges[:, 0], edges[:, 1], np.arange(0, n * n * size + 1, size))
+    return embedding.Source(embedding.graph_of(range(n * n * size), edges.tolist()),
+                            np.arange(0, n * n * size + 1, size))
 
 
 def compare(qstereo):
@@ -74,10 +73,9 @@ def facts_of(n, source, chip, chains, seconds):
     """What the file holds of one embedding, once Ocean has checked it; None where there is none."""
     if not chains:
         return None
-    graph = nx.Graph(zip(source.rows.tolist(), source.columns.tolist()))
-    dwave.embedding.verify_embedding(chains, graph, CHIPS[chip.name])
+    dwave.embedding.verify_embedding(chains, source.graph, CHIPS[chip.name])
     lengths = [len(chain) for chain in chains.values()]
-    return {"size": n, "variables": source.variables, "couplers": int(source.rows.size),
+    return {"size": n, "variables": len(source.graph), "couplers": source.graph.number_of_edges(),
             "qubits": sum(lengths), "longest": max(lengths),
             "mean": sum(lengths) / len(lengths), "seconds": seconds}
 
@@ -89,7 +87,7 @@ def in_tiles(chip, encoding, labels):
         chains = tiles.lay_out(source, chip)
         seconds = time.perf_counter() - began
         faults = chains and embedding.faults(source, chip, chains)
-        if chains and not any(wrong.size for wrong in faults):
+        if chains and not faults:
             return facts_of(n, source, chip, chains, seconds)
     return None
 

@@ -4,10 +4,13 @@ proven, energies of whole scenes, memory. Figures `solvers`.
     python tests/bench/bench_solvers.py [--data DIR] [--figures DIR]
 
 Potts, lambda 20, from the labelling of cheapest labels; medians of three runs, taken in turn, on
-one core. Seconds are of the solvers alone.
+one core. Seconds are of the solvers alone. With DIR, also larger scenes in it, and instances of the
+MRF benchmark in the folder `mrf` beside it (`make build/pack_problem` first).
 """
 
 import ctypes
+import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -22,7 +25,11 @@ RUNS = 3
 # Solvers that run to their end, or as many iterations as it takes to tell what one costs.
 LIMITS = {"expansion": [], "trws": ["--iterations", 50], "bp": ["--iterations", 20]}
 BEST_ITERATIONS = 2000
-WORKSPACES = ("icm", "anneal", "expansion", "swap", "trws", "bp", "reduce")
+LIMIT = 60  # seconds of the whole command
+# Larger scenes, where they are, and their largest disparity.
+LARGE = {"moebius": 73, "reindeer": 67}
+INSTANCES = ("house", "tsukuba", "venus", "pano")
+WORKSPACES = ("icm", "anneal", "expansion", "swap", "trws", "bp", "best", "reduce")
 
 
 def grey(path):
@@ -89,6 +96,36 @@ def window(scene, qstereo, folder):
             **{key: runs[0][key] for key in ("energy", "iterations", "proven_optimal", "gap")}}
 
 
+def large(scene, qstereo, folder):
+    """A larger scene, solved by best within a minute."""
+    most = LARGE[scene.name]
+    found = call(qstereo, "match", scene / "left.png", scene / "right.png", "-o",
+                 Path(folder, "d.png"), "--disparity", f"0:{most}", "--lambda", LAMBDA,
+                 "--time-limit", LIMIT)
+    return {"scene": scene.name, "labels": most + 1,
+            **{key: found[key] for key in ("energy", "lower_bound", "proven_optimal",
+                                           "iterations", "seconds")}}
+
+
+def benchmark(name, options, folder):
+    """An instance of the Middlebury MRF benchmark, solved by best within a minute."""
+    pictures, problem = options.data.parent / "mrf" / name, Path(folder, "m.qcf")
+    tool = Path(__file__).with_name("mrf_problem.py")
+    pack = options.build / "pack_problem"
+    if name == "pano":
+        command = [sys.executable, tool, name, pictures, "--arrays", folder]
+        said = subprocess.run(command, check=True, capture_output=True, text=True, cwd=folder)
+        found = call(options.qstereo, "label", *said.stdout.split(), "-o", Path(folder, "m.npy"),
+                     "--time-limit", LIMIT)
+    else:
+        subprocess.run([sys.executable, tool, name, pictures, "-o", problem, "--pack", pack],
+                       check=True)
+        found = call(options.qstereo, "solve", problem, "-o", Path(folder, "s.qsf"),
+                     "--time-limit", LIMIT)
+    return {"instance": name, **{key: found[key] for key in ("energy", "lower_bound",
+                                                             "proven_optimal", "seconds")}}
+
+
 def bytes_a_cost(scene, options, folder):
     """Bytes of each solver's workspace for a site and label, asked of the library."""
     problem = Path(folder, "p.qcf")
@@ -122,6 +159,11 @@ def main():
         figures.update(weight=LAMBDA, window=WINDOW, runs=RUNS, best_iterations=BEST_ITERATIONS)
         figures["whole"] = [whole(scene, options.qstereo, folder) for scene in scenes]
         figures["windows"] = [window(scene, options.qstereo, folder) for scene in scenes]
+        if options.data:
+            figures["large"] = [large(options.data / name, options.qstereo, folder)
+                                for name in LARGE if (options.data / name).is_dir()]
+            figures["benchmark"] = [benchmark(name, options, folder) for name in INSTANCES
+                                    if (options.data.parent / "mrf" / name).is_dir()]
         figures["bytes_a_cost"] = bytes_a_cost(scenes[0], options, folder)
 
 

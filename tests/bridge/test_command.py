@@ -173,38 +173,16 @@ def test_help_and_version(command):
             ["solve", "P", "-o", "S", "--label", "x"],
             "only these do: qpu, hybrid-nl, hybrid-bqm, hybrid-cqm",
         ),
-        (["solve", "P", "-o", "S", "--solver", "qpu", "--fast-anneal"], "needs --annealing-time"),
-        (
-            [
-                "solve",
-                "P",
-                "-o",
-                "S",
-                "--solver",
-                "qpu",
-                "--fast-anneal",
-                "--annealing-time",
-                "1",
-                "--reverse-from",
-                "x.qsf",
-            ],
-            "cannot begin from a state",
-        ),
-        (
-            ["solve", "P", "--out-dir", "D", "--solver", "qpu", "--fast-anneal"],
-            "needs --annealing-time",
-        ),
         (
             ["solve", "P", "-o", "S", "--solver", "qpu", "--embedding", "E", "--seed", "0"],
-            "leave one of them out",
+            "leave --seed and --copies out",
         ),
-        (["solve", "P", "-o", "S", "--fast-anneal"], "only these do: qpu"),
+        (["solve", "P", "-o", "S", "--copies", "2"], "only these do: qpu"),
         (["solve", "P", "-o", "S", "--no-wait"], "for D-Wave's services"),
         (["solve", "P", "-o", "S", "--resubmit"], "for D-Wave's services"),
         (["solve", "P", "Q", "-o", "S"], "--out-dir"),
         (["solve", "P", "--out-dir", "D", "-o", "S"], "does not go with"),
         (["solve", "-", "--out-dir", "D"], "stdin has no name"),
-        (["solve", "P", "-o", "S", "--jobs", "2"], "several problems"),
         (["collect"], "S.qsf.job"),
         (["collect", "S.qsf"], "does not end in .job"),
         (["collect", "S.job", "-o", "S.job"], "does not end in .job"),
@@ -695,3 +673,17 @@ def test_random_samples_agree_with_their_records(tmp_path, main):
         assert main("solve", tmp_path / "p.qcf", "-o", tmp_path / "s.qsf", *FAST)[0] == 0
         read = qsf.parse_qsf((tmp_path / "s.qsf").read_bytes())
         assert np.array_equal(read.records["energy"], models.energies(problem, read.bits))
+
+
+def test_work_that_is_no_longer_waited_for_does_not_hold_up_the_end(environment):
+    """As HiGHS at a time limit; what was printed is there."""
+    code = """
+import threading
+from qstereo_bridge import __main__, cli
+threading.Thread(target=threading.Event().wait).start()
+cli.main = lambda: print("done") or 3
+__main__.run()"""
+    found = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, timeout=WHILE
+    )
+    assert (found.returncode, found.stdout, found.stderr) == (3, b"done\n", b"")

@@ -12,12 +12,11 @@ import time
 
 import pytest
 from job_tools import (  # noqa: F401
-    LEAST, SERVICES, WHILE, begin, best, child, collect, few_retries, hurry, kill,
+    LEAST, SERVICES, WHILE, begin, best, collect, few_retries, hurry, kill,
     names, sent, service, solve, until)
 from problems import all_states, grid, pack_qcf
 from service import TOKEN
 from qstereo_bridge import models, qsf
-from qstereo_bridge.output import Output
 
 
 @pytest.mark.parametrize("solver", SERVICES)
@@ -142,10 +141,9 @@ def frames(tmp_path):
     return problems
 
 
-@pytest.mark.parametrize("jobs_at_once", [1, 3])
-def test_many(jobs_at_once, frames, service, tmp_path, main):
+def test_many(frames, service, tmp_path, main):
     arguments = ("solve", *sorted(tmp_path.glob("frame*.qcf")), "--out-dir", tmp_path / "out",
-                 "--solver", "hybrid-bqm", "--jobs", jobs_at_once)
+                 "--solver", "hybrid-bqm")
     status, out, err = main(*arguments)
     assert ((status, err) == (0, "") and out.count("\n") == 5 and "[5/5]" in out
             and len(service.problems) == 5)
@@ -180,78 +178,6 @@ def test_one_of_many_fails(frames, service, tmp_path, main):
             and len(names(tmp_path / "out")) == 5 and len(service.problems) == 5)
 
 
-@pytest.fixture
-def begin_all(processes, frames, service, environment, tmp_path):
-    """Starts the command on five problems; gives its process when so many of them are sent."""
-    def start(at_once, count, **more):
-        service.pending = math.inf
-        arguments = ["solve", *map(str, sorted(tmp_path.glob("frame*.qcf"))), "--out-dir",
-                     str(tmp_path / "out"), "--solver", "hybrid-bqm", "--jobs", str(at_once)]
-        process = processes.Process(target=child, args=(arguments, environment,
-                                                        str(tmp_path / "stderr")), kwargs=more,
-                                    daemon=True)
-        process.start()
-        until(lambda: sum(map(sent, tmp_path.glob("out/*.job"))) == count)
-        return process
-    return start
-
-
-def test_nothing_is_sent_after_ctrl_c(begin_all, service):
-    """Threads whose problem is cancelled would go on to the next one, if they went on."""
-    process = begin_all(2, 2)
-    service.fail("DELETE", "^problems", lambda: print(service.closed.wait(0.3)), times=99)
-    os.kill(process.pid, signal.SIGINT)
-    process.join(WHILE)
-    assert (process.exitcode == 130 and len(service.problems) == 2 and all(problem.cancelled
-        for problem in service.problems.values()))
-
-
-def test_ctrl_c_has_one_deadline_for_all(begin_all, service, tmp_path):
-    """A service that hangs holds up the end once, not once for each problem and question; the jobs
-    stay."""
-    process, asked = begin_all(5, 5, deadline=2), []
-    service.fail("GET", r"^problems/$", lambda: (asked.append(1), service.closed.wait()), times=999)
-    os.kill(process.pid, signal.SIGINT)
-    process.join(WHILE)
-    assert process.exitcode == 130
-    # One question for each, at the same time: none of them is answered. The client's own may be one
-    # more.
-    assert len(asked) <= 5 + 5
-    assert ((tmp_path / "stderr").read_text().count(
-        "the problem is at the service; `qstereo-bridge collect") == 5)
-    assert names(tmp_path / "out") == [f"frame{i}.qsf.job" for i in range(5)]
-
-
-def test_ctrl_c_cancels_many_at_once(begin_all, service, tmp_path):
-    """No cancellation is answered before all have come."""
-    process, all_here = begin_all(5, 5), threading.Barrier(5, timeout=WHILE)
-    service.fail("DELETE", "^problems", lambda: print(all_here.wait()), times=99)
-    os.kill(process.pid, signal.SIGINT)
-    process.join(WHILE)
-    assert (process.exitcode == 130 and all(problem.cancelled
-                                            for problem in service.problems.values())
-            and names(tmp_path / "out") == [])
-
-
-def test_no_temporary_after_a_signal(tmp_path, monkeypatch):
-    """A thread that still runs makes none; whatever it was about to do, it stays there."""
-    monkeypatch.setattr(Output, "pending", set())
-    monkeypatch.setattr(Output, "stopping", False)
-    at_work = Output(str(tmp_path / "at-work.qsf"))
-    late = Output(str(tmp_path / "late.qsf"))
-    Output.abandon()
-
-    def quietly(step):
-        with contextlib.suppress(OSError):
-            step()
-    for step in (lambda: Output(str(tmp_path / "new.qsf")), lambda: at_work.write(b"x"), late.keep):
-        thread = threading.Thread(target=quietly, args=(step,), daemon=True)
-        thread.start()
-        thread.join(0.3)
-        assert thread.is_alive() and names(tmp_path) == []
-    monkeypatch.undo()
-
-
 def test_output_of_many_that_is_a_folder(frames, service, tmp_path, main):
     (tmp_path / "out" / "frame1.qsf").mkdir(parents=True)
     status, out, err = main("solve", *sorted(tmp_path.glob("frame*.qcf")), "--out-dir",
@@ -270,7 +196,7 @@ def test_many_sent_as_json(frames, service, tmp_path, main):
 
 def test_many_here(frames, tmp_path, main):
     status, out, err = main("solve", *tmp_path.glob("frame*.qcf"), "--out-dir", tmp_path / "out",
-                            "--solver", "exact", "--jobs", 2)
+                            "--solver", "exact")
     assert (status, err) == (0, "") and out.count("proven optimal") == 5
 
 

@@ -2,7 +2,6 @@
 back, limits, messages."""
 
 import base64
-import hashlib
 import io
 import json
 import math
@@ -18,7 +17,7 @@ import pytest
 from dwave.optimization import Model
 from problems import Table, Toeplitz, all_states, grid, make, pack_qcf, random_problem
 from service import TOKEN
-from qstereo_bridge import cli, hybrid, models, qsf, qpu, remote, services, solvers, text
+from qstereo_bridge import cli, hybrid, models, qsf, qpu, services, solvers, text
 
 HYBRIDS = ["hybrid-bqm", "hybrid-cqm", "hybrid-nl"]
 SERVICES = ["qpu", *HYBRIDS]
@@ -218,15 +217,6 @@ def test_broken_chains_are_mended_by_majority():
             and answer.occurrences.tolist() == [3, 2, 1])
 
 
-def test_fast_anneal_is_read_relative_to_its_own_variable():
-    problem = make([1, 1], [], [], [1, 2], [(0, 0)] * 2)
-    job = SimpleNamespace(chains=[[0], [1], [2]], warnings=[], chip=None, embedding={},
-                          parameters={"chain_strength": 1})
-    answer = qpu.Qpu(problem, None).decode(one_future([(1, -1, 1), (1, -1, -1), (-1, -1, -1)],
-                                                      [0, 1, 2]), job)
-    assert answer.bits.tolist() == [[1, 0], [0, 1], [1, 1]]
-
-
 def test_broken_chains_reach_the_samples_file(solve, service, tmp_path):
     """Every qubit of the answer at random: chains of more than one qubit break."""
     class Random:
@@ -261,34 +251,6 @@ def test_ocean_has_the_warnings_that_we_put_into_words():
     assert set(qpu.WARNINGS) == named
 
 
-def test_fast_anneal_has_no_linear_terms(solve, service, tmp_path):
-    status, out, _ = solve("qpu", "--fast-anneal", "--annealing-time", 0.01, "--json")
-    job = sent(service)[1]
-    h = np.frombuffer(base64.b64decode(job["data"]["lin"]), "<f8")
-    assert status == 0 and np.nanmax(np.abs(h)) == 0 and job["params"]["fast_anneal"] is True
-    assert json.loads(out)["best_energy"] == least(SMALL)
-
-
-def test_reverse_annealing(solve, service, tmp_path, main):
-    solve("hybrid-nl")
-    (tmp_path / "s.qsf").rename(tmp_path / "s0.qsf")
-    start = solved(tmp_path / "s0.qsf")
-    status, _, _ = solve("qpu", "--reverse-from", tmp_path / "s0.qsf", "--annealing-time", 40)
-    params = sent(service)[1]["params"]
-    assert (status == 0 and params["anneal_schedule"] == [[0, 1], [10, 0.45], [30, 0.45], [40, 1]]
-            and "annealing_time" not in params)
-    state = np.array(params["initial_state"])
-    best = start.bits[start.records["energy"].argmin()]
-    assert (set(state.tolist()) <= {-1, 1, 3} and (state == 1).sum() >= best.sum()
-            and (state != 3).sum() >= 12)
-    info = solved(tmp_path / "s.qsf").info
-    assert (info["parameters"]["reverse_from"] == "s0.qsf"
-            and "initial_state" not in info["parameters"])
-    other = grid(2, 2, 3, seed=1)
-    status, _, err = solve("qpu", "--reverse-from", tmp_path / "s0.qsf", problem=other)
-    assert status == 3 and "not of this problem" in err and len(service.problems) == 2
-
-
 def test_embedding_of_the_user(solve, service, tmp_path):
     from qstereo_bridge import embedding
     with services.connect("qpu") as session:
@@ -309,11 +271,6 @@ def test_embedding_of_the_user(solve, service, tmp_path):
     status, _, err = solve("qpu", "--embedding", tmp_path / "e.json")
     assert status == 3 and err.count("e.json") == 1 and "no embedding file" in err
     assert solve("qpu", "--embedding", tmp_path / "none.json")[0] == 4
-    (tmp_path / "e.json").write_text(found.to_json())
-    status, _, err = solve("qpu", "--embedding", tmp_path / "e.json", "--fast-anneal",
-                           "--annealing-time", 5)
-    assert (status == 3 and "--fast-anneal needs an embedding of its own" in err
-            and "leave --embedding out" in err and err.count("e.json") == 1)
 
 
 def test_chip_of_the_solver_is_that_of_the_topology(service):
@@ -450,37 +407,6 @@ def test_copies_are_looked_for_once(solve, monkeypatch, tmp_path):
     assert list(run()) == before
 
 
-def test_copies_beside_the_embedding_of_the_user(solve, service, tmp_path):
-    """One that would not be found."""
-    from qstereo_bridge import embedding
-    with services.connect("qpu") as session:
-        chip = embedding.Chip.of_solver(session.solver)
-    found = embedding.find_copies(embedding.Source.of(SMALL), chip, 2,
-                                  embedding.find(embedding.Source.of(SMALL), chip))
-    found = embedding.find(embedding.Source.of(SMALL), chip.without([qubit
-        for chain in found.chains.values() for qubit in chain]), 7)
-    (tmp_path / "e.json").write_text(found.to_json())
-    assert solve("qpu", "--embedding", tmp_path / "e.json", "--copies", 3)[0] == 0
-    parts, _ = parts_sent(service)
-    assert (len(parts) == 3 and {qubit for chain in found.chains.values()
-                                 for qubit in chain} in parts)
-
-
-def test_copies_of_fast_and_reverse_anneals(solve, service, tmp_path, main):
-    assert (solve("qpu", "--num-reads", 10, "--copies", 3, "--fast-anneal", "--annealing-time",
-                  0.01)[0] == 0)
-    read = solved(tmp_path / "s.qsf")
-    assert (len(parts_sent(service)[0]) == 3 and len(read.records) == 30
-            and read.records["energy"].min() == least(SMALL))
-    (tmp_path / "s.qsf").rename(tmp_path / "s0.qsf")
-    assert solve("qpu", "--copies", 3, "--reverse-from", tmp_path / "s0.qsf")[0] == 0
-    state, best = (sent(service)[1]["params"]["initial_state"],
-                   read.bits[read.records["energy"].argmin()])
-    parts, h = parts_sent(service)
-    assert {qubit for qubit, spin in enumerate(state) if spin != 3} == set().union(*parts)
-    assert all(sum(state[qubit] == 1 for qubit in part) >= best.sum() for part in parts)
-
-
 def test_copies_are_collected(solve, tmp_path, main):
     assert solve("qpu", "--num-reads", 10, "--copies", 3, "--no-wait")[0] == 0
     assert (main("collect", tmp_path / "s.qsf.job")[0] == 0
@@ -500,15 +426,6 @@ def test_dry_run_says_copies(solve, problem_file, main, service):
 
 
 # Limits: nothing is sent.
-
-
-def a_sample(tmp_path):
-    """A samples file of tiny.qcf, beside the test's folder."""
-    path, digest = (tmp_path.parent / f"{tmp_path.name}.qsf",
-                    hashlib.sha256((tmp_path / "tiny.qcf").read_bytes()).digest())
-    records = np.array([(0, 1, qsf.NO_CHAINS)], qsf.RECORD)
-    path.write_bytes(qsf.pack_qsf(qsf.Samples(digest, "x", records, np.zeros((1, 12), np.uint8))))
-    return path
 
 
 @pytest.mark.parametrize("solver, name, properties, options, said",
@@ -538,16 +455,10 @@ def a_sample(tmp_path):
                            "12 variables do not fit on a chip of 1 qubits"),
                           ("qpu", "Advantage2_mock", {}, ["--copies", 29],
                            "29 copies of 12 variables do not fit on a chip of 336 qubits"),
-                          ("qpu", "Advantage2_mock", {"parameters": {"num_reads": ""}},
-                           ["--fast-anneal", "--annealing-time", 1], "no fast anneal"),
-                          ("qpu", "Advantage2_mock", {"parameters": {"num_reads": ""}},
-                           ["--reverse-from", "x.qsf"], "no reverse annealing"),
                           ("qpu", "Advantage2_mock", {"problem_run_duration_range": [0, 1e6]},
                            ["--num-reads", 10000, "--annealing-time", 2000], "allows 1 s"),
-                          ("qpu", "Advantage2_mock", {"problem_run_duration_range": [0, 1e6]},
-                           ["--num-reads", 10000, "--annealing-time", 2000, "--reverse-from", "S0"],
-                           "allows 1 s"), ("qpu", "hybrid_nl_solver", {},
-                                           ["--solver-name", "hybrid_nl_solver"], "no such solver"),
+                          ("qpu", "hybrid_nl_solver", {},
+                           ["--solver-name", "hybrid_nl_solver"], "no such solver"),
                           ("hybrid-nl", "hybrid_bqm_solver", {},
                            ["--solver-name", "hybrid_bqm_solver"], "is not a solver for hybrid-nl"),
                           ("hybrid-nl", "hybrid_bqm_solver", {}, ["--solver-name", "nothing"],
@@ -556,7 +467,6 @@ def test_limits(solver, name, properties, options, said, solve, service, tmp_pat
     """What `solve` refuses, the dry run says does not fit; where there is no such solver to ask it
     fails alike."""
     service.solvers[name]["properties"].update(properties)
-    options = [a_sample(tmp_path) if option == "S0" else option for option in options]
     status, out, err = solve(solver, *options)
     assert (status, out) == (5, "") and said in err and err.count("\n") == 1
     dry_run = "solve", tmp_path / "tiny.qcf", "--solver", solver, "--dry-run", *options
@@ -619,15 +529,12 @@ def test_token_that_is_not_accepted(solve, service, monkeypatch):
     assert status == 5 and "does not accept the token" in err and "dwave config create" in err
 
 
-def test_refused_by_the_solver(solve, service):
+def test_refused_by_the_solver(solve, service, monkeypatch):
     """The published range of reads says one thing, the service another."""
     service.solvers["Advantage2_mock"]["properties"]["num_reads_range"] = [1, 10]
-    real, service_range = qpu._outside, service.solvers["Advantage2_mock"]["properties"]
-    try:
-        qpu._outside = lambda *arguments: None
+    with monkeypatch.context() as patch:
+        patch.setattr(qpu.Qpu, "refusal", lambda *arguments: None)
         status, _, err = solve("qpu", "--num-reads", 11)
-    finally:
-        qpu._outside = real
     assert (status == 5 and "refuses the problem: num_reads must be in range [1, 10]" in err
             and not service.problems)
 
@@ -681,7 +588,7 @@ def test_tokens_of_the_configuration_are_left_out(monkeypatch, tmp_path):
 def test_list_of_solvers(main, service):
     service.solvers["hybrid_nl_solver"]["status"] = "OFFLINE"
     status, out, err = main("solvers")
-    assert ((status, err) == (0, "") and "zephyr:3" in out and "2,000,000 nodes" in out
+    assert ((status, err) == (0, "") and "zephyr:3" in out and "2000000 nodes" in out
             and "OFFLINE" in out)
     found = {one["name"]: one for one in json.loads(main("solvers", "--json")[1])["solvers"]}
     assert ({name: one["kind"] for name, one in found.items()} == {"Advantage2_mock": "qpu",
@@ -714,7 +621,7 @@ def test_dry_run_with_an_account_goes_by_the_solver(solver, problem_file, main, 
 def planning(solver, problem, **options):
     options = SimpleNamespace(**{**cli.SOLVERS[solver].options, "solver": solver,
                                  "memory_limit": 1 << 33, **options})
-    return cli.SOLVERS[solver].run(solver, problem, options).plan(hybrid.PUBLISHED.get(solver))
+    return cli.SOLVERS[solver].run(solver, problem, options).plan(hybrid.PUBLISHED[solver])
 
 
 @pytest.mark.parametrize("dense", [False, True])
@@ -739,15 +646,14 @@ def test_plans_agree_with_the_models(dense):
                                             for count in (4577, bqm.num_interactions)))
 
 
-@pytest.mark.parametrize("options", [[], ["--copies", 3], ["--fast-anneal", "--annealing-time", 5],
-                                     ["--embedding", "E"], ["--num-reads", 2000, "--annealing-time",
-                                                            70], ["--reverse-from", "S0",
-    "--annealing-time", 40]])
+@pytest.mark.parametrize("options", [[], ["--copies", 3], ["--embedding", "E"],
+                                     ["--num-reads", 2000, "--annealing-time", 70],
+                                     ["--param", "anneal_schedule=[[0, 0], [40, 1]]"]])
 def test_dry_run_of_a_known_embedding_is_exact(options, solve, service, tmp_path, main,
                                                monkeypatch):
     """Upload and charge are those of the problem that is sent, the charge by Ocean's own estimate
     of the parameters that were sent."""
-    files = {"S0": a_sample(tmp_path), "E": tmp_path.parent / f"{tmp_path.name}.json"}
+    files = {"E": tmp_path.parent / f"{tmp_path.name}.json"}
     main("embed", tmp_path / "tiny.qcf", "--topology", "zephyr:3", "-o", files["E"])
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path.parent / f"{tmp_path.name}.cache"))
     options = [files.get(option, option) for option in options]
@@ -775,12 +681,7 @@ def test_dry_run_of_a_known_embedding_is_exact(options, solve, service, tmp_path
 
 def test_dry_run_looks_at_the_files_that_it_is_given(problem_file, tmp_path, main, service):
     dry_run = "solve", problem_file, "--solver", "qpu", "--dry-run"
-    sample = a_sample(tmp_path)
-    assert (main(*dry_run, "--reverse-from", tmp_path / "none.qsf")[0] == main(*dry_run,
-        "--embedding", tmp_path / "none.json")[0] == 4)
-    problem_file.write_bytes(pack_qcf(grid(2, 2, 3, seed=1)))
-    status, out, err = main(*dry_run, "--reverse-from", sample)
-    assert (status, out) == (3, "") and "not of this problem" in err
+    assert main(*dry_run, "--embedding", tmp_path / "none.json")[0] == 4
 
 
 @pytest.mark.parametrize("solver, options, said", [("hybrid-bqm", {"time_limit": 1},
@@ -836,17 +737,40 @@ def test_plan_of_repeated_pairs():
                     {"weight": -1, "h": 2}], [0] * 3, [(0, 0)] * 3)
     assert planning("qpu", problem)["quadratic_terms"] == 1
 
+def reversed_reads(problem, flips):
+    """What the decoder makes of a read of all spins up, in copies with these flips."""
+    n = problem.linear.size
+    job = SimpleNamespace(chains=[[q] for q in range(len(flips) * n)], warnings=[], chip=None,
+                          embedding={"copies": len(flips)}, parameters={"chain_strength": 1},
+                          flips=flips)
+    return qpu.Qpu(problem, None).decode(one_future([(1,) * len(flips) * n],
+                                                    range(len(flips) * n)), job).bits.tolist()
 
-def test_configured(monkeypatch, tmp_path):
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
-    assert not services.configured()
-    monkeypatch.delenv("DWAVE_CONFIG_FILE")
-    monkeypatch.chdir(tmp_path)
-    assert not services.configured()
-    (tmp_path / "dwave").mkdir()
-    (tmp_path / "dwave" / "dwave.conf").touch()
-    assert services.configured()
-    monkeypatch.setenv("DWAVE_CONFIG_FILE", "/dev/null")
-    assert not services.configured()
-    monkeypatch.setenv("DWAVE_API_TOKEN", TOKEN)
-    assert services.configured() and remote.WANTED.keys() == set(SERVICES)
+
+def test_spin_reversals_are_undone():
+    problem = make([1, 1], [], [], [1, 2], [(0, 0)] * 2)
+    assert reversed_reads(problem, [[0, 0], [0, 1], [1, 0]]) == [[1, 1], [1, 0], [0, 1]]
+
+
+@pytest.mark.parametrize("options", [["--spin-reversals", 1],
+                                     ["--spin-reversals", 3, "--copies", 3]])
+def test_spin_reversals_of_the_annealer_are_one_request(options, solve, service, tmp_path, main):
+    """The fields that are sent have other signs; the samples are of the problem that was asked."""
+    solve("qpu", "--seed", 1)
+    plain = json.loads(json.dumps(sent(service)[1]["data"]))
+    status, out, _ = solve("qpu", "--num-reads", 20, "--seed", 1, "--json", *options)
+    read = solved(tmp_path / "s.qsf")
+    assert status == 0 and len(service.problems) == 2 and sent(service)[1]["data"] != plain
+    assert json.loads(out)["best_energy"] == least(SMALL)
+    assert (read.records["energy"] == models.energies(SMALL, read.bits)).all()
+    assert (read.info["parameters"]["spin_reversals"] == options[1]
+            and "spin_reversals" not in sent(service)[1]["params"])
+    assert solve("qpu", "--no-wait", *options)[0] == 0
+    assert main("collect", tmp_path / "s.qsf.job", "--json")[0] == 0
+    assert solved(tmp_path / "s.qsf").records["energy"].min() == least(SMALL)
+
+
+def test_spin_reversals_that_would_be_charged_more_than_once(solve, service):
+    status, _, err = solve("qpu", "--spin-reversals", 4)
+    assert status == 5 and "--copies 4" in err and "each of which is charged" in err
+    assert not service.problems

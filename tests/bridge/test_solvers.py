@@ -227,7 +227,7 @@ def test_any_sampler(sampler, more, problem_file, tmp_path, main):
         ),
         (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=-5"], 5, "fails"),
         (["--param", "x=1"], 2, "anneal does not take --param"),
-        (["--spin-reversals", 2], 2, "only these do: MODULE:CLASS"),
+        (["--spin-reversals", 2], 2, "only these do: qpu, MODULE:CLASS"),
     ],
 )
 def test_samplers_that_refuse(more, status, said, problem_file, tmp_path, main):
@@ -268,3 +268,21 @@ def test_qsf_holds_halves_of_surrogate_pairs():
         )
     )
     assert qsf.parse_qsf(data).info == {"chip": "?"}
+
+
+class Terse(dimod.ExactSolver):
+    """Names only some of its parameters, as openjij's samplers do."""
+
+    parameters = {"beta": []}
+
+    def sample(self, bqm, beta=None, num_reads=1, **more):
+        return super().sample(bqm).truncate(num_reads)
+
+
+def test_parameters_that_only_the_method_names(problem_file, tmp_path, main, monkeypatch):
+    monkeypatch.setattr(dimod, "Terse", Terse, raising=False)
+    solve = "solve", problem_file, "-o", tmp_path / "s.qsf", "--solver", "dimod:Terse"
+    assert main(*solve, "--num-reads", 3, "--param", "beta=2")[0] == 0
+    assert qsf.parse_qsf((tmp_path / "s.qsf").read_bytes()).bits.shape[0] == 3
+    status, _, err = main(*solve, "--seed", 3)
+    assert status == 2 and "does not take the parameter seed, only beta, num_reads" in err

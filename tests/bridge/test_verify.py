@@ -9,7 +9,8 @@ from hashlib import sha256
 import numpy as np
 import pytest
 from problems import altered, grid, pack_qcf
-from qstereo_bridge import container, qpf, qsf
+from qstereo_bridge import container, qsf
+from qstereo_bridge import verify as qpf
 from qstereo_bridge.verify import verify
 
 SCALE = 4

@@ -273,3 +273,39 @@ def test_a_window_inside_the_picture(tmp_path):
     expected = np.zeros((7, 12), int)
     expected[2:5, 5:9] = 8 * chosen
     assert (read_pnm((tmp_path / "m.pgm").read_bytes())[0] == expected).all()
+
+
+@pytest.mark.parametrize("palette", ["turbo", "viridis"])
+def test_palettes_and_the_bar(tmp_path, palette):
+    """The colours of a map of many disparities are those of matplotlib."""
+    import matplotlib
+
+    *_, left, right = random_pair(tmp_path, 64, 40)
+    paths = left, right
+    line = ["match", *paths, "-o", tmp_path / "m.pfm", "--disparity", "3:18", "--solver", "icm"]
+    line += ["--color", "--palette", palette]
+    succeed(*line)
+    plain, _ = read_pnm((tmp_path / "m.color.ppm").read_bytes())
+    succeed(*line, "--scale-bar")
+    barred, _ = read_pnm((tmp_path / "m.color.ppm").read_bytes())
+    values = read_pfm((tmp_path / "m.pfm").read_bytes())
+    shown = np.isfinite(values)
+    wanted = matplotlib.colormaps[palette]((values[shown] - 3) / 15)[:, :3] * 255
+    assert shown.sum() == 40 * 46 and len(np.unique(values[shown])) == 16
+    assert np.abs(plain[shown] - wanted).max() <= 4
+    assert not plain[~shown].any()
+    assert barred.shape == (40, 64 + 68, 3) and np.array_equal(barred[:, :64], plain)
+    bar = barred[::-1, 64 + 6 : 64 + 18]
+    assert (bar == bar[:, :1]).all()
+    wanted = matplotlib.colormaps[palette](np.linspace(0, 1, 40))[:, :3] * 255
+    assert np.abs(bar[:, 0] - wanted).max() <= 4
+    white = (barred[:, 64 + 18 :] == 255).all(axis=2)
+    ticks = white[:, :4].all(axis=1)
+    assert ticks[0] and ticks[39] and ticks.sum() == 2  # 18 above, 3 below
+    digits = ["".join(".#"[int(dot)] for dot in row[6:14:2]) for row in white[30:40:2]]
+    assert digits == ["###.", "..#.", "###.", "..#.", "###."]  # the 3 of --disparity 3:18
+
+
+def test_a_bar_goes_with_colours(folder, solved):
+    done = run("decode", solved.problem, solved.samples, "-o", folder / "m.pgm", "--scale-bar")
+    assert done.status == 2 and "--scale-bar goes with a map in colours: add --color" in done.err

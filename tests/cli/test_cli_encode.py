@@ -507,7 +507,7 @@ USAGE = {
     "roi garbage": (["--roi", "1,2,3"], "X,Y,W,H"),
     "roi empty": (["--roi", "0,0,0,4"], "X,Y,W,H"),
     "roi negative": (["--roi", "-1,0,2,2"], "X,Y,W,H"),
-    "cost": (["--cost", "ssd"], "it can be: ad"),
+    "cost": (["--cost", "ssd"], "with the names ad, sd, bt, or census:WxH"),
     "smoothness": (
         ["--smoothness", "pots"],
         "did you mean potts? It can be: potts linear quadratic",
@@ -539,11 +539,12 @@ USAGE = {
     "truncation": (["--truncation", "0", "--smoothness", "linear"], "whole number from 1"),
     "sparse quadratic": (
         ["--encoding", "one-hot-sparse", "--smoothness", "quadratic"],
-        "--encoding one-hot-sparse cannot hold quadratic smoothness, but these can: one-hot",
+        "--encoding one-hot-sparse cannot hold quadratic smoothness, but these can: one-hot, "
+        "domain-wall",
     ),
-    "wall quadratic": (
-        ["--encoding", "domain-wall", "--smoothness", "quadratic", "--truncation", "4"],
-        "cannot hold quadratic truncated at 4 smoothness, but these can: one-hot",
+    "multiway quadratic": (
+        ["--encoding", "multiway-cut", "--smoothness", "quadratic", "--truncation", "4"],
+        "cannot hold quadratic truncated at 4 smoothness, but these can: one-hot, domain-wall",
     ),
     "multiway linear": (
         ["--encoding", "multiway-cut", "--smoothness", "linear", "--truncation", "2"],
@@ -716,3 +717,10 @@ def test_overflow(folder, options):
     assert "overflow" in done.err and "--lambda" in done.err
     assert [path.name for path in folder.iterdir()] == ["p.qcf"]
     assert (folder / "p.qcf").read_text() == "as it was"
+
+
+@pytest.mark.parametrize("smoothness, grows", [("quadratic", True), ("linear", False)])
+def test_walls_of_many_labels_say_that_kappa_grows(tmp_path, pair, smoothness, grows):
+    encode(pair, tmp_path / "p.qcf", "--encoding", "domain-wall", "--disparity", "0:4",
+           "--smoothness", smoothness, "--truncation", "3")
+    assert (b"kappa grows" in run("info", tmp_path / "p.qcf").out) == grows

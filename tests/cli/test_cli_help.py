@@ -8,7 +8,8 @@ import pytest
 from cli_tools import LONG, QSTEREO, ROOT, has_opencv, run, succeed
 
 COMMANDS = ["encode", "reduce", "info", "solve", "validate", "verify", "decode", "score", "match",
-            "compare", "restore", "label", "segment", "flow", "register", "detect"]
+            "rectify", "depth", "compare", "restore", "label", "segment", "flow", "register",
+            "detect"]
 MAN = (ROOT / "docs" / "qstereo.1").read_text()
 
 
@@ -25,7 +26,7 @@ def options_in_help(command):
     for row in re.split(r"\n(?=  (?:-\w, |    )--)", section)[1:]:
         row = " ".join(row.split())
         name, argument = re.match(
-            r"(?:-\w, )?--([\w.-]+)(?: ([A-Z]\S*|\S+\.q[cps]f))? ", row
+            r"(?:-\w, )?--([\w.-]+)(?: ([A-Z]\S*(?: RIGHT2)?|\S+\.q[cps]f))? ", row
         ).groups()
         found[name] = (argument or "", (re.findall(r"\(default (.*?)\)$", row) or [""])[0])
     return found
@@ -36,7 +37,7 @@ def options_in_man(command):
     plain = re.sub(r"\\f[BIR]", "", section).replace("\\-", "-")
     found = {}
     for line, text in re.findall(r"^\.TP\n(.*)\n((?:(?!\.TP|\.P|\.S).*\n)*)", plain, re.M):
-        name, argument = re.match(r"(?:-\w, )?--([\w.-]+)(?: (\S+))?$", line).groups()
+        name, argument = re.match(r"(?:-\w, )?--([\w.-]+)(?: (\S+(?: RIGHT2)?))?$", line).groups()
         found[name] = (
             argument or "",
             (re.findall(r"\(default (.*?)\)\.?$", text.replace("\n", " ").strip()) or [""])[0],
@@ -127,11 +128,13 @@ def test_completion_of_bash(tmp_path):
     (tmp_path / "p.qcf").touch()
     assert completed_by_bash(tmp_path, "qstereo", "info", "p") == ["p.qcf"]
     assert completed_by_bash(tmp_path, "qstereo", "solve", "-o", "p") == ["p.qcf"]
-    for option in ("--solver", "--encoding", "--smoothness", "--penalty", "--cost"):
+    for option in ("--solver", "--encoding", "--smoothness", "--penalty"):
         offered = completed_by_bash(tmp_path, "qstereo", "match", option, "")
         command = "solve" if option == "--solver" else "encode"
         listed = run(command, "l", *["r"] * (command == "encode"), "-o", "o", option, "x").err
         assert " ".join(offered) in listed.split("it can be: ")[1]
+    offered = completed_by_bash(tmp_path, "qstereo", "match", "--preset", "")
+    assert offered == ["paper", "accurate", "fast"]
     for command in COMMANDS:
         offered = completed_by_bash(tmp_path, "qstereo", command, "-")
         assert {word[2:] for word in offered if word[:2] == "--"} == set(options_in_help(command))

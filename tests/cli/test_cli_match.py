@@ -34,6 +34,17 @@ KEYS = {
     "map",
     "color_map",
 }
+SETTINGS = {
+    "preset",
+    "cost",
+    "contrast",
+    "border",
+    "smoothness",
+    "truncation",
+    "lambda",
+    "disparity_step",
+    "after",
+}
 
 
 def match(paths, output, *options):
@@ -77,9 +88,9 @@ def test_the_same_as_the_three_commands(tmp_path, folder, pair, options, solver)
     facts = match(pair.paths, folder / "m.pgm", *options, *search, "--scale", "5", "--color")
     for name in ("m.pgm", "m.color.ppm"):
         assert (folder / name).read_bytes() == (tmp_path / name).read_bytes()
-    assert set(facts) == KEYS
+    assert set(facts) == KEYS | SETTINGS
     for of in (solved, decoded, facts):
-        for key in ("seconds", "map", "color_map"):
+        for key in ("seconds", "map", "color_map", *SETTINGS):
             of.pop(key, None)
     assert facts == solved | decoded
     assert sorted(path.name for path in folder.iterdir()) == ["m.color.ppm", "m.pgm"]
@@ -104,7 +115,7 @@ def test_the_errors_are_those_of_score(folder, pair, truth):
                 "score", folder / "m.pgm", truth, "--scale", scale, "--truth-scale", "16", "--json"
             ).out
         )
-        assert set(scored) == KEYS | set(alone)
+        assert set(scored) == KEYS | SETTINGS | set(alone)
         assert alone == pytest.approx({key: scored[key] for key in alone}, rel=1e-12)
 
 

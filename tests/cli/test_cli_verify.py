@@ -49,6 +49,7 @@ def test_of_a_solver(folder, solver):
     said = solve(folder, "--solver", solver)
     done, facts = verify(folder)
     assert (done.status, done.err) == (0, "")
+    stages = facts.pop("stages")
     assert facts == {
         "schema": 1,
         "valid": True,
@@ -56,8 +57,8 @@ def test_of_a_solver(folder, solver):
         "energy": said["energy"],
         "lower_bound": said["lower_bound"],
         "proven_optimal": said["proven_optimal"],
-        "stages": 1,
     }
+    assert stages == 1 if solver == "trws" else stages > 1  # labels leave on the way
     text = run("verify", folder / "p.qcf", folder / "s.qsf", folder / "c.qpf").out.decode()
     assert text.startswith("valid: energy ")
 
@@ -120,7 +121,7 @@ def test_of_a_reduction(folder, encoding):
 def test_a_label_that_has_left_without_proof(folder):
     done = run("reduce", folder / "p.qcf", "-o", folder / "small.qcf")
     assert done.status == 0, done.err
-    solve(folder)  # a certificate by which no label leaves
+    solve(folder, "--solver", "trws")  # a certificate by which no label leaves
     done, facts = verify(folder, "small.qcf")
     assert (done.status, facts["valid"]) == (1, False)
     assert "has left the reduced problem" in facts["why"]

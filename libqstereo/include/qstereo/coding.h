@@ -29,7 +29,8 @@ typedef enum qs_encoding {
      *     weight * (T - sum_{|d-e|<T} (T - |d - e|) x_pd x_qe). */
     QS_ONE_HOT_SPARSE = 2,
     /* u_pi = 1 where the label of site p is at least i: k - 1 variables a site
-     * (Chancellor 2019). Potts and linear, truncated or not. */
+     * (Chancellor 2019). Holds every V; where it is neither Potts nor linear,
+     * the penalty grows with the number of labels left to the sites. */
     QS_DOMAIN_WALL = 3,
     /* One-hot, and a terminal with k variables for each label: sites * k + k^2
      * variables. Potts. (Heidari, Dinneen and Delmas 2022.) */
@@ -60,7 +61,7 @@ typedef enum qs_penalty {
      *     one-hot         a = W + gap, b = a + gap
      *     one-hot-sparse  a = gap, b = a + W + gap; of linear costs
      *                     b = a + R w + gap, R = max_d sum_e max(0, T - |d-e|)
-     *     domain-wall     kappa = max_d theta(d) + W + gap (of linear costs
+     *     domain-wall     kappa = max_d theta(d) + W + gap (of other costs
      *                     see docs/MATHS.md) */
     QS_PENALTY_LOCAL = 0,
     /* The paper's alpha, one for all sites: a = alpha, b = 2 alpha, with alpha
@@ -107,7 +108,8 @@ typedef enum qs_repair {
     QS_REPAIR_BY_FLIPS,
     QS_REPAIR_BY_LABEL_ORDER,
     QS_REPAIR_SITE_BY_SITE,
-    QS_REPAIR_BY_THRESHOLDS
+    QS_REPAIR_BY_THRESHOLDS,
+    QS_REPAIR_BY_CHOICE
 } qs_repair;
 
 /* A row of the table of encodings. */

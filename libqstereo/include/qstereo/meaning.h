@@ -12,7 +12,8 @@ extern "C" {
 
 /* Label j stands for ... The values are those of the file. */
 typedef enum qs_meaning_kind {
-    QS_MEANS_DISPARITY = 0, /* a disparity of frame.first + j pixels */
+    QS_MEANS_DISPARITY = 0, /* a disparity of frame.first + j pixels, or, where
+                               unit is not 0, of (frame.first + j) / unit */
     QS_MEANS_NUMBER = 1, /* the number j itself */
     QS_MEANS_GREY = 2, /* the grey j * step */
     QS_MEANS_CLASS = 3, /* class frame.first + j */
@@ -22,7 +23,7 @@ typedef enum qs_meaning_kind {
 
 #define QS_MEANING_KINDS 6 /* kinds 0 .. QS_MEANING_KINDS - 1 */
 
-/* Zero = disparities. A displacement is
+/* Zero = disparities in whole pixels. A displacement is
  *
  *     dx = (x + j % columns) / unit,  dy = (y + j / columns) / unit  pixels,
  *
@@ -32,9 +33,10 @@ typedef struct qs_meaning {
     qs_meaning_kind kind;
     uint32_t step; /* grey: between labels, displacement: pixels between cells;
                       1 .. 65535. Else 0 */
-    /* Of displacements, else 0. */
-    uint32_t columns; /* 1 .. 65535 */
-    uint32_t unit; /* parts of a pixel, 1 .. 65535 */
+    uint32_t columns; /* of displacements 1 .. 65535, else 0 */
+    uint32_t unit; /* parts of a pixel: of displacements 1 .. 65535, of
+                      disparities 2 .. 65535 or 0 = whole pixels. Else 0 */
+    /* Of displacements, else 0: */
     int32_t x, y; /* of label 0, in parts of a pixel, -2^24 .. 2^24 */
 } qs_meaning;
 

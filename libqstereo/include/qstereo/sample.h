@@ -74,6 +74,10 @@ size_t qs_repair_workspace(const qs_index *index);
  *                             domain wall of linear costs has a coupling for
  *                             every edge between undecided sites, also where
  *                             its block is all 0.
+ *   QS_REPAIR_BY_CHOICE       Every site takes its first candidate, or every
+ *                             site its last; or the label that has as many
+ *                             ones; or site by site as above. What costs
+ *                             least.
  *
  * workspace  qs_repair_workspace bytes, aligned for any type
  * repaired   out, may be NULL: what qs_sample_infeasible was before

@@ -18,7 +18,8 @@ extern "C" {
  * labelling    a label of each of labels->sites, as qs_sample_decode or
  *              qs_model_sites give it
  * disparities  out: frame.picture_width x frame.picture_height values, row
- *              after row: frame.first plus the label, in pixels;
+ *              after row: frame.first plus the label, in pixels or in parts of
+ *              one (meaning.unit);
  *              QS_NO_DISPARITY outside the window and at masked cells
  *
  * Returns

@@ -75,9 +75,14 @@ typedef struct qs_solve_options {
     uint32_t (*spent)(void *context);
     uint32_t gap; /* best stops when energy - bound is at most this many
                      millionths of the energy; 0 = it stops at a proof */
+    const uint16_t *start; /* labels of the model's sites that best begins with:
+                              its answer is not above them. NULL = none. Other
+                              solvers do not look at it */
     const qs_witness *witness; /* NULL = nobody. With one, the watch is called
-                                  between iterations of messages alone. It is
-                                  told nothing where costs need 64 bits */
+                                  between iterations of messages alone. trws,
+                                  best and min_cut call it, best not where it
+                                  packs. It is told nothing where costs need 64
+                                  bits */
 } qs_solve_options;
 
 typedef struct qs_solution {
@@ -238,12 +243,17 @@ size_t qs_pack_workspace(const qs_model *model);
 /* The best of these together. It runs TRW-S. After iterations 8, 16, 32 and so
  * on, moves improve the labelling that TRW-S has reached: expansion, or, if the
  * pairwise cost is not a metric, jumps of all labels and moves to each label.
- * It ends when the bound proves the best labelling. TRW-S comes first because
- * in any given time it gets lower than expansion from the winner's labelling.
- * What a cut decides quickly is left to qs_min_cut: two labels, convex costs,
- * and linear costs on a grid. Where qs_pack can be used it goes first, with a
- * limit of its own. Works with every pairwise cost. An iteration is one of
- * TRW-S, or of qs_min_cut, or of qs_pack; default 2000. */
+ * Meanwhile labels that are proven to be in no optimum leave the problem, parts
+ * of it that are small enough are solved exactly, windows of a large grid are
+ * solved with their neighbours held, and where the bound stalls TRW-S begins
+ * anew on what is left: all that qs_reduce (reduce.h) does. It ends when the
+ * bound proves the best labelling. What a cut decides quickly is left to
+ * qs_min_cut: two labels, convex costs, and linear costs on a grid. Where
+ * qs_pack can be used it goes first, with a limit of its own. Works with every
+ * pairwise cost. An iteration is one of TRW-S, or of qs_min_cut, or of qs_pack;
+ * default 2000.
+ *
+ * Returns QS_E_ARGUMENT also if options->start has a label that there is not */
 QS_MUST_CHECK qs_status qs_best(const qs_model *model,
                                 const qs_solve_options *options,
                                 void *workspace, size_t workspace_size,

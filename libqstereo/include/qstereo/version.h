@@ -4,7 +4,7 @@
 #define QSTEREO_VERSION_H
 
 #define QS_VERSION_MAJOR 0
-#define QS_VERSION_MINOR 1
+#define QS_VERSION_MINOR 2
 #define QS_VERSION_PATCH 0
 #define QS_VERSION       "0.2.0"
 

@@ -126,24 +126,6 @@ static void call_again(const qs_stated *stated, uint32_t site, uint8_t *due)
     }
 }
 
-/* At the sites that are due, until none is. */
-static void apply_to_due(const qs_stated *stated, uint8_t *sets, uint8_t *due, int64_t *work)
-{
-    bool again = true;
-    while (again) {
-        again = false;
-        for (uint32_t p = 0; p < stated->sites; p++) {
-            if (due[p]) {
-                due[p] = 0;
-                if (apply_at(stated, sets, p, false, work)) {
-                    call_again(stated, p, due);
-                    again = true;
-                }
-            }
-        }
-    }
-}
-
 static bool has_more(const qs_stated *stated, const uint8_t *sets, const uint8_t *claimed,
                      uint32_t site)
 {
@@ -154,14 +136,54 @@ static bool has_more(const qs_stated *stated, const uint8_t *sets, const uint8_t
     return more;
 }
 
+/* At the sites that are due, until none is.
+ *
+ * claimed  NULL, or only where a label is left that is not in it */
+static void apply_to_due(const qs_stated *stated, uint8_t *sets, const uint8_t *claimed,
+                         uint8_t *due, int64_t *work)
+{
+    bool again = true;
+    while (again) {
+        again = false;
+        for (uint32_t p = 0; p < stated->sites; p++) {
+            if (due[p]) {
+                due[p] = 0;
+                bool wanted = !claimed || has_more(stated, sets, claimed, p);
+                if (wanted && apply_at(stated, sets, p, false, work)) {
+                    call_again(stated, p, due);
+                    again = true;
+                }
+            }
+        }
+    }
+}
+
+/* Only where a label is left that is not claimed: mostly that is all. Returns true if it is. */
+static bool apply_where_needed(const qs_stated *stated, uint8_t *sets, const uint8_t *claimed,
+                               uint8_t *due, int64_t *work)
+{
+    bool more = false;
+    for (uint32_t p = 0; p < stated->sites; p++) {
+        due[p] = has_more(stated, sets, claimed, p);
+    }
+    apply_to_due(stated, sets, claimed, due, work);
+    for (uint32_t p = 0; p < stated->sites && !more; p++) {
+        more = has_more(stated, sets, claimed, p);
+    }
+    return !more;
+}
+
 void qs_apply_goldstein(const qs_stated *stated, uint8_t *sets, const uint8_t *claimed,
                         uint8_t *due, int64_t *work)
 {
+    if (apply_where_needed(stated, sets, claimed, due, work)) {
+        return;
+    }
     bool again = true;
     memset(due, 1, stated->sites);
     while (again) {
         again = false;
-        apply_to_due(stated, sets, due, work);
+        apply_to_due(stated, sets, NULL, due, work);
         for (uint32_t p = 0; p < stated->sites; p++) {
             if (has_more(stated, sets, claimed, p) && apply_at(stated, sets, p, true, work)) {
                 call_again(stated, p, due);

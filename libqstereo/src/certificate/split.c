@@ -27,6 +27,7 @@ void qs_split_take(qs_split *split, const qs_stated *stated, qs_arena *arena)
     split->along = qs_arena_take(arena, couplings, labels * sizeof *split->along);
     split->excess = qs_arena_take(arena, qubo->variables + sites, sizeof *split->excess);
     split->work = qs_arena_take(arena, labels, 3 * sizeof *split->work);
+    split->open = qs_arena_take(arena, labels, sizeof *split->open);
 }
 
 static bool is_fixed(const qs_split *split, uint32_t site)
@@ -185,11 +186,56 @@ static void take_share(const qs_split *split, uint32_t site, uint32_t slot, int6
     }
 }
 
+/* Lists the labels left to a site. */
+static uint32_t list_open(const qs_split *split, uint32_t site)
+{
+    const qs_stated *stated = split->stated;
+    uint32_t count = 0;
+    for (uint32_t a = 0; a < stated->count[site]; a++) {
+        split->open[count] = (uint16_t)a;
+        count += stated->kept[qs_stated_at(stated, site, a)];
+    }
+    return count;
+}
+
+/* The same as below to the labels left alone: there are few. */
+static void send_to_open(const qs_split *split, const qs_stated_edge *edge, bool on,
+                         const int64_t *from, int64_t *to)
+{
+    const qs_stated *stated = split->stated;
+    const int64_t *table = qs_stated_table(stated, edge);
+    uint32_t own = on ? edge->first : edge->second,
+             left = list_open(split, on ? edge->second : edge->first);
+    size_t columns = stated->count[edge->second], along = on ? 1 : columns,
+           across = on ? columns : 1;
+    int64_t weight = split->scale * edge->weight;
+    for (uint32_t i = 0; i < left; i++) {
+        const int64_t *line = table + split->open[i] * along;
+        int64_t least = INT64_MAX;
+        for (uint32_t a = 0; a < stated->count[own]; a++) {
+            if (from[a] < NEVER) {
+                least = qs_min_i64(least, from[a] + weight * line[a * across]);
+            }
+        }
+        to[split->open[i]] = least;
+    }
+}
+
+/* Half the labels of a site have left: then it is less work to go through the others. */
+static bool has_few(const qs_stated *stated, uint32_t site)
+{
+    return stated->left[site] <= stated->count[site] / 2;
+}
+
 /* to[b] = min_a from[a] + what a and b cost on the edge, to the second site. */
 static void send_on(const qs_split *split, const qs_stated_edge *edge, const int64_t *from,
                     int64_t *to)
 {
     const qs_stated *stated = split->stated;
+    if (has_few(stated, edge->second)) {
+        send_to_open(split, edge, true, from, to);
+        return;
+    }
     const int64_t *table = qs_stated_table(stated, edge);
     uint32_t rows = stated->count[edge->first], columns = stated->count[edge->second];
     int64_t weight = split->scale * edge->weight;
@@ -212,6 +258,10 @@ static void send_back(const qs_split *split, const qs_stated_edge *edge, const i
                       int64_t *to)
 {
     const qs_stated *stated = split->stated;
+    if (has_few(stated, edge->first)) {
+        send_to_open(split, edge, false, from, to);
+        return;
+    }
     const int64_t *table = qs_stated_table(stated, edge);
     uint32_t rows = stated->count[edge->first], columns = stated->count[edge->second];
     int64_t weight = split->scale * edge->weight;

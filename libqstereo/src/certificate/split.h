@@ -29,6 +29,7 @@ typedef struct qs_split {
         *along; /* of each edge, for each label: what a chain costs up to the edge, or from it */
     int64_t *excess; /* of each label */
     int64_t *work; /* three numbers for each of the most labels */
+    uint16_t *open; /* the labels left to a site, for each of the most */
 } qs_split;
 
 /* Hands out the memory, or counts it. */

@@ -76,7 +76,7 @@ static void put_meaning(qs_writer *writer, const void *context)
 
 uint32_t qs_labl_chunks(const qs_meaning *meaning)
 {
-    return meaning->kind == QS_MEANS_DISPARITY ? 1 : 2;
+    return meaning->kind == QS_MEANS_DISPARITY && meaning->unit == 0 ? 1 : 2;
 }
 
 void qs_put_labl(qs_writer *writer, const qs_labels *labels, const uint8_t *cells)

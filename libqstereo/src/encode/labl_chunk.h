@@ -6,7 +6,8 @@
 #include "../../include/qstereo/labels.h"
 #include "../files/container.h"
 
-/* How many chunks qs_put_labl puts: labl, and mean unless the labels are disparities. */
+/* How many chunks qs_put_labl puts: labl, and mean unless the labels are disparities in whole
+ * pixels. */
 uint32_t qs_labl_chunks(const qs_meaning *meaning);
 
 /* Puts the chunks.

@@ -217,6 +217,31 @@ static bool find_tables(qs_building *b)
 
 /* ---- The costs. ---- */
 
+/* The number of the edge of two neighbours: see qs_model_edge_pairwise. */
+static uint32_t number_of_edge(const qs_building *b, uint32_t p, uint32_t q)
+{
+    uint32_t lower = qs_min_u32(p, q), higher = qs_max_u32(p, q), width = b->model.width;
+    if (width > 0) {
+        return qs_cell_edge(lower, !(higher == lower + 1 && higher % width != 0));
+    }
+    uint32_t n = b->link_start[lower];
+    while (b->links[n].site != higher) {
+        n++;
+    }
+    return b->links[n].edge;
+}
+
+/* V of the edge of two groups, for a label of each. */
+static int64_t value_between(const qs_building *b, uint32_t group, uint32_t other, uint32_t d,
+                             uint32_t e)
+{
+    if (!has_tables(b)) {
+        return qs_value(b, d, e); /* symmetric: tables of all edges are none in walls */
+    }
+    uint32_t p = b->site_of[group], q = b->site_of[other], edge = number_of_edge(b, p, q);
+    return p < q ? qs_edge_value(&b->model, edge, d, e) : qs_edge_value(&b->model, edge, e, d);
+}
+
 /* What the edges and the chain have put into the linear term of a wall's variable.
  *
  * d       the first label at which the variable is 1
@@ -236,7 +261,8 @@ static int64_t wall_share(const qs_building *b, uint32_t group, uint32_t rank, u
             }
         } else {
             uint32_t lowest = qs_next_label(b, near->group, 0);
-            share += near->weight * (qs_value(b, d, lowest) - qs_value(b, before, lowest));
+            share += near->weight * (value_between(b, group, near->group, d, lowest) -
+                                     value_between(b, group, near->group, before, lowest));
         }
     }
     return share;
@@ -248,7 +274,9 @@ static int64_t edge_share(const qs_building *b, uint32_t group, uint32_t other)
 {
     switch (b->labels->encoding) {
     case QS_ONE_HOT_SPARSE: return b->tau;
-    case QS_DOMAIN_WALL: return qs_value(b, qs_next_label(b, group, 0), qs_next_label(b, other, 0));
+    case QS_DOMAIN_WALL:
+        return value_between(b, group, other, qs_next_label(b, group, 0),
+                             qs_next_label(b, other, 0));
     default: return 0;
     }
 }

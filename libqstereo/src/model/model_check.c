@@ -160,8 +160,8 @@ bool qs_couplings_agree(const qs_building *b)
     return true;
 }
 
-bool qs_copy_table(const qs_building *b, uint32_t block, uint32_t first, uint32_t second,
-                   int32_t *table)
+static bool copy_plain_table(const qs_building *b, uint32_t block, uint32_t first, uint32_t second,
+                             int32_t *table)
 {
     uint32_t labels = b->labels->labels, row = 0;
     bool fits = true;
@@ -177,6 +177,80 @@ bool qs_copy_table(const qs_building *b, uint32_t block, uint32_t first, uint32_
         d = qs_next_label_of(b, first, d + 1);
     }
     return fits;
+}
+
+/* Subtracts from each row of the labels left its least entry. */
+static void lift_rows(const qs_building *b, uint32_t first, uint32_t second, int32_t *table)
+{
+    uint32_t labels = b->labels->labels;
+    for (uint32_t d = qs_next_label_of(b, first, 0); d < labels;
+         d = qs_next_label_of(b, first, d + 1)) {
+        int32_t *row = table + (size_t)d * labels, least = INT32_MAX;
+        for (uint32_t e = qs_next_label_of(b, second, 0); e < labels;
+             e = qs_next_label_of(b, second, e + 1)) {
+            least = row[e] < least ? row[e] : least;
+        }
+        for (uint32_t e = qs_next_label_of(b, second, 0); e < labels;
+             e = qs_next_label_of(b, second, e + 1)) {
+            row[e] -= least;
+        }
+    }
+}
+
+static void lift_columns(const qs_building *b, uint32_t first, uint32_t second, int32_t *table)
+{
+    uint32_t labels = b->labels->labels;
+    for (uint32_t e = qs_next_label_of(b, second, 0); e < labels;
+         e = qs_next_label_of(b, second, e + 1)) {
+        int32_t least = INT32_MAX;
+        for (uint32_t d = qs_next_label_of(b, first, 0); d < labels;
+             d = qs_next_label_of(b, first, d + 1)) {
+            int32_t entry = table[(size_t)d * labels + e];
+            least = entry < least ? entry : least;
+        }
+        for (uint32_t d = qs_next_label_of(b, first, 0); d < labels;
+             d = qs_next_label_of(b, first, d + 1)) {
+            table[(size_t)d * labels + e] -= least;
+        }
+    }
+}
+
+/* In a domain wall: the table that the block of variables makes, 0 where either label is the first
+ * left. A part that depends on one label alone is moved away from it until no entry is below 0: it
+ * is a cost of that site, as what the encoding has moved there is. So the result has an entry 0 in
+ * each row and each column, and 0 for the first two labels. Returns false if an entry does not
+ * fit. */
+static bool copy_wall_table(const qs_building *b, uint32_t block, uint32_t first, uint32_t second,
+                            int32_t *table)
+{
+    uint32_t labels = b->labels->labels, row = 0, above = labels;
+    bool fits = true;
+    memset(table, 0, sizeof *table * labels * labels);
+    for (uint32_t d = qs_next_label_of(b, first, 0); d < labels; row++) {
+        uint32_t column = 0;
+        int64_t sum = 0;
+        for (uint32_t e = qs_next_label_of(b, second, 0); e < labels; column++) {
+            if (row > 0 && column > 0) {
+                sum += qs_index_block(b->index, block, row - 1, column - 1);
+                int64_t entry = sum + table[(size_t)above * labels + e];
+                fits &= entry >= INT32_MIN / 2 && entry <= INT32_MAX / 2;
+                table[(size_t)d * labels + e] = fits ? (int32_t)entry : 0;
+            }
+            e = qs_next_label_of(b, second, e + 1);
+        }
+        above = d;
+        d = qs_next_label_of(b, first, d + 1);
+    }
+    lift_rows(b, first, second, table);
+    lift_columns(b, first, second, table);
+    return fits;
+}
+
+bool qs_copy_table(const qs_building *b, uint32_t block, uint32_t first, uint32_t second,
+                   int32_t *table)
+{
+    return qs_has_walls(b) ? copy_wall_table(b, block, first, second, table)
+                           : copy_plain_table(b, block, first, second, table);
 }
 
 /* A whole problem without couplings has its table all the same: it is block 0, which no coupling

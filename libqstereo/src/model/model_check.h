@@ -64,7 +64,8 @@ bool qs_couplings_agree(const qs_building *b);
 bool qs_finish_table(const qs_building *b);
 
 /* Copies the entries of a block that couples two sites into a table of an edge, labels x labels; 0
- * for labels that are out. Returns false if one is below 0. */
+ * for labels that are out. In a domain wall: what its entries add up to. Returns false if one is
+ * below 0, or too large. */
 bool qs_copy_table(const qs_building *b, uint32_t block, uint32_t first, uint32_t second,
                    int32_t *table);
 

@@ -16,7 +16,7 @@ typedef struct row {
     /* Which costs it holds, and how samples of each are repaired. Linear is V = |a - b|, which no
      * truncation changes; Potts of two labels is linear too. */
     bool potts, linear, truncated_linear, others;
-    qs_repair repair_potts, repair_linear, repair_truncated_linear;
+    qs_repair repair_potts, repair_linear, repair_truncated_linear, repair_others;
 } row;
 
 static const row rows[QS_ENCODINGS] = {
@@ -40,15 +40,17 @@ static const row rows[QS_ENCODINGS] = {
         .repair_truncated_linear = QS_REPAIR_SITE_BY_SITE,
     },
     {
-        .facts = {QS_DOMAIN_WALL, "domain-wall", "potts and linear",
+        .facts = {QS_DOMAIN_WALL, "domain-wall", "any smoothness",
                   "in no site a 0 stands before a 1", PROVEN_PENALTIES, PROVEN_PENALTIES,
                   QS_CODE_WALL, QS_NO_AUXILIARIES, false, true},
         .potts = true,
         .linear = true,
         .truncated_linear = true,
+        .others = true,
         .repair_potts = QS_REPAIR_BY_LABEL_ORDER,
         .repair_linear = QS_REPAIR_BY_THRESHOLDS,
         .repair_truncated_linear = QS_REPAIR_SITE_BY_SITE,
+        .repair_others = QS_REPAIR_BY_CHOICE,
     },
     {
         .facts = {QS_MULTIWAY_CUT, "multiway-cut", "potts",
@@ -145,6 +147,9 @@ qs_repair qs_encoding_repair(qs_encoding encoding, qs_penalty penalty, const qs_
     }
     if (pairwise->smoothness == QS_POTTS) {
         return r->repair_potts;
+    }
+    if (pairwise->smoothness != QS_TRUNCATED_LINEAR) {
+        return r->repair_others;
     }
     return qs_is_linear(pairwise, labels) ? r->repair_linear : r->repair_truncated_linear;
 }

@@ -38,6 +38,9 @@ static bool fields_agree(const qs_labels *l, bool masked)
     bool truncates = l->pairwise.smoothness == QS_TRUNCATED_LINEAR ||
                      l->pairwise.smoothness == QS_TRUNCATED_QUADRATIC;
     bool framed = f->picture_width > 0 || f->picture_height > 0 || f->x > 0 || f->y > 0;
+    if (l->encoding == QS_DOMAIN_WALL && l->pairwise.smoothness == QS_TABLE) {
+        return false; /* each edge has its own there */
+    }
     return (l->width > 0 || (!masked && !framed)) && (truncates || l->pairwise.truncation == 0) &&
            (qs_penalty_keeps_gap(l->penalty) || l->gap == 1) &&
            qs_encoding_holds(l->encoding, &l->pairwise, l->labels) &&
@@ -110,7 +113,8 @@ static bool read_mean(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q, bool
                           qs_load_u32(p + 12),
                           qs_load_i32(p + 16),
                           qs_load_i32(p + 20)};
-    if (!qs_meaning_is_valid(&meaning) || meaning.kind == QS_MEANS_DISPARITY) {
+    if (!qs_meaning_is_valid(&meaning) ||
+        (meaning.kind == QS_MEANS_DISPARITY && meaning.unit == 0)) {
         return corrupt(reader, chunk, "contents of mean");
     }
     q->labels.meaning = meaning;
@@ -305,7 +309,8 @@ static bool read_side_chunk(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q
         return read_labl(reader, chunk, q);
     }
     if (memcmp(chunk->type, "mean", 4) == 0) {
-        bool first = before_trnc && !*kept && q->labels.meaning.kind == QS_MEANS_DISPARITY;
+        bool first = before_trnc && !*kept && q->labels.meaning.kind == QS_MEANS_DISPARITY &&
+                     q->labels.meaning.unit == 0;
         return read_mean(reader, chunk, q, first);
     }
     if (memcmp(chunk->type, "kept", 4) == 0) {

@@ -61,6 +61,12 @@ static void take_workspace(qs_arena *arena, qs_recoder *r, const qs_model *model
         qs_draft_take(arena, sizes_of(encoding_of(model, &options->encode), c, model->labels));
     r->blocks = qs_arena_take(arena, blocks, sizeof *r->blocks);
     r->set = qs_arena_take(arena, c->undecided, sizeof *r->set);
+    bool kappa = encoding_of(model, &options->encode) == QS_DOMAIN_WALL &&
+                 qs_kappa_is_of_values(&model->pairwise);
+    if (kappa) {
+        r->first_choice = qs_arena_take(arena, c->undecided, sizeof *r->first_choice);
+        r->last_choice = qs_arena_take(arena, c->undecided, sizeof *r->last_choice);
+    }
     r->order = qs_arena_take(arena, sorted, sizeof *r->order);
     r->scratch = qs_arena_take(arena, sorted, sizeof *r->scratch);
 }
@@ -108,6 +114,10 @@ static qs_status write_file(const qs_recoder *r, const qs_labels *labels, const 
     side.labels.encoding = r->encoding;
     side.labels.penalty = r->penalty;
     side.labels.gap = (uint32_t)r->gap;
+    if (r->encoding == QS_DOMAIN_WALL && side.labels.pairwise.smoothness == QS_TABLE) {
+        /* Its blocks do not tell V, only what V adds to the costs of the sites. */
+        side.labels.pairwise.smoothness = QS_TABLES;
+    }
     uint32_t number = qs_labl_chunks(&labels->meaning) + side.kept + r->rest.trims;
     return qs_draft_write(&r->draft, number, put_side_chunks, &side, sink, size);
 }

@@ -24,9 +24,9 @@ static int64_t wall_entry(const qs_remaining *rest, const qs_block_of *block, ui
     const qs_model *m = rest->model;
     uint32_t a = label_of(rest, block->first, row), b = label_of(rest, block->first, row + 1);
     uint32_t c = label_of(rest, block->second, column),
-             d = label_of(rest, block->second, column + 1);
-    return qs_model_pairwise(m, b, d) - qs_model_pairwise(m, a, d) - qs_model_pairwise(m, b, c) +
-           qs_model_pairwise(m, a, c);
+             d = label_of(rest, block->second, column + 1), edge = block->edge;
+    return qs_edge_value(m, edge, b, d) - qs_edge_value(m, edge, a, d) -
+           qs_edge_value(m, edge, b, c) + qs_edge_value(m, edge, a, c);
 }
 
 static int64_t pair_entry(const qs_recoder *r, const qs_block_of *block, uint32_t row,
@@ -168,12 +168,14 @@ static void couple_set_pair(qs_recoder *r, const uint32_t *edges, size_t count)
     }
 }
 
-/* Returns true if the same labels are left to the sites of two edges, and they cost the same. */
-static bool is_like(const qs_recoder *r, const qs_remaining_edge *x, const qs_remaining_edge *y)
+bool qs_edges_are_like(const qs_recoder *r, const qs_remaining_edge *x, const qs_remaining_edge *y)
 {
     const qs_remaining *rest = &r->rest;
     if (r->set[x->first] != r->set[y->first] || r->set[x->second] != r->set[y->second]) {
         return false;
+    }
+    if (!rest->model->tables) {
+        return true;
     }
     uint32_t rows = qs_remaining_size(rest, x->first), columns = qs_remaining_size(rest, x->second);
     for (uint32_t i = 0; i < rows; i++) {
@@ -196,7 +198,7 @@ static void couple_by_tables(qs_recoder *r)
     uint32_t block = 0;
     for (uint64_t e = 0; e < r->rest.counts.edges; e++) {
         const qs_remaining_edge *edge = &r->rest.edges[e];
-        bool alike = last && is_like(r, last, edge);
+        bool alike = last && qs_edges_are_like(r, last, edge);
         if (edge->weight == 0) {
             continue;
         }
@@ -216,6 +218,15 @@ static void couple_by_tables(qs_recoder *r)
     }
 }
 
+void qs_order_edges(qs_recoder *r)
+{
+    size_t count = (size_t)r->rest.counts.edges;
+    for (size_t e = 0; e < count; e++) {
+        r->order[e] = (uint32_t)e;
+    }
+    qs_sort(r->order, r->scratch, count, edge_before, r);
+}
+
 void qs_couple_neighbours(qs_recoder *r)
 {
     if (r->rest.model->tables) {
@@ -223,10 +234,7 @@ void qs_couple_neighbours(qs_recoder *r)
         return;
     }
     size_t count = (size_t)r->rest.counts.edges;
-    for (size_t e = 0; e < count; e++) {
-        r->order[e] = (uint32_t)e;
-    }
-    qs_sort(r->order, r->scratch, count, edge_before, r);
+    qs_order_edges(r);
     for (size_t from = 0; from < count;) {
         size_t to = from + 1;
         while (to < count && !edge_before(r, r->order[from], r->order[to])) {

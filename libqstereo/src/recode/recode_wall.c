@@ -2,6 +2,7 @@
  * from 0 (docs/MATHS.md). */
 #include "../base/minmax.h"
 #include "../base/sort.h"
+#include "../model/edge_value.h"
 #include "recoder.h"
 
 /* First variable of a site: u_1. */
@@ -16,6 +17,9 @@ static uint64_t bound(const qs_recoder *r, uint32_t p)
     const qs_remaining *rest = &r->rest;
     const qs_model *m = rest->model;
     int64_t inner = 0;
+    if (r->first_choice) {
+        return (uint64_t)qs_kappa_of_values(r, p);
+    }
     for (uint32_t i = rest->start[p] + 1; i + 1 < rest->start[p + 1]; i++) {
         inner = qs_max_i64(inner, rest->cost[i]);
     }
@@ -48,9 +52,10 @@ static void add_edge(qs_recoder *r, const qs_remaining_edge *edge, bool first)
     int64_t *u = r->draft.linear + first_wall(rest, p);
     for (uint32_t i = rest->start[p] + 1; i < rest->start[p + 1]; i++) {
         uint32_t below = rest->label[i - 1], here = rest->label[i];
-        int64_t rise =
-            first ? qs_model_pairwise(m, here, lowest) - qs_model_pairwise(m, below, lowest)
-                  : qs_model_pairwise(m, lowest, here) - qs_model_pairwise(m, lowest, below);
+        int64_t rise = first ? qs_edge_value(m, edge->edge, here, lowest) -
+                                   qs_edge_value(m, edge->edge, below, lowest)
+                             : qs_edge_value(m, edge->edge, lowest, here) -
+                                   qs_edge_value(m, edge->edge, lowest, below);
         qs_draft_add(&r->draft, &u[i - rest->start[p] - 1], edge->weight * rise);
     }
 }
@@ -85,17 +90,20 @@ static void couple_chains(qs_recoder *r)
 void qs_recode_wall(qs_recoder *r)
 {
     const qs_remaining *rest = &r->rest;
+    qs_number_sets(r);
+    if (r->first_choice) {
+        qs_find_kappa(r);
+    }
     enter_sites(r);
     for (uint64_t e = 0; e < rest->counts.edges; e++) {
         const qs_remaining_edge *edge = &rest->edges[e];
         uint32_t first = rest->label[rest->start[edge->first]],
                  second = rest->label[rest->start[edge->second]];
         qs_draft_add(&r->draft, &r->draft.offset,
-                     edge->weight * qs_model_pairwise(rest->model, first, second));
+                     edge->weight * qs_edge_value(rest->model, edge->edge, first, second));
         add_edge(r, edge, true);
         add_edge(r, edge, false);
     }
-    qs_number_sets(r);
     qs_couple_neighbours(r);
     couple_chains(r);
 }

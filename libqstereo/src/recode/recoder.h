@@ -32,6 +32,10 @@ typedef struct qs_recoder {
     uint32_t *set; /* of each undecided site: the number of its label set */
     /* As many numbers as there are undecided sites or edges, whichever are more. */
     uint32_t *order, *scratch;
+    /* Of a domain wall whose kappa comes from V itself (wall_kappa.c); else NULL. Of each undecided
+     * site: kappa less the gap, twice, for either choice. */
+    int64_t *first_choice, *last_choice;
+    bool takes_last; /* the choice */
 } qs_recoder;
 
 /* Numbers the label sets of the sites, and puts the sites into `order`, sorted by their sets. */
@@ -44,6 +48,21 @@ uint32_t qs_add_block(qs_recoder *r, qs_block_of block);
  * of which two sites are neighbours. Where edges have tables of their own there is a block for each
  * edge that is not like the one before. Overwrites `order`. */
 void qs_couple_neighbours(qs_recoder *r);
+
+/* Sorts the numbers of the edges by the label sets of their sites, into `order`. */
+void qs_order_edges(qs_recoder *r);
+
+/* Returns true if two edges of undecided sites have the same label sets and costs. */
+bool qs_edges_are_like(const qs_recoder *r, const qs_remaining_edge *x, const qs_remaining_edge *y);
+
+/* Returns true if the kappa of a domain wall comes from the values of V: where it is neither Potts
+ * nor linear. */
+bool qs_kappa_is_of_values(const qs_pairwise *pairwise);
+
+/* Finds the kappa of all sites, for qs_kappa_of_values. The sets have been numbered. Overwrites
+ * `order`. */
+void qs_find_kappa(qs_recoder *r);
+int64_t qs_kappa_of_values(const qs_recoder *r, uint32_t site);
 
 /* The energy, without the constant, of the labelling in which each site takes its cheapest
  * label. */

@@ -150,11 +150,9 @@ static void offer(qs_block *b)
  * are too large for messages. */
 static bool begin(qs_block *b)
 {
-    memcpy(b->trial, b->labelling, sizeof *b->trial * b->model.sites);
-    b->sets.model = b->model;
-    qs_eliminate_begin(&b->sets, &b->model, false, b->kept_in, b->labelling);
+    qs_eliminate_lay(&b->sets, &b->model, false, b->kept_in, b->labelling);
+    qs_eliminate_begin(&b->sets);
     b->energy = qs_model_energy(&b->sets.model, b->labelling);
-    offer(b);
     b->state.model = &b->sets.model;
     b->state.visits = NULL;
     b->state.wide = qs_lanes_avx2();

@@ -269,17 +269,22 @@ static void copy_sets(qs_elimination *e, const qs_model *model)
     e->model.kept = e->kept;
 }
 
-void qs_eliminate_begin(qs_elimination *e, const qs_model *model, bool walls, uint8_t *kept,
-                        uint16_t *labelling)
+void qs_eliminate_lay(qs_elimination *e, const qs_model *model, bool walls, uint8_t *kept,
+                      uint16_t *labelling)
 {
     e->walls = walls;
     e->kept = kept;
     e->labelling = labelling;
     memset(e->closed, 0, sizeof *e->closed * model->sites);
-    copy_model(e, model);
+    e->model = *model;
     copy_sets(e, model);
-    qs_model_winner(model, labelling);
-    for (uint32_t p = 0; p < model->sites; p++) {
+}
+
+void qs_eliminate_begin(qs_elimination *e)
+{
+    const qs_model given = e->model;
+    copy_model(e, &given);
+    for (uint32_t p = 0; p < given.sites; p++) {
         qs_eliminate_follow_set(e, p);
     }
     goldstein(e);

@@ -42,14 +42,18 @@ typedef struct qs_elimination {
 /* Takes the memory. */
 void qs_eliminate_take(qs_elimination *e, const qs_model *model, qs_arena *arena);
 
-/* Begins with all labels of the model's own sets (of a masked cell with label 0), less those that
- * Goldstein's criterion takes out. The memory has been taken.
+/* Lays out all labels of the model's own sets, of a masked cell label 0. The memory has been taken.
+ * Solvers may work on e->model from now on; its costs are still those of the model.
  *
  * walls      what `variables` counts
  * kept       sites x labels; filled in, and kept up to date
- * labelling  out: the winner's. The caller may replace it by better ones of kept labels */
-void qs_eliminate_begin(qs_elimination *e, const qs_model *model, bool walls, uint8_t *kept,
-                        uint16_t *labelling);
+ * labelling  the caller's; it may be replaced by better ones of kept labels at any time */
+void qs_eliminate_lay(qs_elimination *e, const qs_model *model, bool walls, uint8_t *kept,
+                      uint16_t *labelling);
+
+/* Then, once: copies the costs, and takes out the labels that Goldstein's criterion rules out. The
+ * labelling has been made; where it has a label that goes, it takes another. */
+void qs_eliminate_begin(qs_elimination *e);
 
 /* The set of a site has changed: its costs, its label and its neighbours follow. */
 void qs_eliminate_follow_set(qs_elimination *e, uint32_t site);

@@ -1,11 +1,11 @@
-#include "../../include/qstereo/reduce.h"
+#include "reducer.h"
 
 #include <string.h>
 
 #include "../base/arena.h"
 #include "../base/minmax.h"
 #include "../model/neighbours.h"
-#include "../solve/best.h"
+#include "../solve/messages_and_moves.h"
 #include "../solve/trws_split.h"
 #include "label_sets.h"
 #include "hand_over.h"
@@ -28,8 +28,10 @@ enum {
     LEAST_WORK = 1 << 27, /* on parts that is allowed each time, */
     AT_ONCE = 1 << 28, /* and the most: until then the watch is not called */
     /* Windows of a grid are solved for the first time after the iteration FIRST_WINDOWS, and then
-     * whenever as many again have been done: squares of SIDE cells, at most ROUNDS times. */
+     * whenever as many again have been done: squares of SIDE cells, at most ROUNDS times. Where
+     * fewer than one site in MANY is left, parts and messages are quicker. */
     FIRST_WINDOWS = 256,
+    MANY = 8,
     SIDE = 48,
     SHIFTS = 3,
     ROUNDS = 6
@@ -51,18 +53,19 @@ enum {
     FEWER = 16 /* after a failure a FEWER-th of the sites must have gone */
 };
 
-/* The guest of qs_best_with. */
+/* The guest of qs_messages_and_moves. */
 typedef struct reducer {
     qs_elimination sets;
     const qs_reduce_options *options;
+    qs_reduce_aim aim;
     uint64_t iterations, target; /* of the options */
     qs_natural *marginals; /* and the memory of parts: parts_size bytes */
     size_t parts_size;
     uint64_t work; /* what parts may still look at, */
     uint64_t parts_at; /* and the iteration that it was counted at */
     int64_t *shares;
-    void *best; /* workspace of qs_best_with */
-    size_t best_size;
+    void *others; /* workspace of qs_messages_and_moves */
+    size_t others_size;
     uint16_t *trial; /* a labelling */
     int64_t windowed; /* the best energy when windows were done last */
     uint64_t next_windows; /* the iteration to solve windows after */
@@ -70,6 +73,7 @@ typedef struct reducer {
     int64_t looked; /* the gap after that was done last, */
     uint64_t looked_at; /* and the iteration */
     bool stopped; /* by the watch */
+    bool begun; /* the costs are the reduction's own, and labels may leave */
     restart again;
     qs_reduction so_far;
 } reducer;
@@ -91,15 +95,31 @@ static bool tell(void *context, const qs_progress *progress)
     return !r->stopped;
 }
 
-/* Returns true if it is time to find marginals: always at the end; before it only if a marginal can
- * be above the gap. With a target then whenever the gap has narrowed; without, ever less often. */
+static bool is_witnessed(const reducer *r)
+{
+    return r->options && r->options->witness;
+}
+
+static bool is_near(const reducer *r, const qs_solution *so_far)
+{
+    const qs_solve_options asked = {.gap = r->aim.gap};
+    return qs_is_near(&asked, so_far);
+}
+
+/* Returns true if it is time to find marginals: always at the end, unless only the answer counts;
+ * before it only if a marginal can be above the gap. With a target then whenever the gap has
+ * narrowed; without, ever less often. */
 static bool is_due(reducer *r, const qs_trws_state *state, const qs_solution *so_far, bool stopped)
 {
     int64_t gap = so_far->energy - so_far->lower_bound;
+    bool answered = r->aim.answer && !is_witnessed(r);
     if (stopped) {
-        return r->looked_at != so_far->iterations;
+        return !answered && r->looked_at != so_far->iterations;
     }
-    if (gap == 0 || so_far->iterations >= r->iterations) {
+    if (is_near(r, so_far)) {
+        return !answered;
+    }
+    if (so_far->iterations >= r->iterations) {
         return true;
     }
     if (gap / WIDEST > state->scale.most) {
@@ -185,9 +205,8 @@ static bool solve_parts(reducer *r, const qs_trws_state *state, const qs_solutio
 static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
 {
     int64_t room = take_out(r, state, so_far);
-    bool witnessed = r->options && r->options->witness; /* of parts there is no certificate */
     bool open = so_far->energy > so_far->lower_bound && r->target == 0 && !r->stopped &&
-                !witnessed &&
+                !is_witnessed(r) && /* of parts there is no certificate */
                 so_far->iterations >= FIRST; /* before, messages do more in the same time */
     if (open && solve_parts(r, state, so_far)) {
         list_visits(r, state);
@@ -285,7 +304,7 @@ static void solve_windows(reducer *r, const qs_trws_state *state, qs_solution *s
 {
     const qs_model *model = &r->sets.model;
     r->next_windows = 2 * so_far->iterations;
-    if (model->width <= SIDE || model->height <= SIDE) {
+    if (model->width <= SIDE || model->height <= SIDE || r->sets.left_count < model->sites / MANY) {
         return;
     }
     if (!choose_start(r, state, so_far)) {
@@ -369,13 +388,27 @@ static void consider_restart(reducer *r, qs_trws_state *state, qs_solution *so_f
     }
 }
 
+static void begin(reducer *r)
+{
+    qs_eliminate_begin(&r->sets);
+    r->begun = true;
+    tell_end(r);
+    count(r);
+}
+
 static bool between(void *context, qs_trws_state *state, qs_solution *so_far, bool stopped)
 {
     reducer *r = context;
-    bool proven = so_far->energy == so_far->lower_bound;
-    bool ends = stopped || proven || so_far->iterations >= r->iterations;
+    bool ends = stopped || is_near(r, so_far) || so_far->iterations >= r->iterations;
     if (so_far->iterations <= 1) {
         offer_start(r, so_far);
+    }
+    if (!r->begun) { /* messages and a first round of moves do more in the same time */
+        if (ends || so_far->iterations < FIRST) {
+            return true;
+        }
+        begin(r);
+        so_far->energy = qs_model_energy(&r->sets.model, r->sets.labelling);
     }
     if (r->again.trying && ends && so_far->lower_bound <= r->again.bound) {
         take_back(r, state); /* their marginals are the better ones */
@@ -390,7 +423,7 @@ static bool between(void *context, qs_trws_state *state, qs_solution *so_far, bo
     }
     if (!at_target(r) && !r->again.trying && is_due(r, state, so_far, stopped)) {
         int64_t room = tighten(r, state, so_far);
-        if (so_far->energy == so_far->lower_bound && !stopped) {
+        if (so_far->energy == so_far->lower_bound && !stopped && !r->aim.answer) {
             finish(r, state, so_far, room);
         }
     }
@@ -401,14 +434,14 @@ static bool between(void *context, qs_trws_state *state, qs_solution *so_far, bo
 static size_t take_parts(reducer *r, const qs_model *model, void *workspace)
 {
     qs_arena arena = {.base = workspace};
-    r->best_size = qs_best_workspace(model);
+    r->others_size = qs_messages_and_moves_workspace(model);
     qs_eliminate_take(&r->sets, model, &arena);
     r->trial = qs_arena_take(&arena, model->sites, sizeof *r->trial);
     r->shares = qs_arena_take(&arena, model->sites, sizeof *r->shares);
     r->parts_size = sizeof *r->marginals * (size_t)qs_trws_marginal_numbers(model);
     r->parts_size = r->parts_size < qs_parts_memory(model) ? qs_parts_memory(model) : r->parts_size;
     r->marginals = qs_arena_take(&arena, r->parts_size, 1);
-    r->best = qs_arena_take(&arena, r->best_size, 1);
+    r->others = qs_arena_take(&arena, r->others_size, 1);
     return qs_arena_size(&arena);
 }
 
@@ -421,9 +454,27 @@ size_t qs_reduce_workspace(const qs_model *model)
     return take_parts(&r, model, NULL);
 }
 
-qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, void *workspace,
-                    size_t workspace_size, uint8_t *kept, uint16_t *labelling,
-                    qs_reduction *reduction)
+static qs_status run(reducer *r, uint16_t *labelling, qs_reduction *reduction, bool *converged)
+{
+    qs_solve_options watched = {
+        .iterations = r->iterations, .watch = tell, .context = r, .gap = r->aim.gap};
+    qs_guest guest = {between, r};
+    qs_solution solution;
+    qs_status status = qs_messages_and_moves(&r->sets.model, &watched, &guest, r->others,
+                                             r->others_size, labelling, &solution);
+    if (status == QS_OK) {
+        r->so_far.upper_bound = solution.energy;
+        r->so_far.lower_bound = solution.lower_bound;
+        r->so_far.iterations = solution.iterations;
+        *reduction = r->so_far;
+        *converged = solution.converged;
+    }
+    return status;
+}
+
+qs_status qs_reduce_as(const qs_model *model, const qs_reduce_options *options,
+                       const qs_reduce_aim *aim, void *workspace, size_t workspace_size,
+                       uint8_t *kept, uint16_t *labelling, qs_reduction *reduction, bool *converged)
 {
     if (!model || !workspace || !kept || !labelling || !reduction) {
         return QS_E_ARGUMENT;
@@ -432,10 +483,11 @@ qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, voi
         return QS_E_ARGUMENT;
     }
     if (!qs_messages_fit(model, true)) {
-        return QS_IN_64_BITS(QS_E_OVERFLOW, qs_reduce, model, options, workspace, workspace_size,
-                             kept, labelling, reduction);
+        return QS_IN_64_BITS(QS_E_OVERFLOW, qs_reduce_as, model, options, aim, workspace,
+                             workspace_size, kept, labelling, reduction, converged);
     }
     reducer r = {.options = options,
+                 .aim = *aim,
                  .next = FIRST,
                  .next_windows = FIRST_WINDOWS,
                  .windowed = INT64_MAX,
@@ -447,19 +499,20 @@ qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, voi
     }
     r.iterations = options && options->iterations > 0 ? options->iterations : ITERATIONS;
     r.target = options ? options->target : 0;
-    qs_eliminate_begin(&r.sets, model, options && options->walls, kept, labelling);
-    tell_end(&r);
-    count(&r);
-    qs_solve_options watched = {.iterations = r.iterations, .watch = tell, .context = &r};
-    qs_guest guest = {between, &r};
-    qs_solution solution;
-    qs_status status =
-        qs_best_with(&r.sets.model, &watched, &guest, r.best, r.best_size, labelling, &solution);
-    if (status == QS_OK) {
-        r.so_far.upper_bound = solution.energy;
-        r.so_far.lower_bound = solution.lower_bound;
-        r.so_far.iterations = solution.iterations;
-        *reduction = r.so_far;
+    qs_eliminate_lay(&r.sets, model, options && options->walls, kept, labelling);
+    if (!aim->answer || is_witnessed(&r)) {
+        qs_model_winner(model, labelling);
+        begin(&r);
     }
-    return status;
+    return run(&r, labelling, reduction, converged);
+}
+
+qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, void *workspace,
+                    size_t workspace_size, uint8_t *kept, uint16_t *labelling,
+                    qs_reduction *reduction)
+{
+    const qs_reduce_aim all = {0};
+    bool converged;
+    return qs_reduce_as(model, options, &all, workspace, workspace_size, kept, labelling, reduction,
+                        &converged);
 }

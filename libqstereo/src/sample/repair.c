@@ -61,6 +61,7 @@ size_t qs_repair_workspace(const qs_index *index)
     case QS_REPAIR_BY_LABEL_ORDER: return qs_order_workspace(index);
     case QS_REPAIR_SITE_BY_SITE: return qs_site_by_site_workspace(index);
     case QS_REPAIR_BY_THRESHOLDS: return qs_thresholds_workspace(index);
+    case QS_REPAIR_BY_CHOICE: return qs_choice_workspace(index);
     }
     return 0;
 }
@@ -77,6 +78,7 @@ static void repair(const qs_index *index, uint8_t *bits, void *workspace)
     case QS_REPAIR_BY_LABEL_ORDER: qs_repair_order(index, bits, workspace); break;
     case QS_REPAIR_SITE_BY_SITE: qs_repair_site_by_site(index, bits, workspace); break;
     case QS_REPAIR_BY_THRESHOLDS: qs_repair_thresholds(index, bits, workspace); break;
+    case QS_REPAIR_BY_CHOICE: qs_repair_choice(index, bits, workspace); break;
     }
 }
 

@@ -20,4 +20,9 @@ void qs_repair_site_by_site(const qs_index *index, uint8_t *bits, void *workspac
 size_t qs_thresholds_workspace(const qs_index *index);
 void qs_repair_thresholds(const qs_index *index, uint8_t *bits, void *workspace);
 
+/* A domain wall of any V: every site takes its first candidate, or every site its last, or as many
+ * ones as it has; or as site by site. What costs least. */
+size_t qs_choice_workspace(const qs_index *index);
+void qs_repair_choice(const qs_index *index, uint8_t *bits, void *workspace);
+
 #endif

@@ -5,6 +5,7 @@
 #include "../base/arena.h"
 #include "../base/minmax.h"
 #include "../model/neighbours.h"
+#include "flow_split.h"
 #include "min_cut.h"
 #include "progress.h"
 #include "trws.h"
@@ -35,6 +36,7 @@ typedef struct levels {
     /* Messages go before the flow: NULL = none do. */
     qs_number *messages, *scratch;
     qs_scale scale; /* of all costs, so that what the messages say is a flow */
+    qs_flow_split split;
     int64_t base; /* F where each site has label 0, scaled, less the model's constant */
 } levels;
 
@@ -129,6 +131,7 @@ static size_t lay_out(levels *l, const qs_model *model, void *workspace)
     l->start = qs_arena_take(&arena, l->layered ? 0 : nodes + 1, sizeof *l->start);
     l->sister = qs_arena_take(&arena, l->layered ? 0 : arcs, sizeof *l->sister);
     l->links = qs_arena_take(&arena, l->layered ? 0 : arcs, sizeof *l->links);
+    qs_flow_split_take(&l->split, model, &arena);
     return qs_arena_size(&arena);
 }
 
@@ -522,6 +525,52 @@ static bool flow(levels *l, uint16_t *labelling)
     return done;
 }
 
+/* ---- The flow as a split. ---- */
+
+/* What the arc from a node of the site that sees an edge to one at its other site still takes. No
+ * two edges join the same sites. */
+static qs_number residual_to(const levels *l, uint32_t site, const qs_edge_seen *edge,
+                             uint32_t from, uint32_t to)
+{
+    if (l->layered) {
+        bool row = l->model->width > 1 && (edge->site + 1 == site || site + 1 == edge->site);
+        uint32_t way = row ? QS_CUT_RIGHT : QS_CUT_DOWN;
+        way += edge->first ? 0 : 1;
+        return l->cut.residual[(size_t)way * l->cut.nodes + from];
+    }
+    uint32_t arc = l->start[from];
+    while (l->links[arc].site != to) {
+        arc++;
+    }
+    return l->cut.residual[arc];
+}
+
+/* An edge's excess at level i is what V rises by there while the other site has label 0, and what
+ * the arcs of the level still take. */
+static void take_level_excess(const void *context, uint32_t site, const qs_edge_seen *edge,
+                              int64_t *sum)
+{
+    const levels *l = context;
+    const qs_model *model = l->model;
+    int64_t weight = qs_scaled_weight(l->scale, edge->weight), all = 0;
+    for (uint32_t i = 0; i < l->count; i++) {
+        int64_t rise = edge->first
+                           ? qs_model_pairwise(model, i + 1, 0) - qs_model_pairwise(model, i, 0)
+                           : qs_model_pairwise(model, 0, i + 1) - qs_model_pairwise(model, 0, i);
+        all -= weight * rise;
+        for (size_t n = 0; n < l->product_count; n++) {
+            const product *gained = &l->products[n];
+            uint32_t own = edge->first ? gained->i : gained->j,
+                     other = edge->first ? gained->j : gained->i;
+            if (own == i) {
+                all +=
+                    residual_to(l, site, edge, node_of(l, i, site), node_of(l, other, edge->site));
+            }
+        }
+        sum[i + 1] += all;
+    }
+}
+
 /* A site's label is the number of its levels on the side of the source. */
 static void take_labels(const levels *l, uint16_t *labelling)
 {
@@ -556,5 +605,6 @@ qs_status qs_levels(const qs_model *model, const qs_solve_options *options, void
         (void)qs_report_progress(options, solution);
     }
     solution->converged = solution->energy == solution->lower_bound;
+    qs_flow_split_tell(&l.split, options, l.scale.shift, labelling, take_level_excess, &l);
     return QS_OK;
 }

@@ -6,7 +6,6 @@
 #define QS_BITS 64
 
 #define qs_best                   qs_best_64
-#define qs_best_with              qs_best_with_64
 #define qs_best_workspace         qs_best_workspace_64
 #define qs_bp                     qs_bp_64
 #define qs_bp_graph_labels        qs_bp_graph_labels_64
@@ -47,6 +46,7 @@
 #define qs_mover_take             qs_mover_take_64
 #define qs_propose_jump           qs_propose_jump_64
 #define qs_reduce                 qs_reduce_64
+#define qs_reduce_as              qs_reduce_as_64
 #define qs_reduce_workspace       qs_reduce_workspace_64
 #define qs_scale_choose           qs_scale_choose_64
 #define qs_swap                   qs_swap_64
@@ -68,5 +68,8 @@
 #define qs_trws_visit_only        qs_trws_visit_only_64
 #define qs_trws_watched           qs_trws_watched_64
 #define qs_trws_workspace         qs_trws_workspace_64
+
+#define qs_messages_and_moves           qs_messages_and_moves_64
+#define qs_messages_and_moves_workspace qs_messages_and_moves_workspace_64
 
 #endif

@@ -6,13 +6,12 @@
 #include "../../include/qstereo/solve.h"
 #include "number.h"
 
-qs_solver qs_expansion_64, qs_swap_64, qs_bp_64, qs_trws_64, qs_min_cut_64, qs_best_64;
+qs_solver qs_expansion_64, qs_swap_64, qs_bp_64, qs_trws_64, qs_min_cut_64;
 
 size_t qs_expansion_workspace_64(const qs_model *model);
 size_t qs_swap_workspace_64(const qs_model *model);
 size_t qs_bp_workspace_64(const qs_model *model);
 size_t qs_trws_workspace_64(const qs_model *model);
 size_t qs_min_cut_workspace_64(const qs_model *model);
-size_t qs_best_workspace_64(const qs_model *model);
 
 #endif

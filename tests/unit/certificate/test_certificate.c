@@ -7,6 +7,7 @@
 
 #include "base/bytes.h"
 #include "files/crc32c.h"
+#include "model/convexity.h"
 
 enum { FILE_SIZE = 1 << 18, STAGES_AT = 4, ENERGY_AT = 40, BOUND_AT = 32, HEADER = 64 };
 
@@ -119,6 +120,19 @@ static qs_status by_best(const qs_witness *witness, uint64_t iterations)
     return status;
 }
 
+static qs_status by_cut(const qs_witness *witness, uint64_t iterations)
+{
+    qs_solution solution;
+    qs_solve_options options = {.witness = witness};
+    (void)iterations;
+    qs_model_winner(&model, c.labelling);
+    qs_status status =
+        qs_min_cut(&model, &options, workspace, sizeof workspace, c.labelling, &solution);
+    c.energy = solution.energy;
+    c.bound = solution.lower_bound;
+    return status;
+}
+
 static qs_status by_reduce(const qs_witness *witness, uint64_t iterations)
 {
     qs_reduction reduction;
@@ -195,6 +209,66 @@ static void bounds_hold(void **unused)
     each_certificate(by_trws, 1, holds);
     each_certificate(by_best, 2, holds);
     assert_true(lower < ROUNDS / 20); /* the last pass is not always the best */
+}
+
+/* A flow proves the optimum itself. */
+static void proves_the_optimum(uint64_t *state)
+{
+    holds(state);
+    assert_int_equal(c.energy, c.bound);
+    assert_int_equal(c.verdict.lower_bound, c.energy);
+}
+
+static void cuts_prove_the_optimum(void **unused)
+{
+    (void)unused;
+    each_certificate(by_cut, 7, proves_the_optimum);
+}
+
+/* Convex costs of sites and edges, of which descent makes no graph of levels. */
+static void make_convex(uint64_t *state)
+{
+    do {
+        tiny_make(&t, state, BITS, false);
+    } while (t.problem.labels < 3);
+    t.problem.pairwise.smoothness =
+        tiny_random(state, 2) ? QS_TRUNCATED_LINEAR : QS_TRUNCATED_QUADRATIC;
+    t.problem.pairwise.truncation = 0;
+    for (uint32_t p = 0; p < site_count(); p++) {
+        int32_t slope = (int32_t)tiny_random(state, 40) - 60, cost = 200;
+        for (uint32_t a = 0; a < t.problem.labels; a++) {
+            t.costs[p * t.problem.labels + a] = cost;
+            cost += slope;
+            slope += (int32_t)tiny_random(state, 40);
+        }
+    }
+    request = (slow_request){.problem = &t.problem, .encoding = QS_ONE_HOT, .gap = 1};
+    for (uint32_t p = 0; p < TINY_SITES; p++) { /* without gaps */
+        uint32_t first = tiny_random(state, t.problem.labels);
+        for (uint32_t d = 0; d < t.problem.labels; d++) {
+            request.kept[p][d] = p % 3 > 0 || d >= first;
+        }
+    }
+    slow_encode(&request, &written);
+    assert_int_equal(
+        qs_model_build(&written.index, model_memory, qs_model_workspace(&written.qubo), &model),
+        QS_OK);
+}
+
+static void descents_prove_the_optimum(void **unused)
+{
+    (void)unused;
+    uint64_t state = 9;
+    int descents = 0;
+    for (int round = 0; round < ROUNDS; round++) {
+        make_convex(&state);
+        if (written.qubo.groups > 0) {
+            assert_true(certify(by_cut, 0));
+            proves_the_optimum(&state);
+            descents += qs_unary_is_convex(&model);
+        }
+    }
+    assert_true(descents > ROUNDS / 2);
 }
 
 /* The certificate leaves exactly what the reduction does. */
@@ -389,6 +463,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bounds_hold),
+        cmocka_unit_test(cuts_prove_the_optimum),
+        cmocka_unit_test(descents_prove_the_optimum),
         cmocka_unit_test(reductions_hold),
         cmocka_unit_test(reduced_problems_are_compared),
         cmocka_unit_test(too_much_is_refuted),

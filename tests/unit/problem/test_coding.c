@@ -31,7 +31,7 @@ static void test_what_each_encoding_holds(void **state)
     } expected[QS_ENCODINGS] = {
         {QS_ONE_HOT, true, true, true, true, true},
         {QS_ONE_HOT_SPARSE, true, true, true, false, true},
-        {QS_DOMAIN_WALL, true, true, true, false, true},
+        {QS_DOMAIN_WALL, true, true, true, true, true},
         {QS_MULTIWAY_CUT, true, false, false, false, true},
         {QS_ST_CUT, false, true, false, false, true},
         {QS_ST_CUT_ARCS, false, true, false, false, true},

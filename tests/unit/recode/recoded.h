@@ -388,6 +388,32 @@ static inline void whole_linear(fixture *f, uint64_t *state)
         QS_TRUNCATED_LINEAR, tiny_random(state, 2) ? 0 : labels - 1 + tiny_random(state, 2), NULL};
 }
 
+static inline void quadratic(fixture *f, uint64_t *state)
+{
+    f->t.problem.pairwise = (qs_pairwise){QS_TRUNCATED_QUADRATIC, tiny_random(state, 6), NULL};
+}
+
+static inline void whole_quadratic(fixture *f, uint64_t *state)
+{
+    (void)state;
+    f->t.problem.pairwise = (qs_pairwise){QS_TRUNCATED_QUADRATIC, 0, NULL};
+}
+
+static inline void table(fixture *f, uint64_t *state)
+{
+    (void)state;
+    f->t.problem.pairwise = (qs_pairwise){QS_TABLE, 0, f->t.table};
+}
+
+/* Entries that are 0 or large: the worst for walls. */
+static inline void steep_table(fixture *f, uint64_t *state)
+{
+    for (size_t i = 0; i < sizeof f->t.table / sizeof *f->t.table; i++) {
+        f->t.table[i] = tiny_random(state, 2) ? 20 : 0;
+    }
+    table(f, state);
+}
+
 /* A random file of at most `bits` variables; false = it has more. */
 static inline bool random_file(fixture *f, uint64_t *state, uint32_t bits,
                                void (*smoothness)(fixture *, uint64_t *), qs_encode_options options)

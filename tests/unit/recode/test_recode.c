@@ -43,6 +43,16 @@ static void walls(void **unused)
     many(11, BITS, whole_linear, QS_DOMAIN_WALL, QS_PENALTY_MINIMAL, false);
 }
 
+/* Quadratic costs and tables: kappa comes from the values of V. */
+static void walls_of_any_cost(void **unused)
+{
+    (void)unused;
+    many(51, BITS, quadratic, QS_DOMAIN_WALL, QS_PENALTY_LOCAL, false);
+    many(52, BITS, table, QS_DOMAIN_WALL, QS_PENALTY_LOCAL, false);
+    many(53, BITS, whole_quadratic, QS_DOMAIN_WALL, QS_PENALTY_MINIMAL, false);
+    many(54, BITS, steep_table, QS_DOMAIN_WALL, QS_PENALTY_LOCAL, false);
+}
+
 static void multiway_cut(void **unused)
 {
     (void)unused;
@@ -89,6 +99,10 @@ static void what_is_written_can_be_repaired(void **unused)
                  {potts, QS_DOMAIN_WALL, QS_PENALTY_LOCAL},
                  {linear, QS_DOMAIN_WALL, QS_PENALTY_LOCAL},
                  {whole_linear, QS_DOMAIN_WALL, QS_PENALTY_LOCAL},
+                 {quadratic, QS_DOMAIN_WALL, QS_PENALTY_LOCAL},
+                 {whole_quadratic, QS_DOMAIN_WALL, QS_PENALTY_LOCAL},
+                 {table, QS_DOMAIN_WALL, QS_PENALTY_LOCAL},
+                 {steep_table, QS_DOMAIN_WALL, QS_PENALTY_LOCAL},
                  {potts, QS_MULTIWAY_CUT, QS_PENALTY_LOCAL},
                  {whole_linear, QS_ST_CUT, QS_PENALTY_LOCAL},
                  {whole_linear, QS_ST_CUT_ARCS, QS_PENALTY_LOCAL}};
@@ -124,6 +138,38 @@ static void walls_apart_can_be_repaired(void **unused)
                              QS_OK);
             repair_states(&f, 1);
         }
+    }
+}
+
+/* The model of a wall says what every labelling costs, also where V is known up to what belongs to
+ * the sites. */
+static void walls_have_models(void **unused)
+{
+    (void)unused;
+    static void (*const kinds[])(fixture *, uint64_t *) = {quadratic, whole_quadratic, table,
+                                                           steep_table};
+    static fixture f;
+    static uint64_t memory[MEMORY / 8];
+    uint64_t state = 61;
+    for (int round = 0; round < ROUNDS;) {
+        if (!random_file(&f, &state, BITS, kinds[round % 4],
+                         (qs_encode_options){.encoding = QS_DOMAIN_WALL})) {
+            continue;
+        }
+        qs_model model;
+        assert_int_equal(qs_model_build(&f.index, memory, sizeof memory, &model), QS_OK);
+        for (uint64_t bits = 0; bits < (uint64_t)1 << f.qubo.variables; bits++) {
+            uint16_t labelling[TINY_SITES], cells[TINY_SITES] = {0};
+            int64_t extra;
+            if (!decode(&f, bits, labelling, &extra)) {
+                continue;
+            }
+            for (uint32_t p = 0; p < f.sites; p++) {
+                cells[model.width > 0 ? f.cell[p] : p] = labelling[p];
+            }
+            assert_int_equal(qs_model_energy(&model, cells), problem_energy(&f, labelling));
+        }
+        round++;
     }
 }
 
@@ -215,6 +261,8 @@ int main(void)
         cmocka_unit_test(band_form),
         cmocka_unit_test(minimal_band),
         cmocka_unit_test(walls),
+        cmocka_unit_test(walls_of_any_cost),
+        cmocka_unit_test(walls_have_models),
         cmocka_unit_test(multiway_cut),
         cmocka_unit_test(st_cut),
         cmocka_unit_test(what_is_written_can_be_repaired),

@@ -62,12 +62,15 @@ static int64_t margin(const fixture *f, int64_t less, int64_t (*broken)(const fi
     return lowest - least;
 }
 
-/* Up-steps of the walls of sites with three labels. */
+/* Up-steps of the walls of all sites, which have all labels. */
 static int64_t up_steps(const fixture *f, uint64_t state)
 {
+    uint32_t variables = f->t.problem.labels - 1;
     int64_t steps = 0;
     for (uint32_t p = 0; p < f->sites; p++) {
-        steps += (state >> 2 * p & 3) == 2;
+        for (uint32_t i = 1; i < variables; i++) {
+            steps += (state >> (variables * p + i - 1) & 3) == 2;
+        }
     }
     return steps;
 }
@@ -88,6 +91,51 @@ static void wall_bounds_are_tight(void **unused)
         assert_int_equal(margin(&f, 1, up_steps), 0);
         assert_true(margin(&f, 0, up_steps) > 0);
         assert_true(margin(&f, 2, up_steps) < 0);
+    }
+}
+
+/* Labels of unlike parity cost 1 on an edge, and t at their site. At kappa = t + W (n - 1) / 2 + W
+ * / 2, for n labels, every site in the pattern u = (0, 1, 0, 1 ..) together reach 0: theorem 7 asks
+ * for no more than is needed. */
+static void value_bounds_are_tight(void **unused)
+{
+    (void)unused;
+    static fixture f;
+    for (uint32_t labels = 3; labels <= 5; labels += 2) {
+        make_grid(&f, 2, 2, labels, 10, QS_POTTS);
+        for (uint32_t i = 0; i < labels * labels; i++) {
+            f.t.table[i] = (i / labels + i % labels) % 2;
+        }
+        for (uint32_t i = 0; i < 4 * labels; i++) {
+            f.t.costs[i] = i % labels % 2 == 1 ? 25 : 0;
+        }
+        f.t.problem.pairwise = (qs_pairwise){QS_TABLE, 0, f.t.table};
+        make_model(&f);
+        assert_int_equal(
+            recode(&f, (qs_encode_options){.encoding = QS_DOMAIN_WALL, .gap = 1}, false), QS_OK);
+        assert_int_equal(margin(&f, 1, up_steps), 0);
+        assert_true(margin(&f, 0, up_steps) > 0);
+        assert_true(margin(&f, 2, up_steps) < 0);
+    }
+}
+
+/* Costs (0, t, 0) of two sites with quadratic costs: kappa = 2 t - 2 W + gap, and where that would
+ * be less, the gap alone. */
+static void square_values(void **unused)
+{
+    (void)unused;
+    static fixture f;
+    static const int32_t inner[] = {25, 10, 3}, kappa[] = {2 * 25 - 2 * 10 + 2, 2, 2};
+    for (int i = 0; i < 3; i++) {
+        make_grid(&f, 2, 1, 3, 10, QS_TRUNCATED_QUADRATIC);
+        for (uint32_t at = 0; at < 6; at++) {
+            f.t.costs[at] = at % 3 == 1 ? inner[i] : 0;
+        }
+        make_model(&f);
+        assert_int_equal(
+            recode(&f, (qs_encode_options){.encoding = QS_DOMAIN_WALL, .gap = 2}, false), QS_OK);
+        assert_int_equal(qs_qubo_linear(&f.qubo, 1), kappa[i] - inner[i] + 30);
+        check_states(&f, 2, false);
     }
 }
 
@@ -525,8 +573,6 @@ static void refusals(void **unused)
     assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_ST_CUT_ARCS}, false),
                      QS_E_ENCODING);
     make_grid(&f, 2, 2, 3, 5, QS_TRUNCATED_QUADRATIC);
-    assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_DOMAIN_WALL}, false),
-                     QS_E_ENCODING);
     assert_int_equal(recode(&f, (qs_encode_options){.encoding = QS_ONE_HOT_SPARSE}, false),
                      QS_E_ENCODING);
 }
@@ -590,6 +636,8 @@ int main(void)
         cmocka_unit_test(masked_rows_are_runs_of_their_own),
         cmocka_unit_test(counts_by_formula),
         cmocka_unit_test(wall_bounds_are_tight),
+        cmocka_unit_test(value_bounds_are_tight),
+        cmocka_unit_test(square_values),
         cmocka_unit_test(minimal_values),
         cmocka_unit_test(sparse_bounds_are_tight),
         cmocka_unit_test(one_hot_bound_is_tight),

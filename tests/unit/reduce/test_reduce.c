@@ -221,7 +221,9 @@ static void begin_sets(qs_elimination *e, const qs_model *of, bool walls, uint8_
     qs_arena arena = {.base = (char *)memory};
     qs_eliminate_take(e, of, &arena);
     assert_true(qs_arena_size(&arena) <= sizeof memory);
-    qs_eliminate_begin(e, of, walls, kept, labelling);
+    qs_eliminate_lay(e, of, walls, kept, labelling);
+    qs_model_winner(of, labelling);
+    qs_eliminate_begin(e);
 }
 
 /* Reduces it and checks all that must hold of any answer. */

@@ -27,7 +27,9 @@ static void make(uint64_t *state)
     qs_arena arena = {.base = (char *)set_memory};
     qs_eliminate_take(&sets, &model, &arena);
     assert_true(qs_arena_size(&arena) <= sizeof set_memory);
-    qs_eliminate_begin(&sets, &model, false, kept, labelling);
+    qs_eliminate_lay(&sets, &model, false, kept, labelling);
+    qs_model_winner(&model, labelling);
+    qs_eliminate_begin(&sets);
     for (uint32_t p = 0; p < model.sites; p++) {
         do {
             labelling[p] = (uint16_t)tiny_random(state, model.labels);

@@ -1,0 +1,258 @@
+#include "after.h"
+
+#include <string.h>
+
+#include "pictures/picture_write.h"
+#include "text/fail.h"
+
+static const char *const step_names[] = {"refine", "check", "fill", "median"};
+enum { STEPS = sizeof step_names / sizeof step_names[0] };
+
+/* Reads names with commas between, each at most once and in the order of the steps. */
+static bool read_steps(const char *text, bool wanted[STEPS])
+{
+    memset(wanted, 0, STEPS * sizeof *wanted);
+    if (strcmp(text, "none") == 0) {
+        return true;
+    }
+    for (int i = 0; i < STEPS; i++) {
+        size_t length = strlen(step_names[i]);
+        bool next = strncmp(text, step_names[i], length) == 0;
+        if (next && text[length] == '\0') {
+            wanted[i] = true;
+            return true;
+        }
+        if (next && text[length] == ',') {
+            wanted[i] = true;
+            text += length + 1;
+        }
+    }
+    return false;
+}
+
+int after_read(const char *const *values, const pair *asked, after *read)
+{
+    bool wanted[STEPS];
+    memset(read, 0, sizeof *read);
+    read->steps = values[AFTER_STEPS] != NULL ? values[AFTER_STEPS] : asked->from->after;
+    if (!read_steps(read->steps, wanted)) {
+        return fail_usage("--after %s is not none, nor some of refine,check,fill,median in this "
+                          "order",
+                          read->steps);
+    }
+    read->refine = wanted[0];
+    read->check = wanted[1];
+    read->fill = wanted[2];
+    read->median = wanted[3];
+    read->confidence = values[AFTER_CONFIDENCE];
+    read->mask = values[AFTER_MASK];
+    if (read->check && asked->stereo.border != QS_BORDER_KEEP) {
+        return fail_usage("--after check goes with --border keep: it needs a value at every pixel "
+                          "of the right picture");
+    }
+    if (read->confidence != NULL) {
+        TRY(picture_format_read(read->confidence, &read->confidence_png));
+    }
+    return read->mask != NULL ? picture_format_read(read->mask, &read->mask_png) : DONE;
+}
+
+int after_open(after *asked, job *at)
+{
+    if (asked->confidence != NULL) {
+        TRY(job_open_output(at, asked->confidence, &asked->files[0]));
+    }
+    return asked->mask != NULL ? job_open_output(at, asked->mask, &asked->files[1]) : DONE;
+}
+
+/* A picture from right to left. */
+static int mirror(const char *name, const qs_image *image, budget *limit, qs_image *made)
+{
+    uint8_t *pixels = budget_take(limit, name, image->width * image->height);
+    if (pixels == NULL) {
+        return NO_RESOURCE;
+    }
+    for (size_t y = 0; y < image->height; y++) {
+        const uint8_t *from = image->pixels + y * image->stride;
+        uint8_t *to = pixels + y * image->width;
+        for (size_t x = 0; x < image->width; x++) {
+            to[x] = from[image->width - 1 - x];
+        }
+    }
+    *made = (qs_image){pixels, image->width, image->height, image->width};
+    return DONE;
+}
+
+/* The columns of the right picture that the window's matches can lie in, seen in the mirror. */
+static void mirror_window(qs_matching *of)
+{
+    uint32_t width = (uint32_t)of->left.width;
+    if (of->width == 0) {
+        return;
+    }
+    uint32_t reach = (of->disparity_max + of->parts - 1) / of->parts;
+    uint32_t from = of->x > reach ? of->x - reach : 0, end = of->x + of->width;
+    of->x = width - end;
+    of->width = end - from;
+}
+
+/* The map of a labelling, in sixteenths of a pixel if it is to be refined. */
+static int make_map(const after *asked, const laid_out *laid, const solved *found, budget *limit,
+                    pixel_map *map)
+{
+    TRY(map_of_labelling(laid->name, &laid->labels, found->labelling, limit, map));
+    if (!asked->refine) {
+        return DONE;
+    }
+    uint32_t finer = QS_REFINED_UNIT / map->unit;
+    if (map->most > INT32_MAX / finer - 1) {
+        return fail(BAD_INPUT, laid->name, "its disparities are too large to be refined");
+    }
+    qs_status status =
+        qs_map_refine(&laid->model, &laid->labels, found->labelling, map->disparities);
+    map->unit = QS_REFINED_UNIT;
+    map->least *= finer;
+    map->most *= finer;
+    return status == QS_OK ? DONE : fail_status(laid->name, status);
+}
+
+/* Solves the mirrored problem, in which the right picture is the left one. */
+static int solve_right(const after *asked, const pair *of, const solver *by, const search *how,
+                       budget *limit, pixel_map *map)
+{
+    qs_matching mirrored = of->stereo;
+    made_problem made = {.name = input_name(of->right), .mend = "--lambda or --truncation"};
+    qs_status status;
+    laid_out laid;
+    solved found;
+    TRY(mirror(made.name, &of->stereo.right, limit, &mirrored.left));
+    TRY(mirror(made.name, &of->stereo.left, limit, &mirrored.right));
+    mirror_window(&mirrored);
+    TRY(pair_problem(&mirrored, made.name, limit, &made.problem, &status));
+    if (status != QS_OK) {
+        return made_fail(&made, "choose a smaller --roi or --disparity", status);
+    }
+    made.problem.pairwise = of->pairwise;
+    TRY(made_solve(&made, by, how, limit, &laid, &found));
+    return make_map(asked, &laid, &found, limit, map);
+}
+
+static void mirror_rows(pixel_map *map)
+{
+    for (size_t y = 0; y < map->height; y++) {
+        int32_t *row = map->disparities + y * map->width;
+        for (size_t x = 0; x < map->width / 2; x++) {
+            int32_t value = row[x];
+            row[x] = row[map->width - 1 - x];
+            row[map->width - 1 - x] = value;
+        }
+    }
+}
+
+/* Takes out what the map of the right picture does not confirm within half a pixel, or, of whole
+ * pixels, within one. */
+static int check(const after *asked, const pair *of, const solver *by, const search *how,
+                 budget *limit, pixel_map *map)
+{
+    budget aside = budget_inside(limit);
+    pixel_map right;
+    int status = solve_right(asked, of, by, how, &aside, &right);
+    if (status == DONE) {
+        uint32_t tolerance = map->unit > 1 ? map->unit / 2 : 1;
+        mirror_rows(&right);
+        qs_status checked = qs_map_check(map->disparities, right.disparities, map->width,
+                                         map->height, map->unit, tolerance);
+        status = checked == QS_OK ? DONE : fail_status(input_name(of->left), checked);
+    }
+    budget_free(&aside);
+    return status;
+}
+
+static int write_mask(const after *asked, const pixel_map *map)
+{
+    picture made = {map->width, map->height, 1, 255, NULL};
+    if (!picture_allocate(&made)) {
+        return fail_memory(asked->mask);
+    }
+    for (size_t i = 0; i < made.width * made.height; i++) {
+        made.samples[i] = map->disparities[i] == QS_NO_DISPARITY ? 0 : 255;
+    }
+    int status = picture_write(&made, asked->mask_png, asked->files[1]);
+    picture_free(&made);
+    return status;
+}
+
+/* The margins as greys, in units of the costs; at least 1 where there is a value that agrees. */
+static void draw_margins(const laid_out *laid, const uint32_t *margins, const pixel_map *map,
+                         picture *made)
+{
+    const qs_frame *frame = &laid->labels.frame;
+    for (size_t i = 0; i < made->width * made->height; i++) {
+        size_t x = i % made->width - frame->x, y = i / made->width - frame->y;
+        bool inside = x < laid->model.width && y < laid->model.height;
+        made->samples[i] = 0;
+        if (inside && map->disparities[i] != QS_NO_DISPARITY) {
+            uint32_t margin = margins[y * laid->model.width + x] / laid->scale;
+            made->samples[i] = (uint16_t)(margin < 1 ? 1 : margin > 255 ? 255 : margin);
+        }
+    }
+}
+
+static int write_confidence(const after *asked, const laid_out *laid, const solved *found,
+                            const pixel_map *map, budget *limit)
+{
+    const qs_model *model = &laid->model;
+    uint32_t unit = laid->labels.meaning.unit > 0 ? laid->labels.meaning.unit : 1;
+    size_t size = qs_margins_workspace(model);
+    void *workspace = budget_take(limit, laid->name, size);
+    uint32_t *margins = budget_take(limit, laid->name, sizeof *margins * model->sites);
+    picture made = {map->width, map->height, 1, 255, NULL};
+    if (workspace == NULL || margins == NULL) {
+        return NO_RESOURCE;
+    }
+    qs_status status = qs_margins(model, found->labelling, unit, workspace, size, margins);
+    if (status != QS_OK) {
+        return status == QS_E_OVERFLOW ? fail(BAD_INPUT, laid->name,
+                                              "its costs are too large for --confidence: choose a "
+                                              "smaller --lambda")
+                                       : fail_status(laid->name, status);
+    }
+    if (!picture_allocate(&made)) {
+        return fail_memory(asked->confidence);
+    }
+    draw_margins(laid, margins, map, &made);
+    int written = picture_write(&made, asked->confidence_png, asked->files[0]);
+    picture_free(&made);
+    return written;
+}
+
+static int take_median(const char *name, pixel_map *map, budget *limit)
+{
+    size_t size = (size_t)map->width * map->height * sizeof *map->disparities;
+    int32_t *out = budget_take(limit, name, size);
+    if (out == NULL) {
+        return NO_RESOURCE;
+    }
+    qs_status status = qs_map_median(map->disparities, map->width, map->height, out);
+    map->disparities = out;
+    return status == QS_OK ? DONE : fail_status(name, status);
+}
+
+int after_labels(const after *asked, const pair *of, const laid_out *laid, const solved *found,
+                 const solver *by, const search *how, budget *limit, pixel_map *map)
+{
+    TRY(make_map(asked, laid, found, limit, map));
+    if (asked->check) {
+        TRY(check(asked, of, by, how, limit, map));
+    }
+    if (asked->mask != NULL) {
+        TRY(write_mask(asked, map));
+    }
+    if (asked->confidence != NULL) {
+        TRY(write_confidence(asked, laid, found, map, limit));
+    }
+    if (asked->fill) {
+        qs_status status = qs_map_fill(map->disparities, map->width, map->height);
+        TRY(status == QS_OK ? DONE : fail_status(laid->name, status));
+    }
+    return asked->median ? take_median(laid->name, map, limit) : DONE;
+}

@@ -1,0 +1,50 @@
+/* What match does with a map after the labels are found, and what it says of each pixel. Each
+ * function returns an exit status and has printed why it failed. */
+#ifndef AFTER_H
+#define AFTER_H
+
+#include "command.h"
+#include "pair.h"
+#include "pictures/disparity_map.h"
+#include "solving.h"
+
+/* Rows for a table of options, one behind the other. */
+enum { AFTER_STEPS, AFTER_CONFIDENCE, AFTER_MASK, AFTER_OPTIONS };
+#define AFTER_OPTION_ROWS                                                                          \
+    {"after",                                                                                      \
+     0,                                                                                            \
+     false,                                                                                        \
+     "LIST",                                                                                       \
+     NULL,                                                                                         \
+     "what follows the labels: refine, check, fill, median in this order, or none "                \
+     "(paper: none)"},                                                                             \
+        {"confidence", 0,                                                                          \
+         false,        "C",                                                                        \
+         NULL,         "picture (.png, .pgm) of how sure each pixel is: 0 no value, 255 sure"},    \
+        {"mask",                                                                                   \
+         0,                                                                                        \
+         false,                                                                                    \
+         "M",                                                                                      \
+         NULL,                                                                                     \
+         "picture (.png, .pgm) of the values that were matched (255), not filled or missing"}
+
+typedef struct after {
+    const char *steps; /* as given, or as the preset says */
+    bool refine, check, fill, median;
+    const char *confidence, *mask; /* names of pictures; NULL = not wanted */
+    bool confidence_png, mask_png;
+    output *files[2]; /* of these, after after_open */
+} after;
+
+/* Reads the arguments of the rows. Returns DONE or BAD_USAGE. */
+int after_read(const char *const *values, const pair *asked, after *read);
+
+/* Opens the outputs. */
+int after_open(after *asked, job *at);
+
+/* Makes the map of a labelling and does with it what was asked; writes the pictures that were asked
+ * for. The right picture's map is solved as the left one's was. */
+int after_labels(const after *asked, const pair *of, const laid_out *laid, const solved *found,
+                 const solver *by, const search *how, budget *limit, pixel_map *map);
+
+#endif

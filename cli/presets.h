@@ -1,0 +1,34 @@
+/* Settings of matching under one name: the arguments of options that are not given. */
+#ifndef PRESETS_H
+#define PRESETS_H
+
+#include <stddef.h>
+
+/* Those that depend on the range of disparities, and on the labels in a pixel. Of linear costs
+ * lambda and truncation count labels, so half pixels halve one and double the other. */
+typedef struct preset_smoothness {
+    const char *lambda, *truncation; /* NULL = none */
+} preset_smoothness;
+
+typedef struct preset {
+    const char *name;
+    const char *step; /* from one label to the next, in pixels */
+    const char *cost, *contrast, *border, *smoothness; /* contrast NULL = none */
+    /* [the range has more than PRESET_WIDE pixels][labels in a pixel - 1] */
+    preset_smoothness strength[2][2];
+    const char *potts_lambda; /* where --smoothness potts is given */
+    /* Of match alone: */
+    const char *solver, *iterations, *after;
+} preset;
+
+enum { PRESET_WIDE = 32, PRESETS = 3 };
+
+extern const preset presets[PRESETS];
+
+/* Reads the argument of --preset. Returns DONE or BAD_USAGE. */
+int preset_read(const char *text, const preset **chosen);
+
+/* The names, one by one; NULL after the last. */
+const char *preset_at(size_t index);
+
+#endif

@@ -1,2 +1,0 @@
-#include "in_64_bits.h"
-#include "best.c"

@@ -1,0 +1,2 @@
+#include "in_64_bits.h"
+#include "messages_and_moves.c"

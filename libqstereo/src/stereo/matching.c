@@ -1,0 +1,340 @@
+#include "../../include/qstereo/matching.h"
+
+#include <string.h>
+
+#include "../base/minmax.h"
+#include "match_term.h"
+
+/* Costs are summed for TILE pixels at a time, label by label, so that the least cost of each pixel
+ * is the minimum of some rows. Then they are turned, to stand pixel by pixel. */
+enum { TILE = QS_MATCH_TILE, PARTS = 2 };
+
+typedef struct matcher {
+    qs_matching matching;
+    qs_match_needs needs;
+    uint32_t x, y, width, height, labels; /* of the grid */
+    qs_match_row left, right[PARTS]; /* right[1] holds the samples between pixels */
+    uint16_t *sums; /* labels x TILE */
+    int32_t *edges_right, *edges_down; /* NULL = all edges have the same weight */
+} matcher;
+
+static bool is_window(const qs_match_term *term)
+{
+    bool odd = term->width % 2 == 1 && term->height % 2 == 1;
+    return odd && term->width <= QS_CENSUS_ROWS && term->height <= QS_CENSUS_ROWS &&
+           term->width * term->height > 1;
+}
+
+static bool is_term(const qs_match_term *term)
+{
+    bool census = term->cost == QS_MATCH_CENSUS;
+    return (unsigned)term->cost <= QS_MATCH_CENSUS && term->weight >= 1 && term->weight <= 255 &&
+           (census ? is_window(term) : term->width == 0 && term->height == 0);
+}
+
+/* The largest part of theta that a term can be. */
+static uint32_t most_of(const qs_match_term *term)
+{
+    uint32_t most = qs_match_term_most(term);
+    return term->weight * (term->truncation > 0 ? qs_min_u32(most, term->truncation) : most);
+}
+
+/* What a match outside the right picture costs. */
+static uint32_t outside_cost(const qs_matching *matching)
+{
+    const qs_match_term *first = &matching->terms[0];
+    return first->weight * first->truncation;
+}
+
+uint32_t qs_matching_most(const qs_matching *matching)
+{
+    uint32_t most = 0;
+    for (unsigned i = 0; i < matching->term_count && i < QS_MATCH_TERMS; i++) {
+        if (!is_term(&matching->terms[i])) {
+            return 0;
+        }
+        most += most_of(&matching->terms[i]);
+    }
+    return matching->border == QS_BORDER_KEEP ? qs_max_u32(most, outside_cost(matching)) : most;
+}
+
+static bool is_border(const qs_matching *matching)
+{
+    uint32_t truncation = matching->terms[0].truncation;
+    return matching->border == QS_BORDER_LEAVE_OUT ||
+           (matching->border == QS_BORDER_KEEP && truncation > 0 && truncation <= UINT16_MAX);
+}
+
+/* Two terms of census share one window. */
+static bool windows_agree(const qs_matching *matching)
+{
+    const qs_match_term *a = &matching->terms[0], *b = &matching->terms[1];
+    return matching->term_count < 2 || a->cost != QS_MATCH_CENSUS || b->cost != QS_MATCH_CENSUS ||
+           (a->width == b->width && a->height == b->height);
+}
+
+static bool is_matching(const qs_matching *matching)
+{
+    if (!matching || !qs_image_is_valid(&matching->left) || !qs_image_is_valid(&matching->right) ||
+        matching->term_count < 1 || matching->term_count > QS_MATCH_TERMS || !is_border(matching) ||
+        !windows_agree(matching)) {
+        return false;
+    }
+    uint32_t most = qs_matching_most(matching);
+    bool contrast = matching->contrast_below == 0 ||
+                    (matching->contrast_below <= 256 && matching->contrast_times >= 1);
+    return most >= 1 && most <= UINT16_MAX && matching->parts >= 1 && matching->parts <= PARTS &&
+           matching->disparity_min <= matching->disparity_max &&
+           matching->disparity_max <= INT32_MAX && matching->scale >= 1 && matching->weight >= 0 &&
+           contrast;
+}
+
+static qs_match_needs needs_of(const qs_matching *matching)
+{
+    qs_match_needs needs = {.range = false};
+    for (unsigned i = 0; i < matching->term_count && i < QS_MATCH_TERMS; i++) {
+        const qs_match_term *term = &matching->terms[i];
+        needs.range = needs.range || term->cost == QS_MATCH_BT;
+        if (term->cost == QS_MATCH_CENSUS && !needs.census) {
+            needs.census = true;
+            needs.width = term->width;
+            needs.height = term->height;
+        }
+    }
+    return needs;
+}
+
+static uint32_t labels_of(const qs_matching *matching)
+{
+    return matching->disparity_max - matching->disparity_min + 1;
+}
+
+/* Pixels that the largest disparity reaches over. */
+static uint32_t reach_of(const qs_matching *matching)
+{
+    return matching->disparity_max / matching->parts +
+           (matching->disparity_max % matching->parts > 0);
+}
+
+static matcher *take(qs_arena *arena, const qs_matching *matching, const qs_grid *grid)
+{
+    matcher plan = {.matching = *matching, .needs = needs_of(matching)};
+    matcher *made = qs_arena_take(arena, 1, sizeof *made);
+    size_t across = matching->left.width, pad = qs_min_u32(reach_of(matching), (uint32_t)across);
+    plan.labels = labels_of(matching);
+    plan.width = grid->width;
+    plan.height = grid->height;
+    plan.left = qs_match_row_take(arena, &plan.needs, across, 0, TILE);
+    for (uint32_t i = 0; i < matching->parts && i < PARTS; i++) {
+        plan.right[i] = qs_match_row_take(arena, &plan.needs, across, pad, TILE);
+    }
+    plan.sums = qs_arena_take(arena, plan.labels, TILE * sizeof *plan.sums);
+    if (matching->contrast_below > 0) {
+        uint64_t cells = (uint64_t)grid->width * grid->height;
+        plan.edges_right = qs_arena_take(arena, cells, sizeof *plan.edges_right);
+        plan.edges_down = qs_arena_take(arena, cells, sizeof *plan.edges_down);
+    }
+    if (made) {
+        *made = plan;
+    }
+    return made;
+}
+
+/* The window, without the pixels that the border leaves out. */
+static qs_status place_grid(const qs_matching *of, qs_problem *problem)
+{
+    uint32_t width = (uint32_t)of->left.width, height = (uint32_t)of->left.height;
+    uint32_t x = of->x, y = of->y, w = of->width, h = of->height, reach = reach_of(of);
+    if (w == 0) {
+        x = y = 0;
+        w = width;
+        h = height;
+    }
+    if (of->right.width != width || of->right.height != height || x >= width || w > width - x ||
+        y >= height || h > height - y || h == 0) {
+        return QS_E_GEOMETRY;
+    }
+    uint32_t lost = of->border == QS_BORDER_LEAVE_OUT && reach > x ? reach - x : 0;
+    if (lost >= w) {
+        return QS_E_GEOMETRY;
+    }
+    problem->grid = (qs_grid){.width = w - lost, .height = h};
+    problem->frame = (qs_frame){width, height, x + lost, y, of->disparity_min};
+    return QS_OK;
+}
+
+size_t qs_matching_workspace(const qs_matching *matching)
+{
+    qs_arena count = {NULL, 0, false};
+    qs_problem placed;
+    if (!is_matching(matching) || place_grid(matching, &placed) != QS_OK) {
+        return 0;
+    }
+    (void)take(&count, matching, &placed.grid);
+    return qs_arena_size(&count);
+}
+
+/* Matches before the first pixel of the right picture cost the same. */
+static void price_outside(const matcher *m, uint32_t label, uint32_t x, uint32_t count,
+                          uint16_t *sum)
+{
+    const qs_matching *matching = &m->matching;
+    uint32_t first = label / matching->parts + (label % matching->parts > 0);
+    uint32_t out = first > x ? qs_min_u32(first - x, count) : 0;
+    for (uint32_t i = 0; i < out; i++) {
+        sum[i] = (uint16_t)outside_cost(matching);
+    }
+}
+
+/* The sums of a tile that begins at column x of the picture. */
+static void sum_tile(const matcher *m, uint32_t x, uint32_t count, uint16_t least[TILE])
+{
+    const qs_matching *matching = &m->matching;
+    memset(least, UINT8_MAX, TILE * sizeof *least);
+    for (uint32_t d = 0; d < m->labels; d++) {
+        uint16_t *sum = m->sums + (size_t)TILE * d;
+        uint32_t label = matching->disparity_min + d;
+        const qs_match_row *right = &m->right[label % matching->parts];
+        uint32_t back = qs_min_u32(label / matching->parts, x + (uint32_t)right->pad);
+        memset(sum, 0, TILE * sizeof *sum);
+        for (unsigned i = 0; i < matching->term_count; i++) {
+            qs_match_term_add(&matching->terms[i], &m->left, x, right, right->pad + x - back, sum);
+        }
+        price_outside(m, label, x, count, sum);
+        for (int i = 0; i < TILE; i++) {
+            least[i] = sum[i] < least[i] ? sum[i] : least[i];
+        }
+    }
+}
+
+static void put_bytes(const matcher *m, const uint16_t *least, uint32_t count, uint8_t *costs)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        const uint16_t *sum = m->sums + i;
+        for (uint32_t d = 0; d < m->labels; d++) {
+            costs[d] = (uint8_t)(sum[(size_t)TILE * d] - least[i]);
+        }
+        costs += m->labels;
+    }
+}
+
+static void put_words(const matcher *m, const uint16_t *least, uint32_t count, uint32_t *costs)
+{
+    uint32_t scale = m->matching.scale;
+    for (uint32_t i = 0; i < count; i++) {
+        const uint16_t *sum = m->sums + i;
+        for (uint32_t d = 0; d < m->labels; d++) {
+            costs[d] = (uint32_t)(sum[(size_t)TILE * d] - least[i]) * scale;
+        }
+        costs += m->labels;
+    }
+}
+
+static bool fits_bytes(const qs_matching *matching)
+{
+    return matching->scale == 1 && qs_matching_most(matching) <= UINT8_MAX;
+}
+
+static void cost_row(void *context, uint32_t row, void *costs, int32_t *least)
+{
+    matcher *m = context;
+    const qs_matching *matching = &m->matching;
+    size_t y = (size_t)m->y + row;
+    bool bytes = fits_bytes(matching);
+    qs_match_row_read(&m->left, &m->needs, &matching->left, y, false);
+    for (uint32_t i = 0; i < matching->parts; i++) {
+        qs_match_row_read(&m->right[i], &m->needs, &matching->right, y, i == 1);
+    }
+    for (uint32_t x = 0; x < m->width; x += TILE) {
+        uint16_t tile_least[TILE];
+        uint32_t count = qs_min_u32(m->width - x, TILE);
+        size_t at = (size_t)x * m->labels;
+        sum_tile(m, m->x + x, count, tile_least);
+        if (bytes) {
+            put_bytes(m, tile_least, count, (uint8_t *)costs + at);
+        } else {
+            put_words(m, tile_least, count, (uint32_t *)costs + at);
+        }
+        for (uint32_t i = 0; i < count; i++) {
+            least[x + i] = (int32_t)(tile_least[i] * matching->scale);
+        }
+    }
+}
+
+static int32_t edge_weight(const qs_matching *matching, uint8_t a, uint8_t b)
+{
+    uint32_t off = a > b ? (uint32_t)(a - b) : (uint32_t)(b - a);
+    return off < matching->contrast_below ? matching->weight * (int32_t)matching->contrast_times
+                                          : matching->weight;
+}
+
+/* The weights of all edges; those of the last column and row are not used. */
+static void weigh_edges(const matcher *m)
+{
+    const qs_image *left = &m->matching.left;
+    for (uint32_t y = 0; y < m->height; y++) {
+        const uint8_t *row = left->pixels + ((size_t)m->y + y) * left->stride + m->x;
+        const uint8_t *below = y + 1 < m->height ? row + left->stride : row;
+        int32_t *to_right = m->edges_right + (size_t)y * m->width;
+        int32_t *to_below = m->edges_down + (size_t)y * m->width;
+        for (uint32_t x = 0; x < m->width; x++) {
+            to_right[x] = edge_weight(&m->matching, row[x], row[x + 1 < m->width ? x + 1 : x]);
+            to_below[x] = edge_weight(&m->matching, row[x], below[x]);
+        }
+    }
+}
+
+static qs_status check_numbers(const qs_matching *matching)
+{
+    uint64_t cost = (uint64_t)qs_matching_most(matching) * matching->scale;
+    uint64_t times = matching->contrast_below > 0 ? matching->contrast_times : 1;
+    uint64_t weight = (uint64_t)matching->weight * times;
+    return cost <= INT32_MAX && weight <= INT32_MAX ? QS_OK : QS_E_OVERFLOW;
+}
+
+/* What the problem says of itself before its costs and weights have a place. */
+static qs_status plan_problem(const qs_matching *matching, qs_problem *planned)
+{
+    if (matching->disparity_max - matching->disparity_min >= QS_LABELS_MAX) {
+        return QS_E_LIMIT;
+    }
+    qs_status status = check_numbers(matching);
+    *planned = (qs_problem){
+        .labels = labels_of(matching),
+        .scale = matching->scale,
+        .weight = matching->weight,
+        .meaning = {.unit = matching->parts > 1 ? matching->parts : 0},
+    };
+    return status == QS_OK ? place_grid(matching, planned) : status;
+}
+
+qs_status qs_matching_problem(const qs_matching *matching, void *workspace, size_t workspace_size,
+                              qs_problem *problem)
+{
+    qs_problem made;
+    if (!is_matching(matching) || !workspace || !problem) {
+        return QS_E_ARGUMENT;
+    }
+    qs_status status = plan_problem(matching, &made);
+    if (status != QS_OK) {
+        return status;
+    }
+    if (workspace_size < qs_matching_workspace(matching)) {
+        return QS_E_WORKSPACE;
+    }
+    qs_arena arena = {workspace, 0, false};
+    matcher *m = take(&arena, matching, &made.grid);
+    m->x = made.frame.x;
+    m->y = made.frame.y;
+    made.source = (qs_cost_source){cost_row, m, fits_bytes(matching) ? 1 : 4};
+    made.grid.right = m->edges_right;
+    made.grid.down = m->edges_down;
+    if (m->edges_right) {
+        weigh_edges(m);
+    }
+    status = qs_problem_check(&made);
+    if (status == QS_OK) {
+        *problem = made;
+    }
+    return status;
+}
