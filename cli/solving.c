@@ -267,6 +267,8 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
     progress watched =
         progress_begin(by->name, problem->scale, how->time_limit, how->whole_command);
     watched.gap = how->gap;
+    watched.traced = how->traced;
+    trace_begin(how->traced, by->name);
     progress_keep_on_interrupt(how->keep_on_interrupt);
     const qs_solve_options options = {.iterations = how->iterations,
                                       .seed = how->seed,
@@ -300,6 +302,9 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
         return fail_status(name, ran);
     }
     keep_start(model, how->start, found);
+    trace_end(how->traced, &(trace_point){found->microseconds, found->solution.iterations,
+                                          found->solution.energy, found->solution.lower_bound,
+                                          TRACE_NO_VARIABLES});
     return check_found(problem, work, found);
 }
 

@@ -21,6 +21,7 @@ enum {
     TRUTH_NO_VALUE,
     MAPS,
     SCALE,
+    TRACE,
     JSON,
     MEMORY_LIMIT
 };
@@ -37,6 +38,7 @@ static const option options[] = {
     [MAPS] = {"maps", 0, false, "DIR", NULL,
               "write each map as DIR/SOLVER.png (.pgm in a build without OpenCV)"},
     [SCALE] = SCALE_OPTION,
+    [TRACE] = TRACE_OPTION,
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -57,6 +59,7 @@ typedef struct comparing {
     laid_out laid;
     true_map truth;
     comparison table;
+    trace course; /* of all solvers, one after the other */
 } comparing;
 
 static int read_solvers(const char *text, request *asked)
@@ -320,6 +323,9 @@ static int compare(comparing *with)
     with->table.scored = with->asked.truth != NULL;
     TRY(open_options(with));
     TRY(check_memory(with));
+    TRY(trace_open(at, at->values[TRACE], with->laid.scale, &with->course));
+    with->asked.how.traced = &with->course;
+    with->table.trace = at->values[TRACE];
     TRY(fill_table(with));
     TRY(job_commit(at));
     (at->json ? comparison_json : comparison_print)(&with->table);

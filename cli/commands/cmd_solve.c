@@ -18,6 +18,7 @@ enum {
     SEARCH,
     STOPPING = SEARCH + SEARCH_OPTIONS,
     START = STOPPING + STOPPING_OPTIONS,
+    TRACE,
     JSON,
     MEMORY_LIMIT
 };
@@ -29,6 +30,7 @@ static const option options[] = {
     [SEARCH] = SEARCH_OPTION_ROWS,
     [STOPPING] = STOPPING_OPTION_ROWS,
     [START] = START_OPTION,
+    [TRACE] = TRACE_OPTION,
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -36,6 +38,7 @@ static const option options[] = {
 typedef struct request {
     const solver *by;
     search how;
+    trace course;
 } request;
 
 enum { INFO_SIZE = 512 };
@@ -125,6 +128,8 @@ static int run_solve(job *at)
     TRY(start_read(at, at->values[START], &laid, &asked.how.start));
     TRY(budget_need(&at->limit, laid.name, solve_bytes(&laid, asked.by)));
     TRY(job_open_output(at, at->values[OUTPUT], &out));
+    TRY(trace_open(at, at->values[TRACE], laid.scale, &asked.course));
+    asked.how.traced = &asked.course;
     bool certified = at->values[CERTIFICATE] != NULL;
     TRY(certified ? solve_certified(at, &asked, &laid, &found)
                   : solve_plainly(at, &asked, &laid, &found));
