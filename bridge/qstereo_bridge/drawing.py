@@ -89,7 +89,8 @@ def energies(results, bound):
     axes.barh(range(len(results)), above, color=BLUE)
     axes.set_yticks(range(len(results)), [one["solver"] for one in results])
     for place, value in enumerate(above):
-        axes.annotate(f" +{value:,.10g}" if value else " 0", (value, place), va="center")
+        axes.annotate(f"+{value:,.10g}" if value else "0", (value, place), (3, 0), va="center",
+                      textcoords="offset points")
     axes.axvline(0, color=RED)
     axes.invert_yaxis()
     axes.set_xscale("symlog", linthresh=1)

@@ -42,7 +42,8 @@ body { color: var(--ink); background: var(--paper); font: 16px/1.5 system-ui, sa
 h1 { font-size: 1.6rem } h2 { font-size: 1.25rem; border-top: 1px solid var(--rule);
      padding-top: 1rem; margin-top: 2rem } h3 { font-size: 1rem }
 p, figcaption { max-width: 45rem } figcaption, .soft { color: var(--soft); font-size: .875rem }
-.maps { display: grid; gap: .75rem; grid-template-columns: repeat(auto-fill, minmax(9rem, 1fr)) }
+.maps { display: grid; gap: .75rem; margin: .75rem 0;
+        grid-template-columns: repeat(auto-fill, minmax(9rem, 1fr)) }
 figure { margin: 0 } .maps img { width: 100%; image-rendering: pixelated; border-radius: 3px;
          background: #fff }
 .wide { overflow-x: auto } svg { max-width: 100%; height: auto; display: block }
@@ -137,7 +138,8 @@ def picture(problem, name):
 def of_pair(problem, name):
     """A picture that the problem names, or else that lies beside its results as NAME.png."""
     beside = problem["folder"] / f"{name}.png"
-    return picture(problem, problem.get(name) or (beside if beside.exists() else None))
+    named = problem.get(name) or (beside if problem["results"] and beside.exists() else None)
+    return picture(problem, named)
 
 
 def levels(values, scale):
@@ -302,7 +304,7 @@ def page_of(problems, title, before="", after="", parts=None):
     """
     body = ""
     for number, problem in enumerate(problems, 1):
-        stem = f"{number:02}-" + re.sub(r"[^\w.-]+", "-", str(problem["name"]))
+        stem = f"{number:02}-" + re.sub(r"[^\w.]+", "-", str(problem["name"])).strip("-")
 
         def keep(name, make, stem=stem):
             if parts is not None:

@@ -1,94 +1,128 @@
-"""scripts/reproduce: tables of every method over a folder of scenes."""
+"""scripts/paper: the paper's evaluation over a folder of scenes."""
 
+import csv
+import html
 import json
+import os
+import re
+import shutil
 import subprocess
 import sys
+from pathlib import Path
 
-import numpy as np
 import pytest
 from cli_tools import LONG, QSTEREO, ROOT, SOLVERS
 
+pytest.importorskip("matplotlib")
+BRIDGE = os.environ.get("QSTEREO_BRIDGE", str(Path(sys.executable).parent / "qstereo-bridge"))
+PUBLISHED = json.loads((ROOT / "samples" / "paper" / "published.json").read_text())
+ANNEALER = "QUBO, annealer"
 
-def reproduce(*arguments):
+
+def paper(*arguments):
     return subprocess.run(
-        [
-            sys.executable,
-            ROOT / "scripts" / "reproduce",
-            "--qstereo",
-            QSTEREO,
-            *map(str, arguments),
-        ],
-        capture_output=True,
-        text=True,
-        timeout=LONG,
-    )
+        [sys.executable, ROOT / "scripts" / "paper", "--quick", "--time-limit", "0.05",
+         "--qstereo", QSTEREO, "--bridge", BRIDGE, *map(str, arguments)],
+        capture_output=True, text=True, timeout=LONG)
 
 
-@pytest.fixture
-def scenes(tmp_path, opencv):
-    """One scene, a little larger than the window."""
-    from PIL import Image
-
-    folder = tmp_path / "data" / "noise"
-    folder.mkdir(parents=True)
-    random = np.random.default_rng(1)
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """The folder after a run on the sample scene, under the name of one of the paper's."""
+    folder = tmp_path_factory.mktemp("paper")
+    scene = folder / "data" / "barn1"
+    scene.mkdir(parents=True)
     for name in ("left", "right", "truth"):
-        Image.fromarray(random.integers(0, 160, (104, 142), dtype=np.uint8)).save(
-            folder / f"{name}.png"
-        )
-    return folder.parent
+        shutil.copy(ROOT / "samples" / "rendered" / f"{name}.png", scene)
+    (folder / "data" / "scenes.json").write_text('{"barn1": {"disparity_max": 14}}')
+    (folder / "reference.json").write_text(json.dumps(
+        {"crop100": {"barn1": {"icm": 10**6, "optimum": 2}}}))
+    done = paper("-o", folder / "out", folder / "data")
+    assert done.returncode == 0, done.stderr
+    return folder, done
 
 
-def test_tables_and_the_reference(tmp_path, scenes):
-    known = {
-        "whole": {"noise": {"icm": 10**6, "best": 1}},
-        "crop100": {"noise": {"bp": 10**6, "optimum": 2}},
-    }
-    (tmp_path / "reference.json").write_text(json.dumps(known))
-    done = reproduce("--json", "--time-limit", "0.02", scenes)
-    assert (done.returncode, done.stderr) == (0, "")
-    whole, crop = json.loads(done.stdout)["problems"]
-    shapes = [
-        tuple(of[key] for key in ("part", "width", "height", "labels")) for of in (whole, crop)
-    ]
-    assert shapes == [("whole", 123, 104, 20), ("crop100", 100, 100, 20)]
-    for of, reference in ((whole, {"icm": 10**6, "best": 1}), (crop, {"bp": 10**6, "best": 2})):
-        assert [result["solver"] for result in of["results"]] == SOLVERS
-        for result in of["results"]:
-            assert result["reference"] == reference.get(result["solver"])
-            assert result["difference"] == (
-                None if result["reference"] is None else result["energy"] - result["reference"]
-            )
-            assert result["gap"] == result["energy"] - of["lower_bound"] >= 0
-    done = reproduce("--time-limit", "0.02", scenes)
-    assert (
-        "noise, whole: 123 x 104 sites, 20 labels" in done.stdout
-        and "noise, crop100: 100 x 100 sites" in done.stdout
-    )
+def results_of(folder, out="out"):
+    (found,) = json.loads((folder / out / "results.json").read_text())["problems"]
+    return found, {result["solver"]: result for result in found["results"]}
+
+
+def test_every_method_and_the_annealer(made):
+    folder, done = made
+    found, by_name = results_of(folder)
+    assert [found[key] for key in ("width", "height", "labels")] == [32, 32, 15]
+    assert list(by_name) == [*SOLVERS, ANNEALER]
+    for result in by_name.values():
+        assert result["gap"] == result["energy"] - found["lower_bound"] >= 0
+        assert (folder / "out" / result["map"]).exists()
+    assert by_name[ANNEALER]["energy"] < by_name["icm"]["energy"]
+    assert re.search(r"index\.html: 1 problems, \d+\.\d s", done.stdout)
+
+
+def test_references_and_published_numbers_stand_beside_ours(made):
+    folder, done = made
+    _, by_name = results_of(folder)
+    assert by_name["icm"]["difference"] == by_name["icm"]["energy"] - 10**6 < 0
+    assert by_name["best"]["reference"] == 2 and by_name["bp"]["reference"] is None
     assert "icm        at or below in 1 of 1" in done.stdout
+    page = html.unescape((folder / "out" / "index.html").read_text())
+    ours, trws = (PUBLISHED["errors"]["Barn"][name] for name in ("Ours", "TRW-S"))
+    assert by_name[ANNEALER]["published"] == " / ".join(f"{value:.2f}" for value in ours)
+    assert " / ".join(f"{value:.2f}" for value in trws) in page
+    assert PUBLISHED["remark"] in page and "104,760" in page and "pegasus:16" in page
 
 
-def test_without_a_reference(scenes):
-    done = reproduce("--time-limit", "0.02", scenes)
-    assert (done.returncode, "reference" in done.stdout) == (0, False)
+def test_variables_of_each_model(made):
+    """Table 1's formulas, computed here by themselves, and what our files have."""
+    with open(made[0] / "out" / "qubits.csv", newline="", encoding="utf-8") as file:
+        rows = {row["model"].split(":")[0]: int(row["variables"]) for row in csv.DictReader(file)}
+    n, m, k = 32, 32, 15
+    assert rows["the paper"] == rows["qstereo, one-hot"] == n * m * k
+    assert rows["qstereo, domain-wall"] == n * m * (k - 1)
+    assert rows["Heidari et al. 2021"] == n * m * (k + 1) + 2
+    assert rows["Heidari et al. 2022"] == rows["qstereo, multiway-cut"] == n * m * k + k * k
+    grid = 7 * n * m * k + 9 * n * m - 2 * k * (n + m) - 2 * (n + m) + 2
+    assert rows["Cruz-Santos et al. 2018"] == grid
+
+
+def test_samples_of_a_service_are_found_by_their_problem(made, tmp_path):
+    """Samples of this problem get a row, those of another none."""
+    folder, _ = made
+    problems = folder / "out" / "problems"
+    for problem in ("barn1.qcf", "example.qcf"):
+        subprocess.run([QSTEREO, "solve", problems / problem, "-o",
+                        tmp_path / f"{problem}.qsf", "--solver", "trws"],
+                       check=True, capture_output=True)
+    done = paper("-o", folder / "again", "--samples", tmp_path, folder / "data")
+    assert done.returncode == 0, done.stderr
+    names = [result["solver"] for result in results_of(folder, "again")[0]["results"]]
+    assert names == [*SOLVERS[:5], "trws", "trws", "best", ANNEALER]
 
 
 def test_no_scenes(tmp_path):
-    done = reproduce()
-    assert done.returncode == 1 and "make reproduce DATA=folder" in done.stderr
-    done = reproduce(tmp_path)
+    done = paper()
+    assert done.returncode == 1 and "make paper DATA=folder" in done.stderr
+    done = paper(tmp_path)
     assert done.returncode == 1 and "holds no scene" in done.stderr
 
 
-def test_scenes_json_says_scale_and_range(scenes):
-    """The same truth at another scale gives another error; the range is that of the file."""
-    found = []
-    for facts in ({}, {"disparity_max": 4}, {"disparity_max": 4, "truth_scale": 40}):
-        (scenes / "scenes.json").write_text(json.dumps({"noise": facts}))
-        done = reproduce("--json", "--time-limit", "0.02", scenes)
-        assert (done.returncode, done.stderr) == (0, "")
-        found.append(json.loads(done.stdout)["problems"][0])
-    assert [of["labels"] for of in found] == [20, 5, 5]
-    icm = [{r["solver"]: r for r in of["results"]}["icm"] for of in found]
-    # Where the time limit stops icm may differ; the error differs far more.
-    assert icm[1]["rms"] > 2 * icm[2]["rms"]
+def test_the_published_numbers_are_those_of_the_paper():
+    sources = sorted((ROOT / ".." / "shared" / "paper").glob("*.txt"))
+    if not sources:
+        pytest.skip("the paper's text is not there")
+    text = sources[0].read_text()
+    table = text[text.index(r"\label{tab_evaluation}"):]
+    table = table[:table.index(r"\end{tabular}")]
+    cells = re.sub(r"\{\\color\{blue\}\s*([\d.]+)\}", r"\1", table)
+    rows = re.findall(r"& *([A-Z][\w-]+) *& *([\d.]+) *& *([\d.]+) *& *([\d.]+) *\\\\", cells)
+    said = [[name, *map(float, numbers)] for name, *numbers in rows]
+    assert said == [[name, *numbers] for of in PUBLISHED["errors"].values()
+                    for name, numbers in of.items()] and len(said) == 30
+    scenes = re.findall(r"multirow\{5\}\{\*\}\{\\textit\{(\w+)\}\}", table)
+    assert scenes == list(PUBLISHED["errors"])
+    times = text[text.index(r"\label{tab_timing}"):]
+    assert [float(number) for number in re.findall(r"\$ *([\d]+\.\d+)\$", times)] == list(
+        PUBLISHED["timing_us"].values())
+    formulas = text[text.index(r"\label{tab_comparison_qubit_complexity}"):].replace(" ", "")
+    for _, formula in PUBLISHED["qubits"]:
+        assert f"${formula.replace(' ', '')}$" in formulas
