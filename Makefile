@@ -126,8 +126,8 @@ paper: all $(ENV) ## the paper's evaluation on the scenes of DATA=folder, as a p
 
 BASHDIR := $(PREFIX)/share/bash-completion/completions
 ZSHDIR := $(PREFIX)/share/zsh/site-functions
-DOCUMENTS := README.md NEWS LICENSE CITATION.cff CONTRIBUTING.md SECURITY.md docs/result.png \
-    $(wildcard docs/*.md examples/*.c) examples/README.md
+DOCUMENTS := README.md NEWS LICENSE CITATION.cff CONTRIBUTING.md SECURITY.md \
+    $(wildcard docs/*.png docs/*.md examples/*.c) examples/README.md
 # $(call of_prefix,DIR): DIR as pkg-config's file has it.
 of_prefix = $(patsubst $(PREFIX)/%,$${prefix}/%,$(1))
 

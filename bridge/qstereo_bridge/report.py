@@ -45,7 +45,7 @@ p, figcaption { max-width: 45rem } figcaption, .soft { color: var(--soft); font-
 .maps { display: grid; gap: .75rem; margin: .75rem 0;
         grid-template-columns: repeat(auto-fill, minmax(9rem, 1fr)) }
 figure { margin: 0 } .maps img { width: 100%; image-rendering: pixelated; border-radius: 3px;
-         background: #fff }
+         background: #fff; outline: 1px solid var(--rule) }
 .wide { overflow-x: auto } svg { max-width: 100%; height: auto; display: block }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: .875rem }
 th, td { padding: .2rem .6rem; text-align: right; border-bottom: 1px solid var(--rule);
@@ -193,9 +193,10 @@ def maps(problem, keep):
     if not found:
         return page
     shown = ([("truth", truth)] if truth is not None else []) + found
-    low, high = (pick([pick(values[~np.isnan(values)], initial=start) for _, values in shown])
-                 for pick, start in ((np.min, np.inf), (np.max, 0)))
-    low = min(low, high)
+    # The truth's range, where there is one: a few wrong pixels would take the colours of all.
+    known = np.concatenate([values[~np.isnan(values)] for _, values in shown[:1 if truth is not None
+                                                                              else None]])
+    low, high = (known.min(), known.max()) if known.size else (0, 1)
     keep("maps.svg", lambda: draw.svg(draw.sheet(shown, low, high)))
     page += grid([(name, draw.image(draw.coloured(values, low, high), f"map of {name}"))
                   for name, values in shown])
