@@ -7,10 +7,13 @@
 #ifndef TRACE_H
 #define TRACE_H
 
-#include "output.h"
+#include <stdbool.h>
+#include <stdint.h>
+
 #include "qstereo.h"
 
 struct job;
+struct output;
 
 /* A row for a table of options. */
 #define TRACE_OPTION                                                                               \
@@ -28,7 +31,7 @@ typedef struct trace_point {
 #define TRACE_NO_VARIABLES UINT64_MAX
 
 typedef struct trace {
-    output *out; /* NULL = no trace is asked for, and nothing is written */
+    struct output *out; /* NULL = no trace is asked for, and nothing is written */
     const char *solver;
     uint32_t scale; /* integer units in one real unit */
     bool begun; /* the solver has a row */
