@@ -148,7 +148,10 @@ bool progress_watch(void *context, const qs_progress *now)
 {
     progress *watched = context;
     int64_t time = progress_clock();
+    const trace_point point = {time - watched->begin, now->iteration, now->energy, now->lower_bound,
+                               TRACE_NO_VARIABLES};
     char line[LINE_SIZE], energy[DECIMAL_SIZE];
+    trace_add(watched->traced, &point);
     if (is_due(watched, time)) {
         decimal_write(now->energy, watched->scale, energy);
         begin_line(watched, time, now->iteration, line);
@@ -174,7 +177,10 @@ bool progress_watch_reduction(void *context, const qs_reduction *now)
 {
     progress *watched = context;
     int64_t time = progress_clock();
+    const trace_point point = {time - watched->begin, now->iterations, now->upper_bound,
+                               now->lower_bound, now->variables};
     char line[LINE_SIZE];
+    trace_add(watched->traced, &point);
     if (is_due(watched, time)) {
         begin_line(watched, time, now->iterations, line);
         append(line, ", %" PRIu64 " variables left", now->variables);

@@ -20,6 +20,7 @@ typedef struct reducing {
     uint64_t iterations; /* 0 = the library's own limit */
     qs_encoding into; /* the encoding that the problem will be written in */
     const qs_witness *witness; /* of the proof; NULL = none */
+    trace *traced; /* its course; NULL = nobody asks for it */
     const uint16_t *start; /* labels of the model's sites to begin with; NULL = none */
 } reducing;
 

@@ -299,6 +299,8 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
     begin_labelling(model, how->start, found->labelling);
     progress watched = progress_begin(by->name, problem->scale, limit, how->whole_command);
     watched.gap = how->gap;
+    watched.traced = how->traced;
+    trace_begin(how->traced, by->name);
     progress_keep_on_interrupt(how->keep_on_interrupt);
     const qs_solve_options options = {.iterations = how->iterations,
                                       .seed = how->seed,
@@ -332,6 +334,9 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
         return fail_status(name, ran);
     }
     keep_start(model, how->start, found);
+    trace_end(how->traced, &(trace_point){found->microseconds, found->solution.iterations,
+                                          found->solution.energy, found->solution.lower_bound,
+                                          TRACE_NO_VARIABLES});
     return check_found(problem, work, found);
 }
 

@@ -4,6 +4,7 @@
 #define SOLVING_H
 
 #include "inputs.h"
+#include "trace.h"
 
 /* The options that say how long a solver may search: rows for a table, one behind the other. */
 enum { SEARCH_TIME_LIMIT, SEARCH_ITERATIONS, SEARCH_SEED, SEARCH_OPTIONS };
@@ -24,6 +25,7 @@ typedef struct search {
     double gap; /* percent of the energy; negative = none */
     bool keep_on_interrupt;
     const qs_witness *witness; /* of the proof; NULL = none */
+    trace *traced; /* the course of the solver; NULL = nobody asks for it */
     const uint16_t *start; /* labels of the model's sites; NULL = none. The answer is not above
                               them */
 } search;

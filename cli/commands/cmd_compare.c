@@ -21,6 +21,7 @@ enum {
     TRUTH_NO_VALUE,
     MAPS,
     SCALE,
+    TRACE,
     JSON,
     MEMORY_LIMIT
 };
@@ -38,6 +39,7 @@ static const option options[] = {
               "write each map as DIR/SOLVER.png (.pgm in a build without OpenCV; .pfm where "
               "disparities can be below 0)"},
     [SCALE] = SCALE_OPTION,
+    [TRACE] = TRACE_OPTION,
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -58,6 +60,7 @@ typedef struct comparing {
     laid_out laid;
     true_map truth;
     comparison table;
+    trace course; /* of all solvers, one after the other */
 } comparing;
 
 static int read_solvers(const char *text, request *asked)
@@ -325,6 +328,9 @@ static int compare(comparing *with)
     with->table.scored = with->asked.truth != NULL;
     TRY(open_options(with));
     TRY(check_memory(with));
+    TRY(trace_open(at, at->values[TRACE], with->laid.scale, &with->course));
+    with->asked.how.traced = &with->course;
+    with->table.trace = at->values[TRACE];
     TRY(fill_table(with));
     TRY(job_commit(at));
     (at->json ? comparison_json : comparison_print)(&with->table);

@@ -29,6 +29,7 @@ enum {
     TRUTH_NO_VALUE,
     SIDE_BY_SIDE,
     CALIBRATION,
+    TRACE,
     JSON,
     MEMORY_LIMIT
 };
@@ -52,6 +53,7 @@ static const option options[] = {
     [CALIBRATION] = CALIBRATION_OPTION(
         false, "rectify the pictures first, as qstereo rectify does; the ndisp of a calib.txt is "
                "the range of disparities if --disparity is not given"),
+    [TRACE] = TRACE_OPTION,
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -66,6 +68,7 @@ typedef struct request {
     after after;
     const solver *by;
     search how;
+    trace course;
     bool scored; /* there is a truth */
     map_form truth_form;
     true_map truth;
@@ -139,6 +142,9 @@ static int read_request(job *at, request *asked)
     asked->frames.bits = asked->pair.bits;
     if (asked->scored && asked->frames.is_sequence) {
         return fail_usage("--truth goes with one pair, not with a sequence");
+    }
+    if (values[TRACE] != NULL && asked->frames.is_sequence) {
+        return fail_usage("--trace goes with one pair, not with a sequence");
     }
     return read_calibration(at, asked);
 }
@@ -240,7 +246,10 @@ static int match(job *at, request *asked, bool *interrupted)
     TRY(laid_out_need(&laid, asked->by, later_need(asked, &opened.problem), &at->limit));
     TRY(map_request_open(&asked->map, at));
     TRY(after_open(&asked->after, at));
+    TRY(trace_open(at, at->values[TRACE], laid.scale, &asked->course));
+    asked->how.traced = &asked->course;
     TRY(solve_problem(&laid, asked->by, &asked->how, &at->limit, &found));
+    asked->how.traced = NULL; /* the right picture's solver has no part in it */
     TRY(solved_check(&laid, &found));
     *interrupted = found.interrupted;
     return write_found(at, asked, &laid, &found);

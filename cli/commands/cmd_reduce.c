@@ -21,6 +21,7 @@ enum {
     SAMPLES,
     ANSWER,
     START,
+    TRACE,
     REDUCING,
     ITERATIONS = REDUCING + REDUCING_OPTIONS,
     ENCODING,
@@ -38,6 +39,7 @@ static const option options[] = {
     [ANSWER] = {"answer", 0, false, "S.qsf", NULL,
                 "also write it as a sample of P.qcf, with the lower bound"},
     [START] = START_OPTION,
+    [TRACE] = TRACE_OPTION,
     [REDUCING] = REDUCING_OPTION_ROWS,
     [ITERATIONS] = {"iterations", 0, false, "N", NULL,
                     "stop after N iterations of trws (default 2000)"},
@@ -159,6 +161,7 @@ static int run_reduce(job *at)
     reducing how;
     qs_recode_options coding;
     output *out;
+    trace course;
     reduced smaller;
     problem_file made;
     core_detail detail = CORE_LABELS;
@@ -173,6 +176,8 @@ static int run_reduce(job *at)
     TRY(budget_need(&at->limit, laid.name, certified ? certifying_bytes(&laid, work) : work));
     TRY(job_open_output(at, at->values[OUTPUT], &out));
     TRY(open_found(at, &outs));
+    TRY(trace_open(at, at->values[TRACE], laid.scale, &course));
+    how.traced = &course;
     TRY(certified ? reduce_certified(at, &how, &laid, &smaller)
                   : reduce_problem(&laid, &how, &at->limit, &smaller));
     coding.kept = smaller.kept;

@@ -18,6 +18,7 @@ enum {
     SEARCH,
     STOPPING = SEARCH + SEARCH_OPTIONS,
     START = STOPPING + STOPPING_OPTIONS,
+    TRACE,
     JSON,
     MEMORY_LIMIT
 };
@@ -29,6 +30,7 @@ static const option options[] = {
     [SEARCH] = SEARCH_OPTION_ROWS,
     [STOPPING] = STOPPING_OPTION_ROWS,
     [START] = START_OPTION,
+    [TRACE] = TRACE_OPTION,
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -36,6 +38,7 @@ static const option options[] = {
 typedef struct request {
     const solver *by;
     search how;
+    trace course;
 } request;
 
 enum { INFO_SIZE = 512 };
@@ -127,6 +130,8 @@ static int run_solve(job *at)
     uint64_t work = solve_bytes(&laid, asked.by);
     TRY(budget_need(&at->limit, laid.name, certified ? certifying_bytes(&laid, work) : work));
     TRY(job_open_output(at, at->values[OUTPUT], &out));
+    TRY(trace_open(at, at->values[TRACE], laid.scale, &asked.course));
+    asked.how.traced = &asked.course;
     TRY(certified ? solve_certified(at, &asked, &laid, &found)
                   : solve_plainly(at, &asked, &laid, &found));
     TRY(write_samples(&asked, &at->both.problem, &found, out));
