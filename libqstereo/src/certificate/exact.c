@@ -33,8 +33,9 @@ void qs_exact_take(qs_exact *x, qs_stated *stated, qs_arena *arena)
     x->sides = qs_arena_take(arena, nodes, sizeof *x->sides);
     x->table_at = qs_arena_take(arena, nodes + 1, sizeof *x->table_at);
     x->tables = qs_arena_take(arena, x->capacity, sizeof *x->tables);
-    x->sent = qs_arena_take(arena, x->capacity, sizeof *x->sent);
-    x->one = qs_arena_take(arena, x->capacity, sizeof *x->one);
+    x->sent = qs_arena_take(arena, x->capacity / 2, sizeof *x->sent);
+    uint64_t one = qs_min_u64(x->capacity, x->capacity / 2 + labels * labels);
+    x->one = qs_arena_take(arena, one, sizeof *x->one);
     x->names = qs_arena_take(arena, labels, 2 * sizeof *x->names);
     if (x->place) {
         memset(x->place, 0, sizeof *x->place * qubo->groups);
@@ -275,7 +276,7 @@ static void add_edges(const qs_exact *x, uint32_t i)
 static void send_on(qs_exact *x, uint32_t i)
 {
     const uint32_t *side = side_of(x, i);
-    int64_t *sent = x->sent + x->table_at[i];
+    int64_t *sent = x->sent + x->table_at[i] / 2;
     fill(sent, cells_beside(x, i), INT64_MAX);
     combine(x, i, LEAST, sent, side + 1, x->sides[i] - 1);
     if (x->sides[i] > 1) {
@@ -290,7 +291,7 @@ static void send_on(qs_exact *x, uint32_t i)
 static void send_back(qs_exact *x, uint32_t i)
 {
     const uint32_t *side = side_of(x, i);
-    const int64_t *sent = x->sent + x->table_at[i];
+    const int64_t *sent = x->sent + x->table_at[i] / 2;
     size_t cells = cells_beside(x, i);
     if (x->sides[i] == 1) {
         return;

@@ -11,8 +11,8 @@
 
 enum {
     QS_EXACT_SITES = 4096, /* of a part at most */
-    QS_EXACT_SIDES = 24, /* sites that a table may be over */
-    QS_EXACT_CELLS = 1 << 20, /* costs in all tables of a part */
+    QS_EXACT_SIDES = 24, /* sites that a table may be over: more than 23 have too many costs */
+    QS_EXACT_CELLS = 1 << 23, /* costs in all tables of a part */
     QS_EXACT_ALL_CELLS = 1 << 26 /* and of all parts of a certificate */
 };
 
@@ -26,7 +26,8 @@ typedef struct qs_exact {
     uint32_t *sides; /* how many */
     size_t *table_at; /* of each, and one more: where its table begins */
     int64_t *tables;
-    int64_t *sent; /* in the same places: what the table has sent on */
+    int64_t *sent; /* at the half of that place: what the table has sent on, which is no more than
+                      half as large */
     int64_t *one; /* a table for a moment */
     uint32_t *names; /* the labels left to two sites, most_labels each */
     uint64_t capacity; /* of the tables */

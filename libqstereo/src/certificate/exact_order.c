@@ -4,31 +4,37 @@
 
 #include "../base/minmax.h"
 
-enum { MOST = QS_EXACT_SIDES - 1 };
-
 void qs_exact_order_take(qs_exact_order *o, const qs_stated *stated, qs_arena *arena)
 {
     uint64_t nodes = qs_min_u64(stated->index->qubo->groups, QS_EXACT_SITES);
     o->given = qs_arena_take(arena, nodes, sizeof *o->given);
-    o->joined = qs_arena_take(arena, nodes, MOST * sizeof *o->joined);
+    o->joined = qs_arena_take(arena, nodes, QS_EXACT_JOINS * sizeof *o->joined);
     o->joins = qs_arena_take(arena, nodes, sizeof *o->joins);
-    o->cells = qs_arena_take(arena, nodes, sizeof *o->cells);
+    o->harm = qs_arena_take(arena, nodes, sizeof *o->harm);
 }
 
 static uint32_t *joined_to(const qs_exact_order *o, uint32_t i)
 {
-    return o->joined + (size_t)i * MOST;
+    return o->joined + (size_t)i * QS_EXACT_JOINS;
+}
+
+static bool are_joined(const qs_exact_order *o, uint32_t i, uint32_t other)
+{
+    const uint32_t *joined = joined_to(o, i);
+    bool found = false;
+    for (uint32_t k = 0; k < o->joins[i]; k++) {
+        found = found || joined[k] == other;
+    }
+    return found;
 }
 
 static bool join(qs_exact_order *o, uint32_t i, uint32_t other)
 {
     uint32_t *joined = joined_to(o, i);
-    for (uint32_t k = 0; k < o->joins[i]; k++) {
-        if (joined[k] == other) {
-            return true;
-        }
+    if (are_joined(o, i, other)) {
+        return true;
     }
-    if (o->joins[i] == MOST) {
+    if (o->joins[i] == QS_EXACT_JOINS) {
         return false;
     }
     joined[o->joins[i]++] = other;
@@ -44,14 +50,21 @@ static void leave(qs_exact_order *o, uint32_t i, uint32_t other)
     joined[k] = joined[--o->joins[i]];
 }
 
-/* A number larger than any limit is as good as any other. */
-static void count_cells(const qs_exact_order *o, const qs_stated *s, uint32_t i)
+/* The costs of all pairs of sites that it would newly join, each of as many as there are pairs of
+ * their labels; between two sites of which that is as much, the costs in its table. */
+static void find_harm(const qs_exact_order *o, const qs_stated *s, uint32_t i)
 {
-    uint64_t cells = s->left[o->given[i]];
-    for (uint32_t k = 0; k < o->joins[i] && cells <= QS_EXACT_CELLS; k++) {
-        cells *= s->left[o->given[joined_to(o, i)[k]]];
+    const uint32_t *joined = joined_to(o, i);
+    uint64_t cells = s->left[o->given[i]], pairs = 0;
+    for (uint32_t k = 0; k < o->joins[i]; k++) {
+        uint64_t labels = s->left[o->given[joined[k]]];
+        cells = qs_min_u64(cells * labels, QS_EXACT_CELLS);
+        for (uint32_t m = 0; m < k; m++) {
+            pairs +=
+                are_joined(o, joined[k], joined[m]) ? 0 : labels * s->left[o->given[joined[m]]];
+        }
     }
-    o->cells[i] = cells;
+    o->harm[i] = (pairs << 24) + cells;
 }
 
 /* Joins the sites as edges do. */
@@ -69,18 +82,18 @@ static bool join_all(qs_exact_order *o, const qs_exact *x)
         }
     }
     for (uint32_t i = 0; i < x->count; i++) {
-        count_cells(o, s, i);
+        find_harm(o, s, i);
     }
     return fits;
 }
 
-static uint32_t smallest(const qs_exact_order *o, uint32_t count)
+static uint32_t least_harmful(const qs_exact_order *o, uint32_t count)
 {
     uint32_t best = 0;
     uint64_t least = UINT64_MAX;
     for (uint32_t i = 0; i < count; i++) {
-        if (o->cells[i] > 0 && o->cells[i] < least) {
-            least = o->cells[i];
+        if (o->harm[i] > 0 && o->harm[i] < least) {
+            least = o->harm[i];
             best = i;
         }
     }
@@ -92,7 +105,7 @@ static bool take_out(qs_exact_order *o, const qs_stated *s, uint32_t i)
 {
     const uint32_t *joined = joined_to(o, i);
     bool fits = true;
-    o->cells[i] = 0;
+    o->harm[i] = 0;
     for (uint32_t k = 0; k < o->joins[i]; k++) {
         leave(o, joined[k], i);
     }
@@ -102,7 +115,7 @@ static bool take_out(qs_exact_order *o, const qs_stated *s, uint32_t i)
         }
     }
     for (uint32_t k = 0; k < o->joins[i]; k++) {
-        count_cells(o, s, joined[k]);
+        find_harm(o, s, joined[k]);
     }
     return fits;
 }
@@ -121,7 +134,7 @@ bool qs_exact_order_find(qs_exact_order *o, qs_exact *x)
     bool fits = join_all(o, x);
     set_places(o, x, false);
     for (uint32_t i = 0; fits && i < x->count; i++) {
-        uint32_t next = smallest(o, x->count);
+        uint32_t next = least_harmful(o, x->count);
         x->sites[i] = o->given[next];
         fits = take_out(o, x->stated, next);
     }
