@@ -34,7 +34,9 @@ typedef struct qs_record_book {
     uint64_t exact_cells; /* of all parts up to now */
 } qs_record_book;
 
-enum { NO_SITE = UINT32_MAX, PIECE = 256 };
+enum { PIECE = 256 };
+
+#define NO_SITE UINT32_MAX
 
 /* ---- Memory. ---- */
 
