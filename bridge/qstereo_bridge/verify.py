@@ -232,8 +232,8 @@ class _Split:
 
 
 class _Part:
-    """A part that is solved by elimination, in the order of its `sites`. Of each site: `left`, which
-    labels; `terms`, pairs of places, rising, and an array over their sites' labels; `table`, the
+    """A part that is solved by elimination, in the order of its `sites`. Of each site: `left`,
+    which labels; `terms`, pairs of places, rising, and an array over their sites' labels; `table`, the
     same for all terms together, over the places `sides`."""
 
     def __init__(self, p, stages, sites):

@@ -77,8 +77,8 @@ static inline int64_t qs_stated_cost(const qs_stated *stated, const qs_stated_ed
     return edge->weight * qs_stated_table(stated, edge)[a * columns + b];
 }
 
-/* After `kept` has changed: counts the labels left, and turns the edges of sites with one label into
- * costs. */
+/* After `kept` has changed: counts the labels left, and turns the edges of sites with one label
+ * into costs. */
 void qs_stated_fold(qs_stated *stated);
 
 /* What a labelling costs: a label of each site, which may have left. Only before any site has been
