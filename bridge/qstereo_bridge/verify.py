@@ -233,8 +233,8 @@ class _Split:
 
 class _Part:
     """A part that is solved by elimination, in the order of its `sites`. Of each site: `left`,
-    which labels; `terms`, pairs of places, rising, and an array over their sites' labels; `table`, the
-    same for all terms together, over the places `sides`."""
+    which labels; `terms`, pairs of places, rising, and an array over their sites' labels; `table`,
+    the same for all terms together, over the places `sides`."""
 
     def __init__(self, p, stages, sites):
         stages.need(np.unique(sites).size == sites.size and (sites < p.fixed.size).all()
@@ -314,12 +314,13 @@ def _goldstein(p, sets, claimed):
     """Takes out of `sets` what Goldstein's criterion rules out at sites where more is left than
     `claimed`, until there is nothing. Labels are compared with the cheapest one, then with each."""
     calls, at = np.ones(p.fixed.size, bool), 0  # where the criterion may say more than before
+    rest = np.arange(p.fixed.size)
     cheapest = np.where(p.kept, p.unary, OUT).argmin(1)
     others = [cheapest, *(np.full_like(cheapest, label) for label in range(p.most))]
     while at < len(others):
-        due = np.flatnonzero(calls if at == 0 else (sets & ~claimed).any(1))
-        calls[:] = False
-        changed = _goldstein_once(p, sets, due[(sets[due] & ~claimed[due]).any(1)], others[at])
+        rest = rest[(sets[rest] & ~claimed[rest]).any(1)]
+        changed = _goldstein_once(p, sets, rest[calls[rest]] if at == 0 else rest, others[at])
+        calls[rest] = False
         edges = p.near[_ranges(p.near_start[changed], p.degree[changed])]
         calls[changed] = calls[p.first[edges]] = calls[p.second[edges]] = True
         at = 0 if changed.size else at + 1
