@@ -5,7 +5,7 @@
 
 #include "fuzz.h"
 
-enum { FILE_SIZE = 4096, PROBLEMS = 5 };
+enum { FILE_SIZE = 4096, PROBLEMS = 6 };
 
 typedef struct problem {
     uint8_t file[FILE_SIZE];
@@ -53,9 +53,9 @@ static void load(const char *name, problem *to)
 
 static void load_all(void)
 {
-    static const char *const names[PROBLEMS] = {"good-grid-sparse", "good-edges-table",
+    static const char *const names[PROBLEMS] = {"good-grid-sparse",     "good-edges-table",
                                                 "good-masked-weighted", "recoded-domain-wall",
-                                                "recoded-nothing"};
+                                                "recoded-nothing",      "good-smallest"};
     for (int i = 0; i < PROBLEMS && problems[i].qubo.size == 0; i++) {
         load(names[i], &problems[i]);
     }

@@ -54,6 +54,15 @@ typedef struct qs_witness {
      *       is ruled out by the split's marginals, or by Goldstein's
      *       criterion */
     void (*end)(void *context, const uint8_t *kept);
+    /* May a part be solved exactly? It is all that edges join, and the last
+     * `end` has told its labels. If so, the witness has solved it by itself,
+     * and needs to hear no more of it.
+     *
+     * sites  of the part, count of them
+     *
+     * Returns false if the part is too wide for the witness. Then it stays as
+     * it is */
+    bool (*part)(void *context, const uint32_t *sites, uint32_t count);
     void *context;
 } qs_witness;
 

@@ -190,7 +190,8 @@ static bool solve_parts(reducer *r, const qs_trws_state *state, const qs_solutio
                        2 * labels * labels * state->model->edges;
     r->work += qs_max_u64(iterations * numbers, LEAST_WORK);
     uint64_t share = qs_min_u64(r->work, AT_ONCE), left = share;
-    bool changed = qs_parts_solve(&r->sets, r->marginals, r->parts_size, &left);
+    const qs_witness *witness = r->options ? r->options->witness : NULL;
+    bool changed = qs_parts_solve(&r->sets, r->marginals, r->parts_size, &left, witness);
     r->work -= share - left;
     return changed;
 }
@@ -200,7 +201,6 @@ static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
 {
     int64_t room = take_out(r, state, so_far);
     bool open = so_far->energy > so_far->lower_bound && r->target == 0 && !r->stopped &&
-                !is_witnessed(r) && /* of parts there is no certificate */
                 so_far->iterations >= FIRST; /* before, messages do more in the same time */
     if (open && solve_parts(r, state, so_far)) {
         list_visits(r, state);
