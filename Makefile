@@ -75,8 +75,8 @@ PIP := $(BIN)/python -m pip install -q --disable-pip-version-check
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all run check check-style check-c check-python examples bench bench-embedding reproduce \
-    install uninstall clean help FORCE
+.PHONY: all run check check-style check-c check-python examples bench bench-embedding paper-qpu \
+    reproduce install uninstall clean help FORCE
 
 all: $(addprefix $(BUILD)/,qstereo libqstereo.a libqstereo.so) ## build (OPENCV=0: without OpenCV)
 	@$(REMEMBERED)
@@ -104,7 +104,7 @@ check-python: all examples $(ENV) $(BUILD)/opencv1/qstereo $(BUILD)/opencv0/qste
 
 examples: $(EXAMPLES) ## build the programs of examples/
 
-BENCHES ?= encode bridge upload solvers anneal reduce problems
+BENCHES ?= encode bridge upload solvers anneal reduce problems windows
 # Figures for the pages are those of real scenes.
 FIGURES := $(if $(DATA),docs/figures,$(BUILD)/figures)
 
@@ -115,6 +115,9 @@ bench: all $(ENV) $(BUILD)/bench_encode ## measure, and write the pages' figures
 	done
 	@scripts/figures $(if $(DATA),,--show $(FIGURES))
 
+paper-qpu: ## whole scenes on a stand-in of the annealer with its noise (DATA=scenes)
+	@$(MAKE) --no-print-directory bench BENCHES=windows
+
 bench-embedding: all $(ENV) ## the largest windows that embed into D-Wave's chips (about an hour)
 	@$(BIN)/python tests/bench/bench_embedding.py --build $(BUILD) --figures docs/figures
 	@scripts/figures
@@ -124,8 +127,8 @@ reproduce: all ## run every solver on the scenes of DATA=folder and print the pa
 
 BASHDIR := $(PREFIX)/share/bash-completion/completions
 ZSHDIR := $(PREFIX)/share/zsh/site-functions
-DOCUMENTS := README.md NEWS LICENSE CITATION.cff CONTRIBUTING.md SECURITY.md docs/result.png \
-    $(wildcard docs/*.md examples/*.c) examples/README.md
+DOCUMENTS := README.md NEWS LICENSE CITATION.cff CONTRIBUTING.md SECURITY.md \
+    $(wildcard docs/*.png docs/*.md examples/*.c) examples/README.md
 # $(call of_prefix,DIR): DIR as pkg-config's file has it.
 of_prefix = $(patsubst $(PREFIX)/%,$${prefix}/%,$(1))
 

@@ -89,8 +89,12 @@ static void mirror_window(qs_matching *of)
     if (of->width == 0) {
         return;
     }
-    uint32_t reach = (of->disparity_max + of->parts - 1) / of->parts;
-    uint32_t from = of->x > reach ? of->x - reach : 0, end = of->x + of->width;
+    int64_t parts = of->parts;
+    int64_t left = (int64_t)of->x - (of->disparity_max + parts - 1) / parts;
+    int64_t ahead = of->disparity_min < 0 ? (parts - 1 - of->disparity_min) / parts : 0;
+    int64_t right = (int64_t)of->x + of->width + ahead;
+    uint32_t from = left > 0 ? (uint32_t)left : 0;
+    uint32_t end = right < width ? (uint32_t)right : width;
     of->x = width - end;
     of->width = end - from;
 }
@@ -103,8 +107,8 @@ static int make_map(const after *asked, const laid_out *laid, const solved *foun
     if (!asked->refine) {
         return DONE;
     }
-    uint32_t finer = QS_REFINED_UNIT / map->unit;
-    if (map->most > INT32_MAX / finer - 1) {
+    int32_t finer = QS_REFINED_UNIT / (int32_t)map->unit;
+    if (map->most > INT32_MAX / finer - 1 || map->least < -(INT32_MAX / finer)) {
         return fail(BAD_INPUT, laid->name, "its disparities are too large to be refined");
     }
     qs_status status =

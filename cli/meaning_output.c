@@ -19,13 +19,9 @@ static int read_list(const char *path, meaning_output *asked)
                             path);
 }
 
-static int read_array(const char *name, const qs_labels *labels, const char *path,
-                      meaning_output *asked)
+static int read_numbers(const char *name, const qs_labels *labels, const char *path,
+                        meaning_output *asked)
 {
-    asked->format = MEANING_ARRAY;
-    if (path_ends(path, ".npy")) {
-        return DONE;
-    }
     if (labels->width == 0) {
         return fail(BAD_INPUT, name,
                     "is not a problem on a grid of pixels, so no picture can be made from it: "
@@ -39,12 +35,16 @@ int meaning_output_read(const char *name, const qs_labels *labels, const char *p
                         meaning_output *asked)
 {
     memset(asked, 0, sizeof *asked);
+    if (path_ends(path, ".npy")) {
+        asked->format = MEANING_ARRAY;
+        return DONE;
+    }
     switch (labels->meaning.kind) {
     case QS_MEANS_KEEP: return read_list(path, asked);
     case QS_MEANS_DISPLACEMENT:
         asked->format = MEANING_FIELD;
         return flow_format_read(path, &asked->png);
-    case QS_MEANS_NUMBER: return read_array(name, labels, path, asked);
+    case QS_MEANS_NUMBER: return read_numbers(name, labels, path, asked);
     case QS_MEANS_DISPARITY:
     case QS_MEANS_GREY:
     case QS_MEANS_CLASS: break;

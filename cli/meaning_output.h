@@ -1,5 +1,6 @@
-/* Files of what labels stand for, all but disparities: pictures, fields, arrays, lists. Each
- * function that can fail returns an exit status and has printed why. */
+/* Files of what labels stand for, all but maps of disparities: pictures, fields, lists; and of any
+ * labels their numbers as an array. Each function that can fail returns an exit status and has
+ * printed why. */
 #ifndef MEANING_OUTPUT_H
 #define MEANING_OUTPUT_H
 
@@ -18,7 +19,7 @@ typedef struct meaning_output {
     bool png; /* of pictures and fields */
 } meaning_output;
 
-/* What the name of an output asks for: of numbers .npy, .png or .pgm; of greys and classes .png or
+/* What the name of an output asks for: .npy of any labels; of numbers, greys and classes .png or
  * .pgm; of displacements .flo or .png; of boxes .csv. Returns DONE, BAD_USAGE, or BAD_INPUT if the
  * problem has no such form. */
 int meaning_output_read(const char *name, const qs_labels *labels, const char *path,

@@ -21,9 +21,13 @@ enum {
     PAIR_OPTIONS
 };
 #define PAIR_OPTION_ROWS                                                                           \
-    {"disparity", 0,                                                                               \
-     false,       "MIN:MAX[:STEP]",                                                                \
-     "0:15",      "disparities to choose from, in pixels, both included; the step is 1 or 0.5"},   \
+    {"disparity",                                                                                  \
+     0,                                                                                            \
+     false,                                                                                        \
+     "MIN:MAX[:STEP]",                                                                             \
+     "0:15",                                                                                       \
+     "disparities in pixels, both included; they may be below 0; the step is 1 or "                \
+     "0.5"},                                                                                       \
         {"lambda", 0, false, "L", NULL, "weight of the smoothness, an exact decimal number"},      \
         {"roi",     0,    false,                                                                   \
          "X,Y,W,H", NULL, "window of the left picture to match (default all of it)"},              \
@@ -83,7 +87,7 @@ int pair_problem(const qs_matching *matching, const char *name, budget *limit, q
 /* Prints the settings: keys of JSON. */
 void pair_json(const pair *asked);
 
-/* Prints which columns are left out. */
-void pair_print_outside(const pair *asked, uint32_t first);
+/* Prints how many columns the problem leaves out on each side. */
+void pair_print_outside(const pair *asked, const qs_problem *made);
 
 #endif

@@ -18,6 +18,9 @@ typedef struct progress {
     bool interrupted; /* by a signal that was kept */
 } progress;
 
+/* Microseconds on a clock that never goes back. */
+int64_t progress_clock(void);
+
 /* Says when the command began. Once, first of all. */
 void progress_start_command(void);
 

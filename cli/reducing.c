@@ -70,6 +70,13 @@ static int run_reduction(const laid_out *problem, const reducing *asked, budget 
     return DONE;
 }
 
+uint64_t reduce_bytes(const laid_out *problem)
+{
+    const qs_model *model = &problem->model;
+    uint64_t kept = bytes_product(model->sites, model->labels + sizeof(uint16_t));
+    return bytes_sum(kept, qs_reduce_workspace(model));
+}
+
 int reduce_problem(const laid_out *problem, const reducing *asked, budget *limit, reduced *made)
 {
     const qs_model *model = &problem->model;

@@ -36,6 +36,9 @@ typedef struct reduced {
     uint16_t *labelling; /* of the problem's sites; the budget owns it */
 } reduced;
 
+/* The bytes that reduce_problem takes. */
+uint64_t reduce_bytes(const laid_out *problem);
+
 /* Reduces the problem. `kept` stays in memory of the budget, the work does not. Returns DONE or
  * NO_RESOURCE, and has printed why. */
 int reduce_problem(const laid_out *problem, const reducing *asked, budget *limit, reduced *made);

@@ -250,6 +250,37 @@ static void keep_start(const qs_model *model, const uint16_t *start, solved *fou
     }
 }
 
+/* Checks a first labelling, to see how long that takes. Behind a solver come the same check, the
+ * end of its memory and the output, which together take about twice as long, and the end of the
+ * command.
+ *
+ * reserved  out: microseconds that the solver must leave */
+static int measure_end(const laid_out *problem, budget *work, solved *found, int64_t *reserved)
+{
+    enum { TIMES = 2, COMMAND_END = 20000 };
+    budget inside = budget_inside(work);
+    int64_t begin = progress_clock();
+    qs_model_winner(&problem->model, found->labelling);
+    found->solution.energy = qs_model_energy(&problem->model, found->labelling);
+    int status = check_found(problem, &inside, found);
+    budget_free(&inside);
+    *reserved = TIMES * (progress_clock() - begin) + COMMAND_END;
+    return status;
+}
+
+/* The time that the solver has, from the command's beginning or its own. 0 = no limit. */
+static int time_of(const laid_out *problem, const search *how, budget *work, solved *found,
+                   int64_t *limit)
+{
+    int64_t reserved = 0;
+    *limit = how->time_limit;
+    if (how->time_limit > 0 && how->whole_command) {
+        TRY(measure_end(problem, work, found, &reserved));
+        *limit = reserved < *limit ? *limit - reserved : 1;
+    }
+    return DONE;
+}
+
 /* Starts from the labelling that is known, or else from the cheapest label of each site, if the
  * solver starts from a labelling. `work` is for the solver's workspace. */
 static int run_solver(const laid_out *problem, const solver *by, const search *how, budget *work,
@@ -258,14 +289,15 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
     const char *name = problem->name;
     const qs_model *model = &problem->model;
     bool messages = starts_from_messages(by, how);
+    int64_t limit;
+    TRY(time_of(problem, how, work, found, &limit));
     size_t size = workspace_of(by, model);
     void *workspace = budget_take(work, name, size);
     if (workspace == NULL) {
         return NO_RESOURCE;
     }
     begin_labelling(model, how->start, found->labelling);
-    progress watched =
-        progress_begin(by->name, problem->scale, how->time_limit, how->whole_command);
+    progress watched = progress_begin(by->name, problem->scale, limit, how->whole_command);
     watched.gap = how->gap;
     progress_keep_on_interrupt(how->keep_on_interrupt);
     const qs_solve_options options = {.iterations = how->iterations,

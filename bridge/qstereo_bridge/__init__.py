@@ -5,14 +5,17 @@
     p.sample(dimod.ExactSolver()).save("s.qsf")
 
 The core needs numpy and dimod: `container` (header, chunks, CRC), `qcf` (the problem), `qsf` (the
-samples), `models` (terms, energies, dimod's models), `problem` (the face for Python), `failure`
-(all errors), `text` (strings from outside), `output` (whole files or none). On it stand `solvers`
-and `ilp` (what runs here), `registry` (their names), `runner` (one run of the command), `export`,
-`qpf` and `verify` (certificates), `cli` (the command) and `__main__` (its end by a signal).
+samples), `models` (terms, energies, dimod's models), `command` (what the command qstereo does for
+Python), `problem` (the face for Python), `failure` (all errors), `text` (strings from outside),
+`output` (whole files or none). On it stand `solvers` and `ilp` (what runs here), `registry` (their
+names), `runner` (one run of the command), `merging` (the best of all samples), `windows` (plans,
+folded problems), `calls` and `journal` (runs of many calls), `export`, `verify` (certificates),
+`cli` (the command) and `__main__` (its end by a signal).
 
 For D-Wave's services: `services` (account and messages), `hybrid`, `qpu` and `embedding` (what each
-solver takes, and its answers), `tiles` (grids laid out in chips), `embed` (that command), `upload`
-(files of models), `jobs` (the life of a problem there), `remote` (the commands that use them).
+solver takes, and its answers), `tiles` (grids laid out in chips), `packing` (parts side by side),
+`embed` (that command), `upload` (files of models), `jobs` (the life of a problem there), `remote`
+(the commands that use them).
 """
 
 import importlib
@@ -23,12 +26,15 @@ __version__ = "0.2.0"
 if TYPE_CHECKING:
     from .container import Corrupt, FormatError, NotOurFormat, OverLimit, Truncated, Unsupported
     from .failure import Error, FileError, InputError, SolverError
-    from .problem import Problem, Samples, load, load_samples
+    from .merging import merge
+    from .problem import Problem, Samples, decode, load, load_samples
+    from .windows import plan, window
 
 _PLACES = {name: place for place, names in {
     "container": "Corrupt FormatError NotOurFormat OverLimit Truncated Unsupported",
     "failure": "Error FileError InputError SolverError",
-    "problem": "Problem Samples load load_samples"}.items() for name in names.split()}
+    "merging": "merge", "problem": "Problem Samples decode load load_samples",
+    "windows": "plan window"}.items() for name in names.split()}
 __all__ = ["__version__", *_PLACES]
 
 

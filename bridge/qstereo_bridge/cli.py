@@ -145,6 +145,9 @@ COMMON = [
     _option("--memory-limit", Number(int, 1, 1 << 40), "MIB",
             "the most memory for the problem (default 8192)", default=8192),
     _flag("--quiet", "no progress and no result lines, only errors")]
+NO_POSTPROCESS = _flag(
+    "--no-postprocess", "write the samples as the solver gave them. Else descent and merging make "
+    "the best state of them; where it is better than all of them it is one more sample, the last")
 SOLVE = [
     click.argument("problems", metavar="P.qcf...", nargs=-1, required=True),
     _option("-o --output", str, "S.qsf", "samples file to write, - is standard output"),
@@ -176,7 +179,16 @@ SOLVE = [
     _flag("--resubmit", "send although a job file says that it was sent; it is charged again"),
     _option("--max-charge", POSITIVE, "S", "send nothing if the charge may be above S seconds; of "
             "several problems their sum counts"),
-    _flag("--dry-run", "send nothing; say what would be sent, and which limits apply")]
+    _flag("--dry-run", "send nothing; say what would be sent, and which limits apply"),
+    NO_POSTPROCESS,
+    _option("--windows", WHOLE, "N", "solve a reduced problem in calls of at most N variables, "
+            "each merged into the best state known. After an interruption the same command goes "
+            "on, by its journal, S.qsf.journal"),
+    _option("--calls", WHOLE, "K", "with --windows: at most K calls (default 10)"),
+    _option("--start", str, "S0.qsf", "with --windows: begin from the best sample of S0.qsf; a "
+            "lower bound in it (of `qstereo solve`) ends the calls"),
+    _option("--bound", Number(float, -1e15, 1e15), "E", "with --windows: end at this proven lower "
+            "bound, in real units; `qstereo reduce` prints one")]
 
 
 @click.group(no_args_is_help=False, subcommand_metavar="COMMAND ...",
@@ -193,14 +205,14 @@ def _command(module, file, *options, epilog=STATUS):
     def make(complete):
         def run(**values):
             given = SimpleNamespace(**{"command": complete.__name__, "problem": None, **values})
-            function = complete(given) or complete.__name__
+            place, _, function = (complete(given) or complete.__name__).rpartition(".")
             given.memory_limit = getattr(given, "memory_limit", 0) << 20
             if getattr(given, "output", None) == "-":
                 _refuse({"-o - and --json both write to stdout; give -o a file": given.json,
                          "-o - would write binary to a terminal; redirect stdout, or give -o a "
                          "file": os.isatty(1)})
             with failing(getattr(given, file or "", None)):
-                found = importlib.import_module("." + module, __package__)
+                found = importlib.import_module(f".{place or module}", __package__)
                 return getattr(found, function)(given) or OK
         for option in reversed(options):
             run = option(run)
@@ -245,20 +257,51 @@ def solve(options):
             not (several or options.output is not None or options.dry_run),
         f"{options.output} is the problem itself; give -o another name":
             not options.dry_run and _same(options.output, options.problem)})
+    for option in ("calls", "start", "bound"):
+        _refuse({f"{_spelt(option)} is for --windows":
+                 getattr(options, option) is not None and not options.windows})
+    if options.windows:
+        _windows(options)
+        return "calls.dry_run" if options.dry_run else "calls.solve"
     return "dry_run" if options.dry_run else "solve_all" if several else "solve"
+
+
+def _windows(options):
+    """Completes the options of `solve --windows`; refuses those that do not go with it."""
+    options.calls = options.calls or 10
+    for option in ("out_dir", "no_wait", "resubmit", "embedding", "no_postprocess"):
+        _refuse({f"--windows does not go with {_spelt(option)}": getattr(options, option)})
+    _refuse({"--windows does not go with --copies": options.copies not in (None, 1),
+             "with --windows name the problem's file, not stdin": options.problem == "-",
+             "--windows writes files beside the samples file; give -o a file":
+                 options.output == "-"})
 
 
 @_command("remote", "job", click.argument("job", metavar="S.qsf.job"),
           _option("-o --output", str, "S.qsf", "samples file to write, - is standard output "
                   "(default the job file's name without .job)"),
           _option("--problem", str, "P.qcf", "the problem (default the file that was sent)"),
-          _flag("--no-wait", "do not wait: exit with 1 if there is no answer yet"), *COMMON)
+          _flag("--no-wait", "do not wait: exit with 1 if there is no answer yet"),
+          NO_POSTPROCESS, *COMMON)
 def collect(options):
     """Fetch the answer to a problem that was sent to D-Wave. When the samples are written, the job
     file is removed."""
     options.output = options.output or options.job.removesuffix(".job")
     _refuse({f"{options.job} does not end in .job; name the samples file with -o":
              _same(options.output, options.job)})
+
+
+@_command("runner", "problem", PROBLEM,
+          click.argument("samples", metavar="S.qsf...", nargs=-1, required=True),
+          _option("-o --output", str, "M.qsf", "samples file to write, - is standard output",
+                  required=True), *COMMON)
+def merge(options):
+    """Merge samples of one problem: steepest descent of each, then the best state that they hold
+    together. M.qsf has all samples and, where it is better than all of them, this state as the
+    last."""
+    options.solver = "merge"
+    _refuse({f"{options.output} is one of the files to merge; give -o another name":
+             any(_same(options.output, name) for name in [options.problem, *options.samples])})
 
 
 @_command("embed", "problem", PROBLEM,

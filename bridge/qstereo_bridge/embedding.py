@@ -20,7 +20,7 @@ from dataclasses import asdict, dataclass, fields, replace
 import networkx as nx
 import numpy as np
 
-from . import models, services, tiles
+from . import models, packing, services, tiles
 from .failure import NO, Error, SolverError
 from .output import temporary
 from .qcf import DEFAULT_LIMIT
@@ -167,11 +167,12 @@ def faults(source, chip, chains):
 def find(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None):
     """An Embedding of a Source into a Chip. Raises NoEmbedding.
 
-    A grid is laid out in the chip's own tiles where it fits (tiles.py); everything else, and the
-    chains that missing qubits break, are minorminer's work. One seed gives one embedding as long as
-    `timeout` does not cut it short.
+    A grid is laid out in the chip's own tiles where it fits (tiles.py), and connected parts side by
+    side (packing.py); everything else, and the chains that missing qubits break, are minorminer's
+    work. One seed gives one embedding as long as `timeout` does not cut it short.
     """
-    began, seed = time.monotonic(), secrets.randbelow(2**31) if seed is None else seed
+    began, asked, seed = (time.monotonic(), seed,
+                          secrets.randbelow(2**31) if seed is None else seed)
     qubits, couplers = len(chip.graph), chip.graph.number_of_edges()
     variables, pairs = len(source.graph), source.graph.number_of_edges()
     what = f"{variables:,} variables and {pairs:,} couplings"
@@ -184,6 +185,14 @@ def find(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None):
         sound = {variable: chain for variable, chain in chains.items() if variable not in broken}
         method, chains = "tiles, mended", 2 * len(broken) <= variables and search(
             source, chip, seed, timeout / 2, progress, fixed_chains=sound)
+    if not chains:
+        def of_part(search):
+            def chains_of(part, where):
+                with contextlib.suppress(NoEmbedding):
+                    return search(part, where, asked, timeout, progress).chains
+            return chains_of
+        method, chains = "parts", packing.lay_out(source, chip, of_part(obtain), of_part(find),
+                                                  progress)
     if not chains:
         method, chains = "minorminer", search(source, chip, seed,
                                               timeout - (time.monotonic() - began), progress)

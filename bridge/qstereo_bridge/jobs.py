@@ -71,7 +71,7 @@ class Job:
             while True:
                 try:
                     stream = open(path, "rb+")
-                    _lock(stream, path)
+                    lock(stream, path)
                     # It may have been replaced or removed, and let go, since it was opened.
                     if os.path.samestat(os.fstat(stream.fileno()), os.stat(path)):
                         break
@@ -94,7 +94,7 @@ class Job:
         """Change facts, and have them on the disk. `new`: there must be no such file yet."""
         self.facts.update(changes)
         with io(self.path, "write"), temporary(self.path) as (name, stream):
-            _lock(stream, name)
+            lock(stream, name)
             stream.write(json.dumps(self.facts, indent=1).encode() + b"\n")
             stream.flush()
             os.fsync(stream.fileno())
@@ -127,7 +127,8 @@ class Job:
     @property
     def command(self):
         """What fetches the answer."""
-        return f"`qstereo-bridge collect {self.path}`"
+        return ("the same `qstereo-bridge solve --windows`" if self.facts.get("window") else
+                f"`qstereo-bridge collect {self.path}`")
 
     def __enter__(self):
         return self
@@ -162,7 +163,7 @@ def _put(name, path, new):
     os.replace(name, path)
 
 
-def _lock(stream, path):
+def lock(stream, path):
     try:
         if fcntl is None:
             raise Failure(IO, NO_LOCKS)
@@ -220,7 +221,7 @@ def start(options, variables, earlier=None):
                  "service_solver": None, "user_label": options.label, "problem_id": None,
                  "label": f"{label} {digest[:8]}-{secrets.token_hex(6)}", "problem": problem,
                  "problem_digest": digest, "variables": variables, "time": _now(),
-                 "parameters": {}}
+                 "parameters": {}, "window": bool(getattr(options, "windows", None))}
     job.save(new=earlier is None)
     return job
 

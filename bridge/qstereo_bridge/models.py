@@ -1,5 +1,7 @@
 """From a Problem to its terms, its exact energies, and dimod's models."""
 
+import functools
+
 import numpy as np
 
 from .container import DEFAULT_LIMIT, check_memory
@@ -53,18 +55,42 @@ class Terms:
         self.count = int(self.terms_of_coupling.sum())
         self.repeated = self.count > 0 and bool(again.any())
 
+    @functools.cached_property
+    def _tables(self):
+        """Of all patterns' rows one after another: the number of entries, where they begin, their
+        columns and values; then the first row of each coupling, and of each group the number of its
+        couplings and the first of them."""
+        entries = [block.entries(upper) for block, upper in self.patterns]
+        lengths, columns, values = (np.concatenate(parts) for parts in zip(*entries))
+        rows_of_patterns = np.array([entry[0].size for entry in entries])
+        first_row = (np.cumsum(rows_of_patterns) - rows_of_patterns)[self.pattern]
+        partners = np.bincount(self.g, minlength=self.starts.size - 1)
+        return (lengths, np.cumsum(lengths) - lengths, columns, values, first_row, partners,
+                np.cumsum(partners) - partners)
+
+    def of_rows(self, row):
+        """(at, columns, values): the terms in the rows of the variables `row`, one row after
+        another; term k is in that of row[at[k]]."""
+        if self.count == 0:
+            return (np.empty(0, np.int64),) * 3
+        lengths, first_entry, columns, values, first_row, partners, first_coupling = self._tables
+        group = np.searchsorted(self.starts, row, side="right") - 1
+        # A segment is one row of one pattern.
+        segments = partners[group]
+        at, group = np.repeat(np.arange(row.size), segments), np.repeat(group, segments)
+        coupling = first_coupling[group] + places(segments)
+        entry_row = first_row[coupling] + row[at] - self.starts[group]
+        length = lengths[entry_row]
+        entry = np.repeat(first_entry[entry_row], length) + places(length)
+        coupling = np.repeat(coupling, length)
+        return (np.repeat(at, length), self.starts[self.h[coupling]] + columns[entry],
+                self.weight[coupling] * values[entry])
+
     def chunks(self):
         """Yields (rows, columns, values), integer arrays of about CHUNK terms, in the order of
         (row, column)."""
         if self.count == 0:
             return
-        entries = [block.entries(upper) for block, upper in self.patterns]
-        lengths, columns, values = (np.concatenate(parts) for parts in zip(*entries))
-        first_entry = np.cumsum(lengths) - lengths
-        rows_of_patterns = np.array([entry[0].size for entry in entries])
-        first_row = (np.cumsum(rows_of_patterns) - rows_of_patterns)[self.pattern]
-        partners = np.bincount(self.g, minlength=self.starts.size - 1)
-        first_coupling = np.cumsum(partners) - partners
         # Ranges of variables that have about CHUNK terms each.
         ends = np.zeros(self.starts.size, np.int64)
         np.add.at(ends, self.g + 1, self.terms_of_coupling)
@@ -72,17 +98,8 @@ class Terms:
         cuts = np.unique(np.concatenate(([0], cuts.astype(np.int64), self.starts[-1:])))
         for low, high in zip(cuts[:-1], cuts[1:]):
             row = np.arange(low, high)
-            group = np.searchsorted(self.starts, row, side="right") - 1
-            # A segment is one row of one pattern.
-            segments = partners[group]
-            row, group = np.repeat(row, segments), np.repeat(group, segments)
-            coupling = first_coupling[group] + places(segments)
-            entry_row = first_row[coupling] + row - self.starts[group]
-            length = lengths[entry_row]
-            entry = np.repeat(first_entry[entry_row], length) + places(length)
-            coupling = np.repeat(coupling, length)
-            yield (np.repeat(row, length), self.starts[self.h[coupling]] + columns[entry],
-                   self.weight[coupling] * values[entry])
+            at, columns, values = self.of_rows(row)
+            yield row[at], columns, values
 
 
 def expand(problem, penalties=True, limit=DEFAULT_LIMIT):
@@ -155,16 +172,22 @@ def feasible(problem, bits):
     return ((_ones(problem, bits) == 1) | ~problem.one_hot).all(axis=1)
 
 
-def parts(problem):
-    """The variables of each connected part: list of i64 arrays, the largest first."""
-    g, h = problem.couplings[:2, problem.couplings[3] != 0]
-    least = np.arange(problem.sizes.size)
+def components(count, g, h):
+    """i64 array (count,): of each node the least one of its connected component, where the edges
+    join the nodes g and h."""
+    least = np.arange(count)
     while (least[g] != least[h]).any():
         low, high = np.minimum(least[g], least[h]), np.maximum(least[g], least[h])
         np.minimum.at(least, high, low)
         while (least[least] != least).any():
             least = least[least]
-    of_variable = problem.of_variables(least)
+    return least
+
+
+def parts(problem):
+    """The variables of each connected part: list of i64 arrays, the largest first."""
+    g, h = problem.couplings[:2, problem.couplings[3] != 0]
+    of_variable = problem.of_variables(components(problem.sizes.size, g, h))
     order = np.argsort(of_variable, kind="stable")
     cuts = np.flatnonzero(np.diff(of_variable[order])) + 1
     return sorted(np.split(order, cuts) if order.size else [], key=lambda part: -part.size)

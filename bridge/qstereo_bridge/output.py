@@ -5,6 +5,8 @@ import os
 import secrets
 import stat
 
+from .failure import io
+
 
 def sync_folder(path):
     """Have the names in the folder of `path` on the disk, where the system can."""
@@ -103,3 +105,13 @@ class Output:
             with contextlib.suppress(OSError):
                 os.remove(self.temporary)
             Output.pending.discard(self.temporary)
+
+
+def save(file, data):
+    """Write bytes to a path, whole or not at all, or to a binary stream. Raises FileError."""
+    if hasattr(file, "write"):
+        file.write(data)
+        return
+    with io(file, "write"), Output(os.fspath(file), last=False) as output:
+        output.write(data)
+        output.keep()

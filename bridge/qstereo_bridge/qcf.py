@@ -125,8 +125,8 @@ class Problem:
         return (self.a != 0) | (self.b != 0)
 
     def of_variables(self, values):
-        """One value for each group, as one for each of its variables."""
-        return np.repeat(values, self.sizes)
+        """Values for each group, along the last axis, as values for each of its variables."""
+        return np.repeat(values, self.sizes, axis=-1)
 
     @property
     def groups_say_all(self):

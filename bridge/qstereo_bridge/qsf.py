@@ -13,8 +13,8 @@ import numpy as np
 
 from .container import (DEFAULT_LIMIT, MAX_COUNT, Corrupt, check_memory, pack, read_chunks,
                         read_header, read_stream)
-from .failure import InputError, io
-from .output import Output
+from .failure import InputError
+from .output import save
 
 if TYPE_CHECKING:
     import dimod
@@ -63,12 +63,7 @@ class Samples:
 
     def save(self, file: str | os.PathLike | BinaryIO) -> None:
         """Write a .qsf to a path, whole or not at all, or to a binary stream. Raises FileError."""
-        if hasattr(file, "write"):
-            file.write(pack_qsf(self))
-            return
-        with io(file, "write"), Output(os.fspath(file), last=False) as output:
-            output.write(pack_qsf(self))
-            output.keep()
+        save(file, pack_qsf(self))
 
     def sampleset(self, problem: Problem) -> dimod.SampleSet:
         """dimod's SampleSet over the problem's variables 0 .. n - 1, BINARY, energies in the

@@ -30,7 +30,7 @@ _HYBRID = {"time_limit": None, **_SERVICE}
 ALIASES = {"stride": "hybrid-nl"}
 ANY = "MODULE:CLASS"
 EVERY = {
-    "anneal": Solver("solvers", "simulated annealing, finished by steepest descent (the default)",
+    "anneal": Solver("solvers", "simulated annealing (the default)",
                      {"num_reads": 20, "num_sweeps": 1000, "seed": None, "time_limit": None}),
     "tabu": Solver("solvers", "tabu search; --time-limit is for all reads together",
                    {"num_reads": 10, "seed": None, "time_limit": 10.0}),

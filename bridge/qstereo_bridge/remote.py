@@ -3,7 +3,6 @@ solvers, and the dry run."""
 
 import contextlib
 import copy
-import json
 import os
 import sys
 
@@ -19,7 +18,7 @@ def solve(options, session=None):
     """Solve one problem, wherever its solver runs, and write its samples; with --no-wait, send it.
     """
     def ask(options, problem, progress):
-        answer, job = _send(options, problem, session, progress)
+        answer, job = send(options, problem, session, progress)
         if answer is None:
             with job:
                 runner.show(options, f"{options.solver}: sent as {line(job.problem_id)}; "
@@ -29,7 +28,7 @@ def solve(options, session=None):
     runner.solve(options, ask if registry.find(options.solver).kind else runner.here)
 
 
-def _send(options, problem, session, progress):
+def send(options, problem, session, progress):
     """Send the problem and, without --no-wait, wait for its answer: (Answer or None, Job)."""
     with contextlib.ExitStack() as stack:
         earlier = jobs.check_earlier(options)
@@ -41,19 +40,19 @@ def _send(options, problem, session, progress):
         kind = registry.find(options.solver).run(options.solver, problem, options)
         session = session or stack.enter_context(connect(options.solver, options.solver_name))
         if options.max_charge is not None and options.out_dir is None:
-            _check_charge(options, [kind.plan(session.properties, session.solver)])
+            check_charge(options, [kind.plan(session.properties, session.solver)])
         return jobs.solve(kind, options, progress, session, earlier)
 
 
-def _charge(plans):
+def charge_of(plans):
     """Seconds that all of the plans that fit may be charged; None where one does not say."""
     charges = [found.get("charge_seconds") for found in plans if found.get("fits") is not False]
     return None if None in charges else sum(charges)
 
 
-def _check_charge(options, plans):
+def check_charge(options, plans):
     """Raises Failure(NO) where what the plans may be charged is more than --max-charge."""
-    charge = _charge(plans)
+    charge = charge_of(plans)
     if charge is None:
         raise Failure(NO, "the solver does not say what it will charge, so --max-charge cannot be "
                           "checked; nothing was sent")
@@ -70,6 +69,9 @@ def collect(options):
         raise Failure(BAD_INPUT, f"{options.job}: there is no such job file; it is removed when "
                                  "the samples are written")
     with job:
+        if job.facts.get("window"):
+            raise Failure(BAD_INPUT, f"{options.job}: this is one of the calls of `solve "
+                                     "--windows`; run that command again, it goes on")
         options.solver, options.label = job.solver, job.user_label
         if options.solver not in WANTED:
             raise Failure(BAD_INPUT, f"{options.job}: {line(options.solver)} is not a solver that "
@@ -80,17 +82,23 @@ def collect(options):
             if options.digest.hex() != job.problem_digest:
                 raise Failure(BAD_INPUT, f"{options.problem}: this is not the problem that was "
                                          "sent (its SHA-256 differs); name that with --problem")
-            if not jobs.was_sent(job):
-                raise Failure(NO, f"{job.path}: nothing was sent and nothing is charged; "
-                                  "`qstereo-bridge solve` sends it")
-            with connect(job.solver, job.service_solver, reading=True) as session:
-                job.session = session
-                future = jobs.wait(session, job, progress, once=options.no_wait)
-                if future is None:
-                    raise Failure(NO, f"{job.path}: there is no answer yet")
-                kind = registry.find(job.solver).run(job.solver, problem, options)
-                return jobs.decoded(kind, future, job), jobs.keeping(job)
+            return collected(options, problem, job, progress), jobs.keeping(job)
         runner.solve(options, ask)
+
+
+def collected(options, problem, job, progress):
+    """The Answer to a problem that may have been sent. Raises Failure(NO) where it was not, or
+    there is none yet."""
+    if not jobs.was_sent(job):
+        raise Failure(NO, f"{job.path}: nothing was sent and nothing is charged; `qstereo-bridge "
+                          "solve` sends it")
+    with connect(job.solver, job.service_solver, reading=True) as session:
+        job.session = session
+        future = jobs.wait(session, job, progress, once=options.no_wait)
+        if future is None:
+            raise Failure(NO, f"{job.path}: there is no answer yet")
+        kind = registry.find(job.solver).run(job.solver, problem, options)
+        return jobs.decoded(kind, future, job)
 
 
 def _problem_of(job):
@@ -115,7 +123,7 @@ def solve_all(options):
         if registry.find(options.solver).kind:
             session = stack.enter_context(connect(options.solver, options.solver_name))
         if options.max_charge is not None:
-            _check_charge(options, _plans(tasks, session))
+            check_charge(options, _plans(tasks, session))
         for number, task in enumerate(tasks, 1):
             task.said, count = [], f"[{number}/{len(tasks)}] "
             try:
@@ -213,17 +221,25 @@ def _described(solver):
             "limits": limits}
 
 
-def dry_run(options):
-    """The command `solve --dry-run`: what would be sent, and of several problems the bill."""
-    tasks, service = _tasks(options), bool(registry.find(options.solver).kind)
+@contextlib.contextmanager
+def account(options):
+    """The Session of a service's solver; None without an account, and for a solver of this machine.
+    """
     with contextlib.ExitStack() as stack:
         session = None
-        if service:
+        if registry.find(options.solver).kind:
             with contextlib.suppress(NoAccount), explained():
                 configuration()
                 session = stack.enter_context(connect(options.solver, options.solver_name))
+        yield session
+
+
+def dry_run(options):
+    """The command `solve --dry-run`: what would be sent, and of several problems the bill."""
+    tasks, service = _tasks(options), bool(registry.find(options.solver).kind)
+    with account(options) as session:
         plans = _plans(tasks, session)
-    told, charge = {"solver": options.solver, "dry_run": True}, _charge(plans)
+    told, charge = {"solver": options.solver, "dry_run": True}, charge_of(plans)
     if options.out_dir is None:
         return runner.show(options, "\n".join(planned(options, plans[0])), {**told, **plans[0]})
     said = []

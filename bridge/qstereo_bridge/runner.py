@@ -8,12 +8,12 @@ import time
 
 import numpy as np
 
-from . import models, qsf, registry
+from . import merging, models, problem as api, qsf, registry
 from .container import FormatError
 from .failure import SolverError, io
 from .output import Output
 from .qcf import read_qcf
-from .solvers import nothing_to_decide, samples_of
+from .solvers import Answer, nothing_to_decide, samples_of
 from .text import line, lines
 
 
@@ -92,13 +92,25 @@ def solve(options, ask=here):
             tell(None)
         if answer is not None:
             with kept:
-                samples = _checked(options, problem, answer)
-                told = _summary(options, problem, answer, samples.records["energy"],
-                                time.monotonic() - began)
+                samples = checked(options, problem, answer)
+                if not getattr(options, "no_postprocess", False) and answer.lower_bound is None:
+                    samples = merging.finished(problem, samples, options.memory_limit)
+                told = _summary(options, problem, answer, samples, time.monotonic() - began)
                 deliver(_sound(qsf.pack_qsf(samples)), *told)
 
 
-def _checked(options, problem, answer):
+def merge(options):
+    """The command `merge`."""
+    with output_of(options) as deliver:
+        began = time.monotonic()
+        problem = api.made(read(options), options.digest, options.memory_limit)
+        found = merging.merge(problem, *(api.load_samples(name, options.memory_limit)
+                                         for name in options.samples))
+        deliver(_sound(qsf.pack_qsf(found)), *_summary(
+            options, problem.coefficients, Answer(found.bits), found, time.monotonic() - began))
+
+
+def checked(options, problem, answer):
     """The Samples of the answer; its warnings are told. Raises SolverError where the solver's
     energies are not the recomputed ones, but for floating point's rounding."""
     samples = samples_of(problem, options.digest, options.solver, answer)
@@ -129,31 +141,32 @@ def _sound(data):
     return data
 
 
-def _real(energy, scale):
+def real(energy, scale):
     """An energy in real units; a whole number stays one."""
     return None if energy is None else energy // scale if energy % scale == 0 else energy / scale
 
 
-def _summary(options, problem, answer, energies, seconds):
+def _summary(options, problem, answer, samples, seconds):
     """(text, facts) of the samples."""
-    good = energies[models.feasible(problem, answer.bits)]
+    energies = samples.records["energy"]
+    good = energies[models.feasible(problem, samples.bits)]
     told = problem.groups_say_all
     least, bound = min(energies.tolist(), default=None), answer.lower_bound
     # A minimum of H that is no labelling proves nothing of the labellings.
     proven = bound is not None and bool((good == bound).any())
-    real = {key: _real(value, problem.scale) for key, value in {
+    figures = {key: real(value, problem.scale) for key, value in {
         "energy": least, "lower_bound": bound, "gap": None if bound is None else least - bound,
         "best_energy": min(good.tolist(), default=None)}.items()}
     bounded = ("" if bound is None else
                f" (proven {'optimal' if told else 'least of the QUBO'})" if proven else
-               f" (at most {real['gap']} above the least)" if bound < least else
+               f" (at most {figures['gap']} above the least)" if bound < least else
                " (the minimum of the QUBO is infeasible: the penalty is too small)")
     best = ("`qstereo validate` says which samples are labellings" if not told else
-            f"{good.size} feasible, best energy of these {real['best_energy']}" if good.size else
+            f"{good.size} feasible, best energy of these {figures['best_energy']}" if good.size else
             "none feasible")
     samples = "1 sample" if energies.size == 1 else f"{energies.size} samples"
-    return (f"{options.solver}: {samples}, best energy {real['energy']}{bounded}; {best}; "
+    return (f"{options.solver}: {samples}, best energy {figures['energy']}{bounded}; {best}; "
             f"{seconds:.1f} s\n{options.output}: written",
-            {"solver": options.solver, **real, "proven_optimal": proven if told else None,
+            {"solver": options.solver, **figures, "proven_optimal": proven if told else None,
              "iterations": answer.iterations, "seconds": round(seconds, 3),
              "samples": energies.size, "feasible": good.size if told else None})

@@ -130,9 +130,8 @@ def _beta_range(problem):
 
 
 def anneal(problem, options, progress):
-    """Simulated annealing, each of its samples finished by steepest descent. A time limit stops it
-    between two reads."""
-    from dwave.samplers import SimulatedAnnealingSampler, SteepestDescentSampler
+    """Simulated annealing. A time limit stops it between two reads."""
+    from dwave.samplers import SimulatedAnnealingSampler
 
     (bqm, seed), reads = _prepared(problem, options), [0]
     stop = time.monotonic() + (options.time_limit or float("inf"))
@@ -146,14 +145,11 @@ def anneal(problem, options, progress):
         lambda: SimulatedAnnealingSampler().sample(
             bqm, beta_range=_beta_range(problem), interrupt_function=after_read, **told),
         lambda: progress(f"{reads[0]} of {options.num_reads} reads"))
-    descended = interruptible(
-        lambda: SteepestDescentSampler().sample(bqm, initial_states=annealed, seed=seed),
-        lambda: progress("steepest descent"))
     info = {"parameters": {**told, "time_limit": options.time_limit, **{
         key: annealed.info[key] for key in ("beta_range", "beta_schedule_type")}},
-            "timing": {"anneal": annealed.info["timing"], "descent": descended.info.get("timing")}}
-    return from_sampleset(descended, problem.linear.size, info=info,
-                          iterations=len(descended) * options.num_sweeps)
+            "timing": {"anneal": annealed.info["timing"]}}
+    return from_sampleset(annealed, problem.linear.size, info=info,
+                          iterations=len(annealed) * options.num_sweeps)
 
 
 def tabu(problem, options, progress):

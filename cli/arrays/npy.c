@@ -35,23 +35,32 @@ static int fail_header(const npy_array *array)
     return fail(BAD_INPUT, array->name, "has a header that is not that of a .npy file");
 }
 
+/* The sign of numpy for the byte order of this machine. Arrays of others are refused. */
+static char own_order(void)
+{
+    const uint16_t one = 1;
+    uint8_t first;
+    memcpy(&first, &one, sizeof first);
+    return first == 1 ? '<' : '>';
+}
+
 static int read_type(const char *header, npy_array *array)
 {
     char type[8] = "";
     const char *at = value_of(header, "descr");
     if (at == NULL || *at != '\'' || sscanf(at + 1, "%7[^']", type) != 1) {
         return fail(BAD_INPUT, array->name,
-                    "holds records or other elements: an array of integers or float32 is needed");
+                    "holds records or other elements: an array of integers or floats is needed");
     }
     char order = type[0], kind = type[1];
     unsigned long bytes = strtoul(type + 2, NULL, 10);
-    bool integer =
-        (kind == 'i' || kind == 'u') && (bytes == 1 || bytes == 2 || bytes == 4 || bytes == 8);
+    bool wide = bytes == 4 || bytes == 8;
+    bool integer = (kind == 'i' || kind == 'u') && (bytes == 1 || bytes == 2 || wide);
     bool logical = kind == 'b' && bytes == 1;
-    if ((order != '<' && order != '|') || (!integer && !logical && !(kind == 'f' && bytes == 4))) {
+    if ((order != own_order() && order != '|') || !(integer || logical || (kind == 'f' && wide))) {
         return fail(BAD_INPUT, array->name,
-                    "has elements of the type %s: save it as little-endian integers or float32, "
-                    "array.astype('<i4') or array.astype('<f4')",
+                    "has elements of the type %s: save it as integers or floats of this machine, "
+                    "array.astype('i4') or array.astype('f4')",
                     type);
     }
     array->bytes = (unsigned)bytes;
@@ -176,19 +185,24 @@ void npy_index_write(const npy_array *array, uint64_t index, char text[NPY_TEXT]
 
 /* ---- Elements. ---- */
 
-static float float_at(const npy_array *array, uint64_t index)
+double npy_float(const npy_array *array, uint64_t index)
 {
-    float value;
-    memcpy(&value, array->data + 4 * index, sizeof value);
-    return value;
+    const uint8_t *from = array->data + array->bytes * index;
+    float single;
+    double value;
+    if (array->bytes == 8) {
+        memcpy(&value, from, sizeof value);
+        return value;
+    }
+    memcpy(&single, from, sizeof single);
+    return (double)single;
 }
 
 static uint64_t unsigned_at(const npy_array *array, uint64_t index)
 {
     uint64_t value = 0;
-    for (unsigned i = 0; i < array->bytes; i++) {
-        value |= (uint64_t)array->data[array->bytes * index + i] << 8 * i;
-    }
+    size_t high = own_order() == '<' ? 0 : sizeof value - array->bytes;
+    memcpy((uint8_t *)&value + high, array->data + array->bytes * index, array->bytes);
     return value;
 }
 
@@ -204,7 +218,7 @@ static int64_t signed_at(const npy_array *array, uint64_t index)
 void npy_value_write(const npy_array *array, uint64_t index, char text[NPY_TEXT])
 {
     switch (array->kind) {
-    case NPY_FLOAT: (void)snprintf(text, NPY_TEXT, "%g", (double)float_at(array, index)); break;
+    case NPY_FLOAT: (void)snprintf(text, NPY_TEXT, "%g", npy_float(array, index)); break;
     case NPY_UNSIGNED: (void)snprintf(text, NPY_TEXT, "%" PRIu64, unsigned_at(array, index)); break;
     case NPY_SIGNED: (void)snprintf(text, NPY_TEXT, "%" PRId64, signed_at(array, index)); break;
     }
@@ -218,7 +232,8 @@ bool npy_is_plain(const npy_array *array, npy_scaling by)
 
 bool npy_is_infinite(const npy_array *array, uint64_t index)
 {
-    return array->kind == NPY_FLOAT && isinf(float_at(array, index)) && float_at(array, index) > 0;
+    return array->kind == NPY_FLOAT && isinf(npy_float(array, index)) &&
+           npy_float(array, index) > 0;
 }
 
 const int32_t *npy_words(const npy_array *array, npy_scaling by)
@@ -228,31 +243,7 @@ const int32_t *npy_words(const npy_array *array, npy_scaling by)
     return npy_is_plain(array, by) && array->bytes == 4 && aligned ? data : NULL;
 }
 
-/* Copies plain elements. */
-#define COPY(type)                                                                                 \
-    for (size_t i = 0; i < count; i++) {                                                           \
-        type value;                                                                                \
-        memcpy(&value, from + i * sizeof value, sizeof value);                                     \
-        out[i] = (int32_t)value;                                                                   \
-    }
-
-static void copy_plain(const npy_array *array, const uint8_t *from, size_t count, int32_t *out)
-{
-    bool has_sign = array->kind == NPY_SIGNED;
-    if (array->bytes == 4) {
-        memcpy(out, from, count * sizeof *out);
-    } else if (array->bytes == 2 && has_sign) {
-        COPY(int16_t)
-    } else if (array->bytes == 2) {
-        COPY(uint16_t)
-    } else if (has_sign) {
-        COPY(int8_t)
-    } else {
-        COPY(uint8_t)
-    }
-}
-
-static npy_fault convert_float(float value, npy_scaling by, int32_t *out)
+static npy_fault convert_float(double value, npy_scaling by, int32_t *out)
 {
     *out = 0;
     if (isnan(value)) {
@@ -261,7 +252,7 @@ static npy_fault convert_float(float value, npy_scaling by, int32_t *out)
     if (isinf(value)) {
         return value > 0 ? NPY_INFINITE : NPY_TOO_LARGE;
     }
-    double whole = nearbyint((double)value * by.times) * by.factor;
+    double whole = nearbyint(value * by.times) * by.factor;
     if (whole > INT32_MAX || whole < INT32_MIN) {
         return NPY_TOO_LARGE;
     }
@@ -285,24 +276,123 @@ static npy_fault convert_integer(const npy_array *array, uint64_t index, npy_sca
     return NPY_FITS;
 }
 
-/* Converts floats if none has a fault; else returns false. Without branches, so that several go at
- * once. */
-static bool convert_floats(const uint8_t *from, size_t count, npy_scaling by, int32_t *out)
-{
-    /* 1.5 x 2^52: a sum with it has no bits below 1, and the whole number in its last 32 bits. */
-    const double to_last_bits = 6755399441055744.0;
-    const double most = (double)(INT32_MAX / by.factor) - 1, times = by.times;
-    int fits = 1;
-    for (size_t i = 0; i < count; i++) {
-        float value;
-        memcpy(&value, from + i * sizeof value, sizeof value);
-        double product = (double)value * times, shifted = product + to_last_bits;
-        uint64_t bits;
-        memcpy(&bits, &shifted, sizeof bits);
-        out[i] = (int32_t)((uint32_t)bits * by.factor);
-        fits &= (product > -most) & (product < most); /* of NaN both are false */
+/* ---- Many elements at once. The loops have no branches, so that the compiler makes vectors of
+ * them: each gathers in the highest bit of `over` whether an element does not fit. ---- */
+
+/* For each element of a type: `out[i] = made`, after `gather`. */
+#define CONVERT(type, gather, made)                                                                \
+    for (size_t i = 0; i < count; i++) {                                                           \
+        type value;                                                                                \
+        memcpy(&value, from + i * sizeof value, sizeof value);                                     \
+        gather;                                                                                    \
+        out[i] = (int32_t)(made);                                                                  \
     }
-    return fits;
+
+/* Copies plain elements. */
+static void copy_plain(const npy_array *array, const uint8_t *from, size_t count, int32_t *out)
+{
+    bool has_sign = array->kind == NPY_SIGNED;
+    if (array->bytes == 4) {
+        memcpy(out, from, count * sizeof *out);
+    } else if (array->bytes == 2 && has_sign) {
+        CONVERT(int16_t, (void)0, value)
+    } else if (array->bytes == 2) {
+        CONVERT(uint16_t, (void)0, value)
+    } else if (has_sign) {
+        CONVERT(int8_t, (void)0, value)
+    } else {
+        CONVERT(uint8_t, (void)0, value)
+    }
+}
+
+/* An integer fits if value + offset is at most `span`: one more is seen in the highest bit of
+ * span - it, or of it. */
+#define CONVERT_INTEGERS(type)                                                                     \
+    CONVERT(type, over |= ((uint64_t)value + offset) | (span - ((uint64_t)value + offset)),        \
+            (uint32_t)value * times)
+
+/* Converts integers. Returns false if one has a fault. */
+static bool convert_integers(const npy_array *array, const uint8_t *from, size_t count,
+                             npy_scaling by, int32_t *out)
+{
+    const uint64_t wide = (uint64_t)by.times * by.factor, most = wide > 0 ? INT32_MAX / wide : 0;
+    const bool has_sign = array->kind == NPY_SIGNED;
+    const uint64_t offset = has_sign ? most : 0, span = offset + most;
+    const uint32_t times = (uint32_t)wide;
+    uint64_t over = 0;
+    switch (array->bytes) {
+    case 1:
+        if (has_sign) {
+            CONVERT_INTEGERS(int8_t)
+        } else {
+            CONVERT_INTEGERS(uint8_t)
+        }
+        break;
+    case 2:
+        if (has_sign) {
+            CONVERT_INTEGERS(int16_t)
+        } else {
+            CONVERT_INTEGERS(uint16_t)
+        }
+        break;
+    case 4:
+        if (has_sign) {
+            CONVERT_INTEGERS(int32_t)
+        } else {
+            CONVERT_INTEGERS(uint32_t)
+        }
+        break;
+    default:
+        if (has_sign) {
+            CONVERT_INTEGERS(int64_t)
+        } else {
+            CONVERT_INTEGERS(uint64_t)
+        }
+    }
+    return over >> 63 == 0;
+}
+
+/* 1.5 x 2^52: a sum with it has no bits below 1, and the whole number in its last 32 bits. */
+static uint32_t rounded(double value)
+{
+    double shifted = value + 6755399441055744.0;
+    uint64_t bits;
+    memcpy(&bits, &shifted, sizeof bits);
+    return (uint32_t)bits;
+}
+
+/* The bits of a float but its sign: a whole number that grows with the size. Of infinity and of NaN
+ * they are larger than those of all numbers. */
+static uint32_t size_single(float value)
+{
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits & UINT32_MAX >> 1;
+}
+
+static uint64_t size_double(double value)
+{
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits & UINT64_MAX >> 1;
+}
+
+/* Converts floats. Returns false if one has a fault, or may have one: it is near the largest. */
+static bool convert_floats(const npy_array *array, const uint8_t *from, size_t count,
+                           npy_scaling by, int32_t *out)
+{
+    const double times = by.times, most = 0.999 * (INT32_MAX / by.factor) / (times > 0 ? times : 1);
+    if (array->bytes == 4) {
+        const uint32_t limit = size_single((float)most);
+        uint32_t over = 0;
+        CONVERT(float, over |= limit - size_single(value),
+                rounded((double)value * times) * by.factor)
+        return over >> 31 == 0;
+    }
+    const uint64_t limit = size_double(most);
+    uint64_t over = 0;
+    CONVERT(double, over |= limit - size_double(value), rounded(value * times) * by.factor)
+    return over >> 63 == 0;
 }
 
 npy_fault npy_convert(const npy_array *array, uint64_t from, size_t count, npy_scaling by,
@@ -314,12 +404,13 @@ npy_fault npy_convert(const npy_array *array, uint64_t from, size_t count, npy_s
         copy_plain(array, data, count, out);
         return NPY_FITS;
     }
-    if (array->kind == NPY_FLOAT && convert_floats(data, count, by, out)) {
+    if (array->kind == NPY_FLOAT ? convert_floats(array, data, count, by, out)
+                                 : convert_integers(array, data, count, by, out)) {
         return NPY_FITS;
     }
     for (size_t i = 0; i < count; i++) {
         npy_fault fault = array->kind == NPY_FLOAT
-                              ? convert_float(float_at(array, from + i), by, &out[i])
+                              ? convert_float(npy_float(array, from + i), by, &out[i])
                               : convert_integer(array, from + i, by, &out[i]);
         if (fault != NPY_FITS && first == NPY_FITS && !(infinite && fault == NPY_INFINITE)) {
             first = fault;
@@ -339,7 +430,8 @@ size_t npy_head_write(const uint64_t *shape, unsigned dimensions, uint8_t head[N
     memcpy(head, MAGIC "\x01\x00", LENGTH_AT);
     head[LENGTH_AT] = (uint8_t)room;
     head[LENGTH_AT + 1] = 0;
-    used = (size_t)snprintf(text, room, "{'descr': '<i4', 'fortran_order': False, 'shape': (");
+    used = (size_t)snprintf(text, room, "{'descr': '%ci4', 'fortran_order': False, 'shape': (",
+                            own_order());
     for (unsigned i = 0; i < dimensions; i++) {
         used += (size_t)snprintf(text + used, room - used, "%" PRIu64 ", ", shape[i]);
     }

@@ -1,6 +1,6 @@
-/* Arrays of numpy: .npy files, version 1 to 3, of integers or 32-bit floats, little-endian, in C
- * order. They are mapped into memory, not loaded. Each function that returns an exit status has
- * printed why it failed. */
+/* Arrays of numpy: .npy files, version 1 to 3, of integers or floats of 32 or 64 bits, in the byte
+ * order of this machine, in C order. They are mapped into memory, not loaded. Each function that
+ * returns an exit status has printed why it failed. */
 #ifndef NPY_H
 #define NPY_H
 
@@ -51,6 +51,9 @@ bool npy_is_plain(const npy_array *array, npy_scaling by);
 
 /* The elements themselves, if they are 32-bit integers that stay as they are; else NULL. */
 const int32_t *npy_words(const npy_array *array, npy_scaling by);
+
+/* An element of an array of floats. */
+double npy_float(const npy_array *array, uint64_t index);
 
 /* Returns true if an element is +infinity. */
 bool npy_is_infinite(const npy_array *array, uint64_t index);

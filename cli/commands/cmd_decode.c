@@ -5,6 +5,7 @@
 #include "command.h"
 #include "meaning_output.h"
 #include "pictures/disparity_map.h"
+#include "pictures/picture_write.h"
 #include "survey.h"
 #include "text/fail.h"
 #include "text/json.h"
@@ -28,7 +29,7 @@ static const option options[] = {
 };
 
 typedef struct request {
-    map_request map; /* of disparities */
+    map_request map; /* of disparities, see is_map */
     meaning_output other; /* of all else */
     output *file; /* of that */
     bool one_sample, repair;
@@ -170,22 +171,24 @@ static int choose_decided(const problem_file *problem, chosen *taken)
     return status == QS_OK ? DONE : fail_status(problem->name, status);
 }
 
-/* Only disparities have a scale and colours. */
-static int check_options(const job *at, const char *name)
+/* Whether a map of disparities is asked for. */
+static bool is_map(const job *at)
+{
+    return at->both.problem.qubo.labels.meaning.kind == QS_MEANS_DISPARITY &&
+           !path_ends(at->values[OUTPUT], ".npy");
+}
+
+/* Only maps have a scale and colours. */
+static int check_options(const job *at)
 {
     for (size_t i = 0; i < at->given->given_count; i++) {
         size_t index = at->given->given[i].index;
         if (index == SCALE || index == COLOR || index == PALETTE || index == SCALE_BAR) {
-            return fail_usage("--%s goes with disparities, which the labels of %s are not",
-                              options[index].name, name);
+            return fail_usage("--%s goes with maps of disparities, which %s cannot be",
+                              options[index].name, at->values[OUTPUT]);
         }
     }
     return DONE;
-}
-
-static bool is_stereo(const job *at)
-{
-    return at->both.problem.qubo.labels.meaning.kind == QS_MEANS_DISPARITY;
 }
 
 /* Reads what kind of output is asked for; the problem is open. */
@@ -194,14 +197,14 @@ static int read_output(job *at, request *asked)
     const problem_file *problem = &at->both.problem;
     const qs_labels *labels = &problem->qubo.labels;
     const char *path = at->values[OUTPUT];
-    if (is_stereo(at)) {
+    if (is_map(at)) {
         const char *const *values = at->values;
         const map_options given = {path, values[SCALE], values[COLOR], values[PALETTE],
                                    values[SCALE_BAR]};
         TRY(map_request_read(&given, &at->limit, &asked->map));
-        return map_check(problem->name, labels);
+        return map_check(problem->name, labels, asked->map.format);
     }
-    TRY(check_options(at, problem->name));
+    TRY(check_options(at));
     return meaning_output_read(problem->name, labels, path, &asked->other);
 }
 
@@ -210,7 +213,7 @@ static int write_output(job *at, request *asked, const uint16_t *labelling)
     const problem_file *problem = &at->both.problem;
     const qs_labels *labels = &problem->qubo.labels;
     pixel_map map;
-    if (is_stereo(at)) {
+    if (is_map(at)) {
         TRY(map_of_labelling(problem->name, labels, labelling, &at->limit, &map));
         TRY(map_request_open(&asked->map, at));
         return map_request_write(&asked->map, &map);
@@ -223,7 +226,7 @@ static int write_output(job *at, request *asked, const uint16_t *labelling)
 /* The names of the files, as keys of JSON or at the beginning of a line. */
 static void print_names(const job *at, const request *asked)
 {
-    if (is_stereo(at)) {
+    if (is_map(at)) {
         (at->json ? map_request_json : map_request_print)(&asked->map);
     } else if (at->json) {
         json_name("output", at->values[OUTPUT]);
@@ -293,7 +296,7 @@ static int run_decode(job *at)
     chosen taken;
     TRY(read_request(at, &asked));
     TRY(open_files(at, &asked, sampled));
-    if (is_stereo(at)) {
+    if (is_map(at)) {
         TRY(budget_need(&at->limit, problem->name, map_bytes(&asked.map, &problem->qubo.labels)));
     }
     TRY(take_room(at, &taken));
@@ -319,7 +322,9 @@ const command cmd_decode = {
                 "value; a map has 8 bits if all its values fit, else 16. Greys and classes become "
                 "a picture, .png or .pgm; numbers an array, .npy, or a picture; displacements a "
                 "field, .flo or KITTI's .png; boxes a list, .csv, of each box from 1 on, and "
-                "whether it is kept. Exits with 1 if no sample is feasible.\n\n"
+                "whether it is kept. An .npy holds the label of each site as a number from 0 on, "
+                "whatever it stands for, and -1 where there is none. Exits with 1 if no sample is "
+                "feasible.\n\n"
                 "A problem that was reduced gives the whole of it too. If the reduction decided "
                 "every site, S.qsf is not needed.\n",
             OPTIONS(options),

@@ -176,7 +176,8 @@ const command cmd_label = {
                 "neighbours p and q cost lambda weight_pq V(label of p, label of q). Of V, a "
                 "table or a weight the first site is the left or upper one, or the first of the "
                 "edge. qstereo solve --help describes the solvers.\n\n"
-                "Arrays are .npy files of any integers or of 32-bit floats, in C order. An "
+                "Arrays are .npy files of any integers, or of floats of 32 or 64 bits, in C order. "
+                "An "
                 "infinite cost forbids a label. Integers stay exact; floats are rounded to "
                 "1 / --scale.\n",
             OPTIONS(options),

@@ -98,7 +98,8 @@ static int read_calibration(job *at, request *asked)
     asked->frames.whole = &at->limit;
     if (!has_range && asked->cameras.labels > 0) {
         asked->pair.stereo.disparity_min = 0;
-        asked->pair.stereo.disparity_max = (asked->cameras.labels - 1) * asked->pair.stereo.parts;
+        asked->pair.stereo.disparity_max =
+            (int32_t)((asked->cameras.labels - 1) * asked->pair.stereo.parts);
     }
     return DONE;
 }
@@ -195,61 +196,19 @@ static int write_found(job *at, request *asked, const laid_out *laid, const solv
     return DONE;
 }
 
-/* What the solver takes beside the model, and then the map. */
-static uint64_t bytes_after_model(const request *asked, const qs_frame *frame, uint64_t work)
+/* What making and writing the map takes, after the solver's work is freed. */
+static uint64_t map_need(const request *asked, const qs_frame *frame)
 {
     const qs_labels labels = {.frame = *frame};
-    uint64_t map = map_bytes(&asked->map, &labels); /* made after the solver's work is freed */
-    return work > map ? work : map;
+    return map_bytes(&asked->map, &labels);
 }
 
-/* Lays out the upper left corner of the problem, to see what the solver takes for a site. */
-static int measure_corner(const request *asked, const made_problem *whole, budget *aside,
-                          double *bytes)
+/* What comes after the solver: the map, or before it, with --after check, the model of the right
+ * picture beside this one, and its work, which is about as much again. */
+static uint64_t later_need(const request *asked, const qs_problem *problem)
 {
-    enum { CORNER = 32 };
-    const char *name = whole->name;
-    const qs_problem *problem = &whole->problem;
-    const qs_frame *frame = &problem->frame;
-    uint32_t width = problem->grid.width, height = problem->grid.height;
-    qs_matching corner = asked->pair.stereo;
-    qs_problem small;
-    laid_out laid;
-    corner.x = frame->x;
-    corner.y = frame->y;
-    corner.width = width < CORNER ? width : CORNER;
-    corner.height = height < CORNER ? height : CORNER;
-    qs_status made;
-    TRY(pair_problem(&corner, name, aside, &small, &made));
-    if (made != QS_OK) {
-        return fail_status(name, made);
-    }
-    small.pairwise = problem->pairwise;
-    TRY(lay_out_problem(name, &small, whole->mend, aside, &laid));
-    *bytes = (double)solve_bytes(&laid, asked->by) / laid.model.sites;
-    return DONE;
-}
-
-/* Refuses before the work what would be far over the memory limit, and names about what it needs.
- * When the problem is laid out, the need is known exactly. */
-static int check_ahead(const job *at, const request *asked, const made_problem *whole)
-{
-    const qs_problem *problem = &whole->problem;
-    budget aside = budget_inside(&at->limit);
-    double each = 0;
-    int status = measure_corner(asked, whole, &aside, &each);
-    budget_free(&aside);
-    if (status != DONE) {
-        return status;
-    }
-    uint64_t work = (uint64_t)(each * qs_problem_sites(problem));
-    uint64_t all = bytes_sum(qs_model_of_problem_workspace(problem),
-                             bytes_after_model(asked, &problem->frame, work));
-    if (asked->after.check) { /* the problem of the right picture stands beside this one */
-        all = bytes_sum(all, all);
-    }
-    bool is_far_over = all - all / 10 > at->limit.left;
-    return is_far_over ? budget_need(&at->limit, whole->name, all) : DONE;
+    uint64_t model = qs_model_of_problem_workspace(problem), map = map_need(asked, &problem->frame);
+    return asked->after.check ? bytes_sum(bytes_sum(model, model), map) : map;
 }
 
 static int open_truth(job *at, request *asked)
@@ -272,15 +231,13 @@ static int match(job *at, request *asked, bool *interrupted)
     solved found;
     TRY(pair_make(&asked->pair, &at->limit, &opened));
     TRY(open_truth(at, asked));
-    TRY(check_ahead(at, asked, &opened));
+    TRY(made_need(&opened, asked->by, later_need(asked, &opened.problem), &at->limit));
     if (asked->is_first) {
         hint_swapped(&asked->pair);
     }
     TRY(lay_out_problem(opened.name, &opened.problem, opened.mend, &at->limit, &laid));
-    TRY(map_check(laid.name, &laid.labels));
-    TRY(budget_need(
-        &at->limit, laid.name,
-        bytes_after_model(asked, &opened.problem.frame, solve_bytes(&laid, asked->by))));
+    TRY(map_check(laid.name, &laid.labels, asked->map.format));
+    TRY(laid_out_need(&laid, asked->by, later_need(asked, &opened.problem), &at->limit));
     TRY(map_request_open(&asked->map, at));
     TRY(after_open(&asked->after, at));
     TRY(solve_problem(&laid, asked->by, &asked->how, &at->limit, &found));

@@ -168,9 +168,11 @@ static int run_reduce(job *at)
     TRY(read_for(at, &how, &coding));
     how.iterations = iterations;
     TRY(start_read(at, at->values[START], &laid, &how.start));
+    bool certified = at->values[CERTIFICATE] != NULL;
+    uint64_t work = reduce_bytes(&laid);
+    TRY(budget_need(&at->limit, laid.name, certified ? certifying_bytes(&laid, work) : work));
     TRY(job_open_output(at, at->values[OUTPUT], &out));
     TRY(open_found(at, &outs));
-    bool certified = at->values[CERTIFICATE] != NULL;
     TRY(certified ? reduce_certified(at, &how, &laid, &smaller)
                   : reduce_problem(&laid, &how, &at->limit, &smaller));
     coding.kept = smaller.kept;

@@ -106,10 +106,10 @@ static int read_kitti(const char *path, const file_bytes *file, budget *limit, f
     return status;
 }
 
-/* A number of the array, which may stand at any address; infinite ones are unknown. */
+/* A number of the array; infinite ones are unknown. */
 static float number_at(const npy_array *array, uint64_t at)
 {
-    float value = load_float(array->data + 4 * at);
+    float value = (float)npy_float(array, at);
     return isfinite(value) ? value : NAN;
 }
 
@@ -122,7 +122,7 @@ static int read_array(const char *path, budget *limit, flow_field *read)
     if (array.kind != NPY_FLOAT || array.dimensions != 3 || array.shape[2] != 2 ||
         array.shape[0] > INT32_MAX || array.shape[1] > INT32_MAX) {
         return fail(BAD_INPUT, array.name,
-                    "has the shape %s: a field is height x width x 2, (dx, dy), of float32", shape);
+                    "has the shape %s: a field is height x width x 2, (dx, dy), of floats", shape);
     }
     TRY(flow_take(array.name, (uint32_t)array.shape[1], (uint32_t)array.shape[0], limit, read));
     for (uint64_t i = 0; i < array.count; i += 2) {

@@ -15,7 +15,7 @@ typedef struct flow_field {
 /* Takes the memory of a field. Returns DONE or NO_RESOURCE. */
 int flow_take(const char *name, uint32_t width, uint32_t height, budget *limit, flow_field *taken);
 
-/* Reads a field: a .npy of float32, height x width x 2; a .flo (Baker et al., "A database and
+/* Reads a field: a .npy of floats, height x width x 2; a .flo (Baker et al., "A database and
  * evaluation methodology for optical flow", IJCV 92, 2011), or a PNG of KITTI (Menze and Geiger
  * 2015: 16 bits, (64 dx + 2^15, 64 dy + 2^15, 1 = known)). Returns DONE, BAD_INPUT
  * or NO_RESOURCE. */

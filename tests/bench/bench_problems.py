@@ -1,5 +1,6 @@
 """Every problem beside stereo, in one command each: energy, bound, score and time; and how greedy
-suppression of boxes fares beside `detect`: figures `problems`.
+suppression of boxes fares beside `detect`; and the samples the whole way of an annealer: figures
+`problems`.
 
     python tests/bench/bench_problems.py [--data DIR] [--figures DIR]
 
@@ -12,9 +13,12 @@ import json
 import tempfile
 from pathlib import Path
 
+import maxflow
 import numpy as np
+import qstereo_bridge as qb
 from PIL import Image
 from scenes import ROOT, Figures, arguments, call
+from whole_way import split, whole_way
 
 SAMPLES = ROOT / "samples" / "problems"
 TIME_LIMIT = 60
@@ -90,6 +94,57 @@ def real(data, folder):
     ]
 
 
+def way(options, command, folder):
+    found = whole_way(options.qstereo, options.bridge, command, folder)
+    found["scores"] = {key: found["scores"][key] for key in SCORES if key in found["scores"]}
+    return found
+
+
+def cut_energy(qstereo, command, folder):
+    """The optimum of a problem of two classes by PyMaxflow, from the coefficients of its file: in a
+    domain wall a class is one bit, and all couplings are below 0."""
+    file, (words, _) = folder / "cut.qcf", split(command)
+    call(qstereo, "encode", "--problem", *words, "--encoding", "domain-wall", "-o", file)
+    p = qb.load(file)
+    linear, (row, column, bias), offset = p.to_bqm().to_numpy_vectors(range(len(p)))
+    linear = np.array(linear)
+    np.add.at(linear, row, bias)  # b x y = -b x (1 - y) + b x
+    graph = maxflow.Graph[float](len(p), len(row))
+    graph.add_nodes(len(p))
+    graph.add_edges(row, column, -np.array(bias), np.zeros(len(row)))
+    graph.add_grid_tedges(np.arange(len(p)), np.maximum(0, -linear), np.maximum(0, linear))
+    return float(graph.maxflow() + np.minimum(0, linear).sum() + offset) / p.scale
+
+
+def grab_cut(data, name):
+    """The mean IoU of both classes by cv2.grabCut from the same boxes, or None without OpenCV."""
+    try:
+        import cv2
+    except ImportError:
+        return None
+    folder = data / "segmentation" / name
+    truth = np.array(Image.open(folder / "truth.png")) > 0
+    mask = np.full(truth.shape, cv2.GC_BGD, np.uint8)
+    for x, y, width, height in json.loads((folder / "boxes.json").read_text())["boxes"]:
+        mask[y : y + height, x : x + width] = cv2.GC_PR_FGD
+    cv2.setRNGSeed(0)
+    cv2.grabCut(cv2.imread(str(folder / "photo.png")), mask, None, np.zeros((1, 65)),
+                np.zeros((1, 65)), 3, cv2.GC_INIT_WITH_MASK)
+    found = mask % 2 == 1
+    return [float((a & b).sum() / (a | b).sum()) for a, b in ((~found, ~truth), (found, truth))]
+
+
+def segmentation(qstereo, data, name, folder):
+    """`segment` beside the other programs, on one photograph."""
+    _, command = pedestrians(data, name, folder)
+    at = command.index("--rounds")
+    once = call(qstereo, *command[:at], *command[at + 2 :])
+    thrice = call(qstereo, *command)
+    return {"input": name, "energy": once["energy"],
+            "pymaxflow_energy": cut_energy(qstereo, command[:at] + command[at + 2 :], folder),
+            "iou": [of["iou"] for of in thrice["classes"]], "grab_cut_iou": grab_cut(data, name)}
+
+
 def solve(qstereo, name, command):
     facts = call(qstereo, *command, "--time-limit", TIME_LIMIT)
     keys = ("energy", "lower_bound", "proven_optimal", "seconds")
@@ -140,9 +195,12 @@ def main():
     with tempfile.TemporaryDirectory() as name, Figures(options.figures, "problems") as figures:
         folder = Path(name)
         figures["runs"] = [solve(options.qstereo, *run) for run in samples(folder)]
+        figures["ways"] = [way(options, command, folder) for _, command in samples(folder)]
         data = options.data.parent if options.data else None
         if data and (data / "segmentation").is_dir():
             figures["runs"] += [solve(options.qstereo, *run) for run in real(data, folder)]
+            figures["cuts"] = [segmentation(options.qstereo, data, name, folder)
+                               for name in ("ped1", "ped2")]
             figures["greedy"] = greedy(options.qstereo, data, folder)
 
 

@@ -38,15 +38,15 @@ HYBRID_TIMING = {"qpu_access_time": 41000, "charge_time": 5000000, "run_time": 5
 
 
 @functools.cache
-def described():
-    """JSON: one solver of each kind, by name, as D-Wave's own tests describe them. To build the
-    graph of the chip takes longer than most tests."""
+def described(tiles=3):
+    """JSON: one solver of each kind, by name, as D-Wave's own tests describe them; the chip is a
+    Zephyr of so many tiles each way. To build its graph takes longer than most tests."""
     from dwave.cloud.testing import mocks
     parameters = dict.fromkeys(["num_reads", "annealing_time", "anneal_schedule", "initial_state",
                                 "reinitialize_state", "fast_anneal", "answer_mode", "auto_scale"],
                                "")
     limits = {"maximum_number_of_variables": 1_000_000, "maximum_number_of_biases": 200_000_000}
-    solvers = [mocks.qpu_zephyr_solver_data(3, name="Advantage2_mock", parameters=parameters,
+    solvers = [mocks.qpu_zephyr_solver_data(tiles, name="Advantage2_mock", parameters=parameters,
                                             h_range=[-4.0, 4.0], num_reads_range=[1, 10000],
                                             annealing_time_range=[0.5, 2000.0],
                                             default_annealing_time=20.0,

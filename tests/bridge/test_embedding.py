@@ -167,7 +167,9 @@ def test_other_graphs_are_minorminers():
         graph.add_nodes_from(range(len(source.graph)))
         dwave.embedding.verify_embedding(found.chains, graph, full("zephyr:3"))
         again = embedding.find(source, embedding.Chip.named("zephyr:3"), seed=1, timeout=30)
-        assert found.method == "minorminer" and again.chains == found.chains
+        parts = nx.number_connected_components(source.graph)
+        assert found.method == ("minorminer" if parts == 1 else "parts")
+        assert again.chains == found.chains
 
 
 def test_a_chip_of_unusual_tiles():

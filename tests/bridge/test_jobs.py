@@ -463,17 +463,17 @@ def test_a_lock_on_a_replaced_file_is_none(tmp_path, monkeypatch):
     facts = {"schema": 1, "state": jobs.UPLOADING, "solver": "qpu", "label": "",
              "problem_digest": "", "parameters": {}, "time": jobs._now(), "service_solver": None,
              "user_label": None, "problem": None}
-    path, lock = str(tmp_path / "s.qsf.job"), jobs._lock
+    path, lock = str(tmp_path / "s.qsf.job"), jobs.lock
     job = jobs.Job(path, facts)
     job.save(new=True)
     with pytest.raises(jobs.Failure, match="another qstereo-bridge"):
         jobs.Job(path, dict(facts)).save(new=True)
 
     def late(stream, name):
-        monkeypatch.setattr(jobs, "_lock", lock)
+        monkeypatch.setattr(jobs, "lock", lock)
         job.save(state=jobs.SENDING)
         lock(stream, name)
-    monkeypatch.setattr(jobs, "_lock", late)
+    monkeypatch.setattr(jobs, "lock", late)
     with pytest.raises(jobs.Failure, match="another qstereo-bridge"):
         jobs.Job.load(path)
     job.leave()

@@ -109,7 +109,7 @@ def test_energies_of_infeasible_cqm_answers_are_h(solve, service, tmp_path):
         assert answer["data"]["info"].keys() == {"constraint_labels"}
         return answer
     service.spoil = spoil
-    status, out, _ = solve("hybrid-cqm", "--json")
+    status, out, _ = solve("hybrid-cqm", "--json", "--no-postprocess")
     assert status == 0 and json.loads(out)["feasible"] == 0
     read = solved(tmp_path / "s.qsf")
     assert ((read.records["energy"] == models.energies(SMALL, np.eye(12, dtype=np.uint8)[:2])).all()
@@ -173,7 +173,8 @@ def test_nonlinear_without_one_hot_groups(solve, tmp_path):
 
 
 def test_qpu_parameters(solve, service, tmp_path):
-    assert solve("qpu", "--num-reads", 50, "--annealing-time", 35, "--chain-strength", 123)[0] == 0
+    assert solve("qpu", "--num-reads", 50, "--annealing-time", 35, "--chain-strength", 123,
+                 "--no-postprocess")[0] == 0
     job, info = sent(service)[1], solved(tmp_path / "s.qsf").info
     assert job["params"] == {"num_reads": 50, "annealing_time": 35} and job["type"] == "ising"
     assert (info["chain_strength"] == 123 and info["chip"] == "Advantage2_mock"
@@ -226,7 +227,7 @@ def test_broken_chains_reach_the_samples_file(solve, service, tmp_path):
                                                      list(bqm.variables)), bqm)
     service.sampler = Random()
     problem = grid(2, 2, 4, dense=True)
-    status, _, err = solve("qpu", "--num-reads", 5, problem=problem)
+    status, _, err = solve("qpu", "--num-reads", 5, "--no-postprocess", problem=problem)
     read = solved(tmp_path / "s.qsf")
     assert (status == 0 and read.records["broken"].max() > 0
             and (read.records["broken"] != qsf.NO_CHAINS).all())

@@ -76,25 +76,18 @@ def test_local_solvers_find_the_minimum(name, options, problem):
 
 @pytest.mark.parametrize("seed", range(8))
 def test_anneal_takes_every_feature(seed):
-    """Free groups, couplings inside groups, groups of one: its descent ends in a local minimum of
-    H.
-    """
+    """Free groups, couplings inside groups, groups of one."""
     for problem in (random_problem(seed), domain_walls(2, 2, 4, seed=seed)[0]):
         answer = solve("anneal", problem)
         energies = models.energies(problem, answer.bits)
         assert np.allclose(answer.energies, energies) and energies.min() == least(problem)
 
 
-def test_anneal_is_repeatable_and_ends_in_local_minima():
+def test_anneal_is_repeatable():
     problem = grid(4, 4, 4)
     one, other = (solve("anneal", problem, num_sweeps=2, num_reads=5) for _ in range(2))
     assert (one.bits == other.bits).all() and one.iterations == 10
     assert (solve("anneal", problem, num_sweeps=2, num_reads=5, seed=2).bits != one.bits).any()
-    before = models.energies(problem, one.bits)
-    for i in range(problem.linear.size):
-        flipped = one.bits.copy()
-        flipped[:, i] ^= 1
-        assert (models.energies(problem, flipped) >= before).all()
     assert set(solve("anneal", SMALL).info["timing"]["anneal"]) >= {"sampling_ns"}
 
 

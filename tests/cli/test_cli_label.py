@@ -57,7 +57,7 @@ def label(tmp_path, *arguments, status=0):
     return json.loads(done.out), np.load(tmp_path / "out.npy")
 
 
-@pytest.mark.parametrize("kind", ["i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4"])
+@pytest.mark.parametrize("kind", ["i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8"])
 def test_every_type_of_costs(tmp_path, kind):
     random = np.random.default_rng(1)
     costs = random.integers(0, 90, (3, 3, 2)).astype(kind)
@@ -139,6 +139,37 @@ def test_graphs(tmp_path, tables):
     assert found.shape == (sites,)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_cuts_solve_submodular_tables_of_two_labels(tmp_path, seed):
+    """On a grid and on a graph; a table that is not submodular is refused."""
+    random = np.random.default_rng(seed)
+    costs = random.integers(0, 9, (3, 3, 2) if seed % 2 else (9, 2))
+    sizes = [(3, 2), (2, 3)] if seed % 2 else [(12,)]
+    tables = [random.integers(0, 12, (*size, 2, 2)) for size in sizes]
+    for t in tables:
+        most = t[..., 0, 1] + t[..., 1, 0]
+        t[..., 1, 1] = np.minimum(t[..., 1, 1], most)
+        t[..., 0, 0] = np.minimum(t[..., 0, 0], most - t[..., 1, 1])
+    if seed % 2:
+        pairs = {place: (p, q) for p, q, place in grid_edges(3, 3)}
+        edges = [(3 * p[0] + p[1], 3 * q[0] + q[1], tables[at[0]][at[1:]])
+                 for at, (p, q) in pairs.items()]
+        arguments = []
+    else:
+        pairs = random.permutation([(a, b) for b in range(9) for a in range(b)])[:12]
+        edges = [(a, b, t) for (a, b), t in zip(pairs, tables[0], strict=True)]
+        arguments = ["--edges", save(tmp_path / "e.npy", pairs)]
+    save(tmp_path / "c.npy", costs)
+    names = [str(save(tmp_path / f"t{i}.npy", t)) for i, t in enumerate(tables)]
+    arguments = ["--solver", "cut", "--tables", ",".join(names), *arguments]
+    facts, _ = label(tmp_path, tmp_path / "c.npy", *arguments)
+    assert facts["proven_optimal"]
+    assert facts["energy"] == best(costs.reshape(9, 2), edges, 2)
+    tables[0][..., 0, 0] += 25
+    save(tmp_path / "t0.npy", tables[0])
+    assert "cut cannot be used" in label(tmp_path, tmp_path / "c.npy", *arguments, status=3)
+
+
 def test_infinite_costs_forbid_labels(tmp_path):
     random = np.random.default_rng(6)
     costs = random.integers(0, 40, (3, 3, 3)).astype(np.float32) / 4
@@ -159,8 +190,23 @@ def test_infinite_costs_forbid_labels(tmp_path):
     ] == expected
 
 
-def test_floats_are_rounded_to_the_scale(tmp_path):
-    costs = np.array([[[0.26, 0.0], [0.0, 0.74]]], np.float32)
+@pytest.mark.parametrize("kind", ["u2", "u4", "i8", "u8", "f4", "f8"])
+def test_the_largest_numbers(tmp_path, kind):
+    """Numbers near the end of what fits, and the next one, with a scale."""
+    most = min(2**31 - 1, np.iinfo(kind).max if kind[0] in "iu" else 2**31 - 512) // 4 * 4
+    costs = np.zeros((1, 40, 2), kind)
+    costs[0, 33, :] = most // 4
+    path = save(tmp_path / "c.npy", costs)
+    assert label(tmp_path, path, "--scale", "4")[0]["energy"] == most // 4
+    if kind != "u2":
+        costs[0, 33, :] = 2**31 // 4
+        error = label(tmp_path, save(path, costs), "--scale", "4", status=3)
+        assert "[0, 33, 0]" in error
+
+
+@pytest.mark.parametrize("kind", ["f4", "f8"])
+def test_floats_are_rounded_to_the_scale(tmp_path, kind):
+    costs = np.array([[[0.26, 0.0], [0.0, 0.74]]], kind)
     path = save(tmp_path / "c.npy", costs)
     assert label(tmp_path, path, "--scale", "2", "--lambda", "0.3")[0]["energy"] == 0.3
     assert label(tmp_path, path, "--scale", "1", "--lambda", "0.3")[0]["energy"] == 0
@@ -203,7 +249,10 @@ ERRORS = [
     ({"c": changed(GRID, (0, 1, 1), 3e9)}, [], ["[0, 1, 1]", "3e+09", "--scale"]),
     ({"c": GRID.astype("i8") + 2**31}, [], ["[0, 0, 0]", "2147483648"]),
     ({"c": GRID.astype(">i4")}, [], [">i4", "astype"]),
-    ({"c": GRID.astype("f8")}, [], ["<f8", "astype"]),
+    ({"c": GRID.astype("f2")}, [], ["<f2", "astype"]),
+    ({"c": changed(GRID.astype("f8"), (1, 2, 0), 1e40)}, [], ["[1, 2, 0]", "1e+40", "--scale"]),
+    ({"c": GRID.astype("i8") - 2**40}, [], ["[0, 0, 0]", "-1099511627776"]),
+    ({"c": GRID.astype("u8") - np.uint64(5)}, [], ["[0, 0, 0]", "18446744073709551611"]),
     ({"c": np.asfortranarray(GRID)}, [], ["Fortran", "ascontiguousarray"]),
     ({"c": GRID[0]}, [], ["3 x 2", "H x W x K"]),
     ({"c": GRID[:0]}, [], ["0 x 3 x 2"]),

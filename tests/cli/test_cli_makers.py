@@ -425,7 +425,7 @@ def test_by_files_it_is_the_same_answer(inputs, tmp_path, problem, way):
     assert run("compare", file, "--samples", samples, "--maps", tmp_path / "maps").status == 0
     assert len(list((tmp_path / "maps").iterdir())) > 1
     refused = run("decode", file, samples, "-o", decoded, "--color")
-    assert refused.status == 2 and "--color goes with disparities" in refused.err
+    assert refused.status == 2 and "--color goes with maps of disparities" in refused.err
 
 
 # ---- what is refused ----

@@ -1,5 +1,6 @@
-"""The page "From Python": its script runs, and the page shows the script as it is."""
+"""The page "From Python": its scripts run, and the page shows the scripts as they are."""
 
+import os
 import subprocess
 import sys
 
@@ -8,6 +9,7 @@ from library import QSTEREO, ROOT
 
 PAPER = ROOT / "samples" / "paper"
 SCRIPT = ROOT / "examples" / "from_python.py"
+LABELS = ROOT / "examples" / "labels_from_python.py"
 
 
 def test_script(run, tmp_path):
@@ -24,5 +26,18 @@ def test_script(run, tmp_path):
     assert (tmp_path / "map.png").read_bytes()[1:4] == b"PNG"
 
 
-def test_page_shows_the_script():
-    assert f"```python\n{SCRIPT.read_text()}```" in (ROOT / "docs" / "PYTHON.md").read_text()
+def test_script_of_labels(tmp_path):
+    done = subprocess.run([sys.executable, LABELS], cwd=tmp_path, capture_output=True, text=True,
+                          env={**os.environ, "QSTEREO": str(QSTEREO)})
+    assert done.returncode == 0, done.stderr
+    head, *rows = done.stdout.splitlines()
+    assert head == "384 variables, energies in units of 1/100"
+    right = sum(row[:8].count(".") + row[8:].count("#") for row in rows)
+    assert len(rows) == 12 and right > 0.95 * 12 * 16
+    assert len(qb.load(tmp_path / "p.qcf")) == 384
+
+
+def test_page_shows_the_scripts():
+    page = (ROOT / "docs" / "PYTHON.md").read_text()
+    for script in (SCRIPT, LABELS):
+        assert f"```python\n{script.read_text()}```" in page

@@ -9,7 +9,11 @@ import subprocess
 import sys
 
 import pytest
-from library import QSTEREO, QSTEREO_PNM, ROOT
+from library import BRIDGE, QSTEREO, QSTEREO_PNM, ROOT
+
+sys.path.insert(0, str(ROOT / "tests" / "bench"))
+
+from whole_way import whole_way  # noqa: E402
 
 SAMPLES = ROOT / "samples" / "problems"
 PAGE = (ROOT / "docs" / "PROBLEMS.md").read_text()
@@ -43,6 +47,33 @@ def test_the_commands_of_the_page(problem, tmp_path):
     assert facts["proven_optimal"] and (tmp_path / words[words.index("-o") + 1]).exists()
     for score, (least, most) in LIMITS[problem].items():
         assert least <= facts[score] <= most, score
+
+
+@pytest.mark.parametrize("problem", LIMITS)
+def test_the_whole_way_of_an_annealer(problem, tmp_path):
+    words = [SAMPLES / word if (SAMPLES / word).exists() else word for word in printed(problem)]
+    words[words.index("-o") + 1] = tmp_path / words[words.index("-o") + 1]
+    found = whole_way(QSTEREO, BRIDGE, words, tmp_path)
+    assert found["after"] < found["before"] and found["after"] <= 500
+    gap = found["energy"] - found["lower_bound"]
+    assert 0 <= gap <= (8 if problem == "detect" else 0.005 * found["lower_bound"])
+    for score, (least, most) in LIMITS[problem].items():
+        if score in found["scores"]:
+            assert least <= found["scores"][score] <= most, score
+    assert problem == "label" or found["scores"]
+
+
+def test_the_picture_of_the_readme_is_what_its_script_draws(tmp_path):
+    import numpy as np
+    from PIL import Image
+
+    path = tmp_path / "problems.png"
+    subprocess.run([sys.executable, ROOT / "scripts" / "pictures", "--qstereo", QSTEREO, "-o",
+                    path], check=True, timeout=300)
+    drawn, shown = (np.array(Image.open(name).convert("RGB")).astype(int)
+                    for name in (path, ROOT / "docs" / "problems.png"))
+    assert drawn.shape == shown.shape and abs(drawn - shown).mean() < 1
+    assert "(docs/problems.png)" in (ROOT / "README.md").read_text()
 
 
 def test_the_samples_are_those_of_their_generator(tmp_path):

@@ -62,6 +62,34 @@ def test_the_whole_map_of_what_is_left(run, pairs, tmp_path, name, encoding):
     assert whole["energy"] == decoded["energy"] and whole["proven_optimal"]
 
 
+def test_a_reduced_picture_window_by_window(run, pairs):
+    """Without a bound the calls go on until a pass gains nothing; C reads what the bridge made."""
+    pairs(RENDERED, "40,20,40,30", "p.qcf")
+    facts = run("qstereo", "reduce", "p.qcf", "-o", "core.qcf", "--encoding", "domain-wall",
+                "--truncate", "--json")
+    few = max(2, facts["variables_after"] // 2)
+    told = run("qstereo-bridge", "solve", "core.qcf", "-o", "s.qsf", "--windows", few, "--bound",
+               facts["lower_bound"], "--seed", 1, "--json")
+    assert told["proven_optimal"] and told["energy"] == facts["lower_bound"]
+    decoded = run("qstereo", "decode", "core.qcf", "s.qsf", "-o", "m.png", "--json")
+    assert decoded["energy"] == facts["lower_bound"]
+    assert run("qstereo", "validate", "core.qcf", "s.qsf", "--json")["energies_agree"]
+
+
+def test_a_picture_that_is_not_reduced_gets_no_windows(run, pairs):
+    pairs(RENDERED, "40,20,20,10", "p.qcf")
+    run("qstereo-bridge", "solve", "p.qcf", "-o", "s.qsf", "--windows", 100, status=3)
+
+
+def test_the_merged_result_is_what_is_decoded(run, pairs):
+    pairs(RENDERED, "40,20,40,30", "p.qcf")
+    run("qstereo-bridge", "solve", "p.qcf", "-o", "s.qsf", "--num-reads", 5, "--num-sweeps", 100,
+        "--seed", 1)
+    told = run("qstereo", "info", "s.qsf", "--json")["info"]["result"]
+    decoded = run("qstereo", "decode", "p.qcf", "s.qsf", "-o", "m.png", "--json")
+    assert decoded["sample"] == told["sample"] == told["reads"] == 5
+
+
 @pytest.mark.parametrize("encoding", ["one-hot-sparse", "domain-wall"])
 def test_a_core_is_left_for_an_annealer(run, pairs, tmp_path, encoding):
     """The bridge anneals what a target leaves, without knowing of labels; repair and the fixed

@@ -73,8 +73,6 @@ typedef struct qs_solve_options {
      * over, 0 to QS_ALL_TIME. NULL = it has all the time that its iterations
      * take */
     uint32_t (*spent)(void *context);
-    uint32_t gap; /* best stops when energy - bound is at most this many
-                     millionths of the energy; 0 = it stops at a proof */
     const uint16_t *start; /* labels of the model's sites that best begins with:
                               its answer is not above them. NULL = none. Other
                               solvers do not look at it */
@@ -218,7 +216,8 @@ size_t qs_trws16_workspace(const qs_problem *problem);
  *
  * else QS_E_ENCODING. These are submodular: linear and quadratic costs without
  * truncation (or with one that no two labels reach), Potts with two labels, and
- * many tables. There are two ways:
+ * many tables. Where each edge has its own, there must be two labels, and all
+ * tables of edges with a weight be submodular. There are two ways:
  *
  * - If V(a, b) = g(a - b) and the unary costs are convex too: steepest descent
  *   by cuts (Murota 2003; Kolmogorov and Shioura 2009). It starts from the

@@ -29,7 +29,9 @@ typedef struct qs_record_book {
     bool pending; /* there is a split that has not been written */
 } qs_record_book;
 
-enum { NO_SITE = UINT32_MAX, PIECE = 256 };
+enum { PIECE = 256 };
+
+#define NO_SITE UINT32_MAX
 
 /* ---- Memory. ---- */
 

@@ -1,13 +1,15 @@
 #include "convexity.h"
 
-/* Without a table: V rises with the distance and is truncated, or not within the labels. Tables of
- * edges are not looked at. */
+#include "edge_value.h"
+#include "neighbours.h"
+
+/* Without a table: V rises with the distance and is truncated, or not within the labels. */
 static bool rises_to_the_end(const qs_model *model)
 {
     const qs_pairwise *pairwise = &model->pairwise;
     uint64_t most = model->labels - 1;
     if (model->labels <= 2) {
-        return pairwise->smoothness != QS_TABLES;
+        return true;
     }
     switch (pairwise->smoothness) {
     case QS_TRUNCATED_LINEAR: return pairwise->truncation == 0 || pairwise->truncation >= most;
@@ -17,8 +19,27 @@ static bool rises_to_the_end(const qs_model *model)
     }
 }
 
+/* Each edge has a table. Those of more than two labels are not looked at. */
+static bool tables_are_submodular(const qs_model *model)
+{
+    qs_edge_seen edge;
+    for (uint32_t p = 0; model->labels == 2 && p < model->sites; p++) {
+        for (uint32_t at = 0; qs_see_edge(model, p, at, &edge); at++) {
+            if (edge.first && edge.weight > 0 &&
+                qs_edge_value(model, edge.edge, 0, 0) + qs_edge_value(model, edge.edge, 1, 1) >
+                    qs_edge_value(model, edge.edge, 0, 1) + qs_edge_value(model, edge.edge, 1, 0)) {
+                return false;
+            }
+        }
+    }
+    return model->labels == 2;
+}
+
 bool qs_pairwise_is_submodular(const qs_model *model)
 {
+    if (model->tables) {
+        return tables_are_submodular(model);
+    }
     size_t labels = model->labels;
     const int32_t *table = model->pairwise.table;
     if (model->pairwise.smoothness != QS_TABLE) {

@@ -5,7 +5,8 @@
 #include "../../include/qstereo/model.h"
 
 /* Whether V is submodular: for all labels V(a, b) + V(a + 1, b + 1) <= V(a + 1, b) +
- * V(a, b + 1). Tables of edges are not looked at: then it is not. */
+ * V(a, b + 1). Where each edge has a table: whether there are two labels, and that is so of the
+ * table of each edge with a weight. */
 bool qs_pairwise_is_submodular(const qs_model *model);
 
 /* Whether V(a, b) = g(a - b) with a convex g. Then V is submodular. */

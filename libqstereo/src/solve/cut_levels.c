@@ -4,6 +4,7 @@
 
 #include "../base/arena.h"
 #include "../base/minmax.h"
+#include "../model/edge_value.h"
 #include "../model/neighbours.h"
 #include "flow_split.h"
 #include "min_cut.h"
@@ -18,7 +19,8 @@ enum { FINEST = 12, PASSES = 20, LABEL_EVERY = 5 };
 /* Levels i of an edge's first site and j of its second that gain by being 1 together. */
 typedef struct product {
     uint32_t i, j;
-    int64_t gain; /* minus the mixed second difference of V: above 0 */
+    int64_t gain; /* minus the mixed second difference of V: above 0. 0 = each edge has a table,
+                     and load_product finds it */
 } product;
 
 typedef struct levels {
@@ -42,10 +44,11 @@ typedef struct levels {
 
 /* ---- The products. ---- */
 
-static int64_t gain_of(const qs_model *model, uint32_t i, uint32_t j)
+/* Without tables the edge may be any. */
+static int64_t gain_of(const qs_model *model, uint32_t edge, uint32_t i, uint32_t j)
 {
-    return qs_model_pairwise(model, i + 1, j) + qs_model_pairwise(model, i, j + 1) -
-           qs_model_pairwise(model, i, j) - qs_model_pairwise(model, i + 1, j + 1);
+    return qs_edge_value(model, edge, i + 1, j) + qs_edge_value(model, edge, i, j + 1) -
+           qs_edge_value(model, edge, i, j) - qs_edge_value(model, edge, i + 1, j + 1);
 }
 
 /* The next product from levels i, j on. Linear costs have products on the diagonal only. */
@@ -53,10 +56,14 @@ static bool next_product(const qs_model *model, product *next)
 {
     bool diagonal = model->pairwise.smoothness == QS_TRUNCATED_LINEAR;
     uint32_t count = model->labels - 1;
+    if (model->tables) { /* of two labels: there is one level */
+        next->gain = 0;
+        return next->j == 0;
+    }
     for (; next->i < count; next->i++, next->j = 0) {
         next->j = diagonal ? qs_max_u32(next->i, next->j) : next->j;
         for (; next->j < (diagonal ? next->i + 1 : count); next->j++) {
-            next->gain = gain_of(model, next->i, next->j);
+            next->gain = gain_of(model, 0, next->i, next->j);
             if (next->gain != 0) {
                 return true;
             }
@@ -148,12 +155,30 @@ static uint32_t node_of(const levels *l, uint32_t level, uint32_t site)
 
 /* ---- Range. ---- */
 
+/* largest_sum where each edge has a table of two labels: two entries of it at most. */
+static int64_t largest_of_tables(const qs_model *model)
+{
+    int64_t largest = 0;
+    qs_edge_seen edge;
+    for (uint32_t p = 0; p < model->sites; p++) {
+        for (uint32_t at = 0; qs_see_edge(model, p, at, &edge); at++) {
+            if (edge.weight > 0) {
+                largest = qs_max_i64(largest, 2 * qs_edge_most(model, edge.edge));
+            }
+        }
+    }
+    return largest;
+}
+
 /* The most that one level of an edge of weight 1 has in capacities, or in what V adds to its
  * excess. */
 static int64_t largest_sum(const qs_model *model)
 {
     uint32_t last = model->labels - 1, row = 0;
     int64_t largest = 0, sum = 0;
+    if (model->tables) {
+        return largest_of_tables(model);
+    }
     for (product next = {0}; next_product(model, &next); next.j++) { /* row by row */
         sum = next.i == row ? sum + next.gain : next.gain;
         row = next.i;
@@ -264,35 +289,40 @@ static void count_arcs(const levels *l, uint32_t p, uint32_t q)
 }
 
 /* The two arcs cost what the product does, less a half of it at each of its levels. */
-static void load_product(levels *l, uint32_t p, uint32_t q, qs_number weight, const product *gained)
+static void load_product(levels *l, uint32_t p, const qs_edge_seen *edge, qs_number weight,
+                         const product *gained)
 {
+    const qs_model *model = l->model;
+    uint32_t q = edge->site;
+    int64_t gain_of_edge = model->tables ? gain_of(model, edge->edge, 0, 0) : gained->gain;
     uint32_t from = node_of(l, gained->i, p), to = node_of(l, gained->j, q);
-    qs_number gain = (qs_number)(weight * gained->gain), in = gain / 2, out = gain - in;
+    qs_number gain = (qs_number)(weight * gain_of_edge), in = gain / 2, out = gain - in;
     l->cut.excess[from] += out;
     l->cut.excess[to] += in;
     if (!l->layered) {
         add_arcs(l, from, to, out, in);
         return;
     }
-    uint32_t way = q == p + 1 && l->model->width > 1 ? QS_CUT_RIGHT : QS_CUT_DOWN;
+    uint32_t way = q == p + 1 && model->width > 1 ? QS_CUT_RIGHT : QS_CUT_DOWN;
     l->cut.residual[(size_t)way * l->cut.nodes + from] = out;
     l->cut.residual[(size_t)(way ^ 1) * l->cut.nodes + to] = in;
 }
 
-static void load_edge(levels *l, uint32_t p, uint32_t q, qs_number weight)
+static void load_edge(levels *l, uint32_t p, const qs_edge_seen *seen, qs_number weight)
 {
     const qs_model *model = l->model;
-    l->base += weight * qs_model_pairwise(model, 0, 0);
+    uint32_t edge = seen->edge;
+    l->base += weight * qs_edge_value(model, edge, 0, 0);
     for (uint32_t i = 0; i < l->count; i++) {
         l->cut.excess[node_of(l, i, p)] -=
             (qs_number)(weight *
-                        (qs_model_pairwise(model, i + 1, 0) - qs_model_pairwise(model, i, 0)));
-        l->cut.excess[node_of(l, i, q)] -=
+                        (qs_edge_value(model, edge, i + 1, 0) - qs_edge_value(model, edge, i, 0)));
+        l->cut.excess[node_of(l, i, seen->site)] -=
             (qs_number)(weight *
-                        (qs_model_pairwise(model, 0, i + 1) - qs_model_pairwise(model, 0, i)));
+                        (qs_edge_value(model, edge, 0, i + 1) - qs_edge_value(model, edge, 0, i)));
     }
     for (size_t n = 0; n < l->product_count; n++) {
-        load_product(l, p, q, weight, &l->products[n]);
+        load_product(l, p, seen, weight, &l->products[n]);
     }
 }
 
@@ -367,7 +397,7 @@ static void load(levels *l)
     for (uint32_t p = 0; p < model->sites; p++) {
         for (uint32_t at = 0; qs_see_edge(model, p, at, &edge); at++) {
             if (edge.first && edge.weight > 0) {
-                load_edge(l, p, edge.site, qs_scaled_weight(l->scale, edge.weight));
+                load_edge(l, p, &edge, qs_scaled_weight(l->scale, edge.weight));
             }
         }
     }

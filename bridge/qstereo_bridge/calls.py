@@ -1,0 +1,322 @@
+"""The command `solve --windows`: call by call until the proven bound, and on from where an earlier
+run ended.
+
+What a call answers is in the journal, S.qsf.journal, before its job file, S.qsf.call-K.job, goes;
+the plan of the calls follows from problem, seed and number. So the same command goes on after any
+end, and each call is charged once.
+"""
+
+import base64
+import contextlib
+import copy
+import dataclasses
+import hashlib
+import itertools
+import math
+import os
+import sys
+import time
+
+import numpy as np
+
+from . import embedding, hybrid, jobs, merging, registry, remote, runner, windows
+from .failure import BAD_INPUT, Failure, failing, io
+from .journal import Journal
+from .output import Output
+from .problem import load_samples, made
+from .qsf import NO_CHAINS, RECORD, Samples
+from .services import connect
+from .text import lines
+
+UNREDUCED = ("windows of a picture that is not reduced gain nothing. Reduce it, then give the "
+             "windows of what is left:\n"
+             "  qstereo reduce {0} -o core.qcf --encoding domain-wall --truncate\n"
+             "  qstereo-bridge solve core.qcf -o {1} --solver {2} --windows {3}")
+
+
+def _reduced(problem):
+    """Whether some label has left: the file says which are kept, and a site is fixed. A QUBO of no
+    known encoding counts as reduced."""
+    kept = [side for name, side in problem.sides if name == "kept"]
+    return problem.encoding is None or any(bytes(side[4:8]) != bytes(4) for side in kept)
+
+
+class _Run:
+    """A run: the problem, the best state known, and the bound; energies in the file's units."""
+
+    def __init__(self, options):
+        self.options = options
+        self.p = made(runner.read(options), options.digest, options.memory_limit)
+        problem = self.p.coefficients
+        if len(self.p) > options.windows and not _reduced(problem):
+            raise Failure(BAD_INPUT, UNREDUCED.format(options.problem, options.output or "s.qsf",
+                                                      options.solver, options.windows))
+        bounds = [options.bound]
+        self.bits = windows.begin(self.p)
+        if options.start:
+            with failing(options.start):
+                samples = load_samples(options.start, options.memory_limit)
+                best = merging.best_of(problem, samples)
+            if samples.digest != options.digest or best is None:
+                raise Failure(BAD_INPUT, f"{options.start}: these samples are not of this problem, "
+                                         "or there are none")
+            self.bits = samples.bits[best]
+            bounds.append(samples.info.get("lower_bound"))
+        bounds = [bound for bound in bounds if isinstance(bound, (int, float))]
+        # Energies are whole numbers of units.
+        self.bound = math.ceil(max(bounds) * self.p.scale - 1e-6) if bounds else None
+        self.check()
+
+    @property
+    def energy(self):
+        return int(self.p.energies(self.bits)[0])
+
+    def check(self):
+        if self.bound is not None and self.energy < self.bound:
+            raise Failure(BAD_INPUT, f"the lower bound {self.real(self.bound):,} is none of this "
+                                     f"problem: a state has {self.real(self.energy):,}")
+
+    def real(self, energy):
+        return runner.real(energy, self.p.scale)
+
+    def calls(self):
+        """(number, whether it is the last of its pass, its variables), at most --calls."""
+        options, number = self.options, 0
+        for turn in itertools.count() if len(self.p) else ():
+            found = windows.passes(self.p, options.windows, turn, options.seed or 0)
+            for at, variables in enumerate(found, 1):
+                if number == options.calls:
+                    return
+                yield number, at == len(found), variables
+                number += 1
+
+    def head(self):
+        options = self.options
+        return {"schema": 1, "format": "qstereo-journal", "problem": options.digest.hex(),
+                "windows": options.windows, "seed": options.seed or 0, "solver": options.solver,
+                "begins_from": hashlib.sha256(self.bits.tobytes()).hexdigest()}
+
+    def window(self, variables):
+        return windows.window(self.p, self.bits, variables)
+
+    def embed(self, solver, tell):
+        """Look for an embedding of the whole problem, side by side in its parts: that of each
+        window is a part of it. Sets `whole`, None where the chip is too small for it; without an
+        account the chip is a Zephyr of twelve tiles each way."""
+        self.chip = (embedding.Chip.named("zephyr:12") if solver is None else
+                     embedding.Chip.of_solver(solver))
+        self.whole, source = None, embedding.Source.of(self.p.coefficients, self.p.memory_limit)
+        if 2 * len(source.graph) <= len(self.chip.graph):
+            with contextlib.suppress(embedding.NoEmbedding):
+                self.whole = embedding.obtain(source, self.chip, progress=tell)
+
+    def embedded(self, part, variables, tell):
+        """The Embedding of a window, which is kept for its call. Raises NoEmbedding."""
+        source = embedding.Source.of(part.coefficients, self.p.memory_limit)
+        if self.whole:
+            chains = {at: self.whole.chains[v] for at, v in enumerate(variables.tolist())}
+            embedding.keep(dataclasses.replace(self.whole, problem=source.digest, chains=chains),
+                           source, self.chip)
+        return embedding.obtain(source, self.chip, progress=tell)
+
+    def samples(self, lines):
+        """The Samples for the file: the best state known, and what each call was."""
+        info = {"windows": self.options.windows, "seed": self.options.seed or 0,
+                "lower_bound": self.real(self.bound),
+                "calls": [{key: value for key, value in line.items() if key != "bits"}
+                          for line in lines]}
+        return Samples(self.p.digest, self.options.solver, np.array(
+            [(self.energy, 1, NO_CHAINS)], RECORD), self.bits[None], info)
+
+
+def _options_of(options, number, part):
+    """The options of one call."""
+    call = copy.copy(options)
+    call.output, call.digest = f"{options.output}.call-{number + 1}", part.digest
+    call.label = options.label and f"{options.label} call {number + 1}"
+    # An embedding that is kept serves every run.
+    call.seed = (None if registry.find(options.solver).kind or options.seed is None
+                 else (options.seed + number) % 2**31)
+    call.max_charge = None
+    return call
+
+
+def _ask(call, part, session, tell):
+    """(Answer to the window of a call, a context that removes its job)."""
+    solver, problem = registry.find(call.solver), part.coefficients
+    if not solver.kind:
+        return solver.run(call.solver, problem, call, tell), contextlib.nullcontext()
+    path = jobs.path_of(call.output, call.digest)
+    job = jobs.Job.load(path, whatever=True)
+    if job and job.facts.get("problem_digest") == call.digest.hex() and jobs.was_sent(job):
+        return remote.collected(call, problem, job, tell), jobs.keeping(job)
+    if job:
+        job.leave()
+    answer, job = remote.send(call, problem, session, tell)
+    return answer, jobs.keeping(job)
+
+
+def _charged(info):
+    """Seconds that the service has charged, by its own timing."""
+    timing = info.get("timing", {})
+    return timing.get("qpu_access_time", 0) / 1e6 if "charge_time" not in timing else (
+        timing["charge_time"] / 1e6)
+
+
+def _line(run, number, variables, answer, found):
+    """The journal's line of a call that gave `found` as the best state."""
+    said = answer.info
+    return {"call": number + 1, "variables": int(variables.size),
+            "energy": run.real(run.energy), "samples": int(answer.bits.shape[0]),
+            "charge_seconds": _charged(said),
+            **{key: said[key] for key in ("problem_id", "service_solver", "embedding",
+                                          "mean_broken_share", "timing") if key in said},
+            "bits": base64.b64encode(np.packbits(found, bitorder="little").tobytes()).decode()}
+
+
+def _bits(line, n):
+    packed = np.frombuffer(base64.b64decode(line["bits"]), np.uint8)
+    return np.unpackbits(packed, count=n, bitorder="little")
+
+
+def solve(options):
+    """Solve by windows, write the samples, print."""
+    began, tell = time.monotonic(), runner.progress(options)
+    with io(options.output, "write"), Output(options.output, last=False):
+        run = _Run(options)
+    if not len(run.p):
+        # Nothing is left to decide.
+        return runner.solve(options)
+    with contextlib.ExitStack() as stack:
+        journal = stack.enter_context(Journal(f"{options.output}.journal", run.head()))
+        session = None
+        if registry.find(options.solver).kind:
+            session = stack.enter_context(connect(options.solver, options.solver_name))
+            if options.solver == "qpu":
+                run.embed(session.solver, tell)
+            if options.max_charge is not None:
+                remote.check_charge(options, _plans(run, session, tell))
+        _calls(run, journal, session, tell)
+        tell(None)
+        return _deliver(run, journal, time.monotonic() - began)
+
+
+def _forget(options, number):
+    """Remove the job file of a call whose answer is in the journal."""
+    with contextlib.suppress(FileNotFoundError):
+        os.remove(jobs.path_of(f"{options.output}.call-{number + 1}", b""))
+
+
+def _calls(run, journal, session, tell):
+    """The calls that are still to be made, each into journal and samples file."""
+    options, before = run.options, run.energy if run.options.start else None
+    for number, last, variables in run.calls():
+        known = bool(number or options.start)
+        if known and run.energy == run.bound:
+            return
+        if number < len(journal.lines):
+            run.bits = _bits(journal.lines[number], len(run.p))
+            _forget(options, number)
+        else:
+            part = run.window(variables)
+            call = _options_of(options, number, part)
+            if options.solver == "qpu":
+                run.embedded(part, variables, tell)
+            answer, kept = _ask(call, part, session,
+                                lambda text: tell(text and f"call {number + 1}, {text}"))
+            with kept:
+                runner.checked(call, part.coefficients, answer)
+                run.bits = windows.improved(run.p, run.bits, variables, answer.bits, known)
+                run.check()
+                journal.append(_line(run, number, variables, answer, run.bits))
+                run.samples(journal.lines).save(options.output)
+            tell(None)
+            _tell(run, journal)
+        # A pass that gains nothing is the last.
+        if last and run.energy == before:
+            return
+        before = run.energy if last else before
+
+
+def _charge(lines):
+    """Seconds charged so far."""
+    return sum(line["charge_seconds"] for line in lines)
+
+
+def _state(run, journal):
+    """The best state known, and the charge, in words."""
+    known = run.bound is not None
+    bound = (f", bound {run.real(run.bound):,}, gap {run.real(run.energy - run.bound):,}"
+             if known else ", bound not known")
+    charge = f", charged {_charge(journal.lines):,.3f} s"
+    return f"energy {run.real(run.energy):,}{bound}" + charge * bool(
+        registry.find(run.options.solver).kind)
+
+
+def _tell(run, journal):
+    """One line of progress after each call."""
+    if not run.options.quiet and not run.options.json:
+        print(lines(f"qstereo-bridge solve: call {len(journal.lines)}: {_state(run, journal)}"),
+              file=sys.stderr, flush=True)
+
+
+def _deliver(run, journal, seconds):
+    """Write the samples file once more: the last call's may be missing; print the result."""
+    options, done = run.options, journal.lines
+    run.samples(done).save(options.output)
+    proven = run.energy == run.bound
+    gap = None if run.bound is None else run.energy - run.bound
+    text = (f"{options.solver}: {len(done)} calls, {_state(run, journal)}"
+            f"{' (proven optimal)' * proven}; {seconds:.1f} s\n{options.output}: written")
+    runner.show(options, text, {
+        "solver": options.solver, "energy": run.real(run.energy),
+        "best_energy": run.real(run.energy), "lower_bound": run.real(run.bound),
+        "gap": run.real(gap), "proven_optimal": proven, "samples": 1, "calls": len(done),
+        "variables_of_calls": [line["variables"] for line in done],
+        "energies_of_calls": [line["energy"] for line in done],
+        "charge_seconds": _charge(done), "seconds": round(seconds, 3)})
+
+
+def _plans(run, session, tell):
+    """What each call would send, at most: dicts. On a chip, with its embedding, which is looked
+    for and kept; without an account on a Zephyr of twelve tiles each way."""
+    options, plans = run.options, []
+    for number, _, variables in run.calls():
+        part = run.window(variables)
+        call, solver = _options_of(options, number, part), registry.find(options.solver)
+        if not solver.kind:
+            plans.append({"variables": int(variables.size)})
+            continue
+        chains = {}
+        if options.solver == "qpu":
+            figures = run.embedded(part, variables, tell).figures()
+            chains = {"embedded_qubits": figures.pop("qubits"), **figures, "fits": True}
+        by = ([hybrid.PUBLISHED[options.solver]] if session is None else
+              [session.properties, session.solver])
+        plans.append({**solver.run(call.solver, part.coefficients, call).plan(*by), **chains})
+    return plans
+
+
+def dry_run(options):
+    """The command `solve --windows --dry-run`."""
+    run, service = _Run(options), bool(registry.find(options.solver).kind)
+    tell = runner.progress(options)
+    with remote.account(options) as session:
+        if options.solver == "qpu":
+            run.embed(session and session.solver, tell)
+        plans = _plans(run, session, tell)
+        tell(None)
+    charge = remote.charge_of(plans) if service else 0
+    said = []
+    for number, found in enumerate(plans, 1):
+        chains = (f", {found['embedded_qubits']:,} qubits, chains of {found['mean_chain']:.2f} on "
+                  f"average and {found['longest_chain']} at most" if "mean_chain" in found else "")
+        each = found.get("charge_seconds")
+        said.append(f"call {number}: {found['variables']:,} variables{chains}"
+                    + (f", estimated charge {each:,.3f} s" if each else ""))
+    bill = ("runs on this machine; nothing is charged" if not service else
+            "what is charged, the service tells to an account" if charge is None else
+            f"estimated charge in all {charge:,.3f} s")
+    said.append(f"{options.solver}: at most {len(plans):,} calls; {bill}; nothing was sent")
+    runner.show(options, "\n".join(said), {"solver": options.solver, "dry_run": True,
+                                           "calls": plans, "charge_seconds": charge})

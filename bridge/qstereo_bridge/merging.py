@@ -1,0 +1,227 @@
+"""From many samples the best state that they hold together: steepest descent of each, then merging.
+
+Merging is partition crossover (Whitley, Hains and Howe 2009). Let D be the variables in which two
+states differ. No coupling joins two connected components of the couplings on D, so each component
+changes H by an amount of its own, and those that lower H are taken: of m components the best of 2^m
+states. All numbers are exact integers.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from . import models
+from .container import check_memory
+from .failure import InputError
+from .qsf import NO_CHAINS, RECORD, Samples
+
+# Entries of the arrays (reads, variables) that are worked on at a time, and bytes for each.
+BLOCK, ENTRY_BYTES = 1 << 22, 64
+
+
+class States:
+    """Some states of a problem.
+
+    bits        u8 array (states, n)
+    fields      i64 array (states, n): what H, penalties left out, changes by where the variable
+                becomes 1
+    """
+
+    def __init__(self, problem, terms, bits):
+        self.problem, self.terms = problem, terms
+        self.bits = np.zeros(bits.shape, np.uint8)
+        self.fields = np.tile(problem.linear, (bits.shape[0], 1))
+        self.flip(*np.nonzero(bits))
+
+    def flip(self, state, variable):
+        """Flip each of the variables in the state beside it; no pair stands there twice."""
+        n = self.bits.shape[1]
+        pieces = 1 + variable.size * self.terms.count // (max(n, 1) * models.CHUNK)
+        for these in np.array_split(np.arange(variable.size), pieces):
+            states, variables = state[these], variable[these]
+            sign = 1 - 2 * self.bits[states, variables].astype(np.int64)
+            self.bits[states, variables] ^= 1
+            at, column, value = self.terms.of_rows(variables)
+            np.add.at(self.fields.reshape(-1), states[at] * n + column, value * sign[at])
+
+    def best_moves(self):
+        """(deltas of all moves, an array as `bits`; the least of each group; whether a group moves
+        by an exchange).
+
+        A one-hot group with one variable at 1 keeps that: its moves exchange this variable for
+        another. The moves of all other groups are flips.
+        """
+        problem, bits, fields = self.problem, self.bits, self.fields
+        ones = np.add.reduceat(bits, problem.starts[:-1], axis=1, dtype=np.int64)
+        exchanges = (ones == 1) & problem.one_hot
+        hot = np.add.reduceat(bits * fields, problem.starts[:-1], axis=1)
+        on, off = problem.b * ones - problem.a, problem.a - problem.b * (ones - 1)
+        spread = problem.of_variables
+        flips = np.where(bits == 0, fields + spread(on), spread(off) - fields)
+        deltas = np.where(spread(exchanges), fields - spread(hot), flips)
+        return deltas, np.minimum.reduceat(deltas, problem.starts[:-1], axis=1), exchanges
+
+
+def _independent(best, g, h):
+    """bool array: the groups whose best move lowers H, and by more than that of every group that a
+    coupling (g, h) joins them with; the first of equal ones."""
+    moves = best < 0
+    state, pair = np.nonzero(moves[:, g] & moves[:, h])
+    first = best[state, g[pair]] <= best[state, h[pair]]
+    moves[state, np.where(first, h[pair], g[pair])] = False
+    return moves
+
+
+def _descend(problem, terms, bits):
+    """The local minima that steepest descent leads to from the states `bits`: u8 array. Groups that
+    no coupling joins move at once."""
+    states = States(problem, terms, bits)
+    g, h = np.sort(problem.couplings[:2, problem.couplings[3] != 0], axis=0)
+    g, h = g[g != h], h[g != h]
+    group = problem.of_variables(np.arange(problem.sizes.size))
+    while True:
+        deltas, best, exchanges = states.best_moves()
+        moves = _independent(best, g, h)
+        if not moves.any():
+            return states.bits
+        state, variable = np.nonzero(problem.of_variables(moves)
+                                     & (deltas == problem.of_variables(best)))
+        # Of equal moves of a group the first.
+        _, first = np.unique(state * moves.shape[1] + group[variable], return_index=True)
+        state, variable = state[first], variable[first]
+        leaving = problem.of_variables(moves & exchanges) & (states.bits == 1)
+        states.flip(*(np.append(*pair) for pair in zip((state, variable), np.nonzero(leaving))))
+
+
+def descend(problem, bits):
+    """Steepest descent of each state: u8 array (samples, n). A feasible state stays feasible.
+
+    problem     qcf.Problem
+    bits        u8 array (samples, n)
+    """
+    if not bits.size:
+        return bits
+    terms = models.Terms(problem, penalties=False, both=True)
+    step = max(1, BLOCK // bits.shape[1])
+    return np.concatenate([_descend(problem, terms, bits[at:at + step])
+                           for at in range(0, bits.shape[0], step)])
+
+
+class Merger(States):
+    """One state, into which others are merged."""
+
+    def __init__(self, problem, terms, bits):
+        super().__init__(problem, terms, bits[None])
+        self.group = problem.of_variables(np.arange(problem.sizes.size))
+        self.place = np.full(bits.size, -1)
+
+    def take(self, other):
+        """Take the components of the difference to `other` that lower H; whether there are any."""
+        bits, problem = self.bits[0], self.problem
+        differ = np.flatnonzero(bits != other)
+        sign, group = 1 - 2 * bits[differ].astype(np.int64), self.group[differ]
+        at, column, value = self.terms.of_rows(differ)
+        self.place[differ] = np.arange(differ.size)
+        there = self.place[column]
+        self.place[differ] = -1
+        at, there, value = (array[there > at] for array in (at, there, value))
+        # The variables of a one-hot group count as coupled.
+        same = np.flatnonzero((group[1:] == group[:-1]) & problem.one_hot[group[1:]])
+        label = models.components(differ.size, np.append(at, same), np.append(there, same + 1))
+        gains = sign * self.fields[0, differ]
+        np.add.at(gains, at, value * sign[at] * sign[there])
+        lost = self._penalties(other, differ, group, gains)
+        total, spoilt = np.zeros(differ.size, np.int64), np.zeros(differ.size, bool)
+        np.add.at(total, label, gains)
+        np.logical_or.at(spoilt, label, lost)
+        taken = differ[(total < 0)[label] & ~spoilt[label]]
+        self.flip(np.zeros(taken.size, np.int64), taken)
+        return taken.size > 0
+
+    def _penalties(self, other, differ, group, gains):
+        """Adds what a group's penalty changes to the gain of the first of its variables that
+        differ; where a group would cease to be feasible: bool array as `differ`."""
+        problem, first = self.problem, np.flatnonzero(np.diff(group, prepend=-1))
+        before, after = (np.bincount(group, state[differ], problem.sizes.size)[group[first]]
+                         .astype(np.int64) for state in (self.bits[0], other))
+        common = np.add.reduceat(self.bits[0] & other, problem.starts[:-1],
+                                 dtype=np.int64)[group[first]]
+        before, after, which = before + common, after + common, group[first]
+        a, b = problem.a[which], problem.b[which]
+        gains[first] += (a * (before - after) + b * (after * (after - 1) // 2
+                                                     - before * (before - 1) // 2))
+        lost = np.zeros(differ.size, bool)
+        lost[first] = problem.one_hot[which] & (before == 1) & (after != 1)
+        return lost
+
+
+def merged(problem, bits):
+    """The best state that descent and merging make of some samples: u8 array (n,).
+
+    Its H is at most that of each feasible sample, and it is feasible, where there is one; else at
+    most that of every sample.
+
+    problem     qcf.Problem
+    bits        u8 array (samples, n), at least one sample
+    """
+    if not bits.size:
+        return bits[0]
+    states = np.unique(np.packbits(descend(problem, bits), axis=1), axis=0)
+    states = np.unpackbits(states, axis=1, count=bits.shape[1])
+    order = np.lexsort((models.energies(problem, states), ~models.feasible(problem, states)))
+    merger = Merger(problem, models.Terms(problem, penalties=False, both=True), states[order[0]])
+    # Another round may find more: what was taken last changes what the first ones offer.
+    while any([merger.take(states[at]) for at in order[1:]]):
+        pass
+    return merger.bits[0]
+
+
+def best_of(problem, samples):
+    """The number of the best of some Samples, feasible ones first; None without any."""
+    order = np.lexsort((samples.records["energy"], ~models.feasible(problem, samples.bits)))
+    return int(order[0]) if order.size else None
+
+
+def finished(problem, samples, limit):
+    """The Samples with the result of descent and merging: as one more sample, the last, where it
+    is better than all others. INFO's "result" says how many reads there are and which sample is the
+    result.
+
+    problem     qcf.Problem
+    limit       bytes that the work may take
+    Raises OverLimit.
+    """
+    bits, records, reads = samples.bits, samples.records, samples.records.size
+    if not reads:
+        return samples
+    n = bits.shape[1]
+    check_memory(ENTRY_BYTES * min(n * reads, max(BLOCK, n)), limit,
+                 f"descent of {reads:,} samples of {n:,} variables")
+    result = merged(problem, bits)[None]
+    energy, best = models.energies(problem, result), best_of(problem, samples)
+    sound, was_sound = (models.feasible(problem, one)[0] for one in (result, bits[[best]]))
+    if (not sound, energy[0]) < (not was_sound, records["energy"][best]):
+        best, bits = reads, np.append(bits, result, axis=0)
+        records = np.append(records, np.array([(energy[0], 1, NO_CHAINS)], RECORD))
+    info = {**samples.info, "result": {"reads": reads, "sample": best}}
+    return Samples(samples.digest, samples.solver, records, bits, info, samples.sides)
+
+
+def merge(p, *samples):
+    """The Samples of all `samples` of the Problem `p`, and the best state that they hold together:
+    where it is better than each of them it is one more sample, the last. See finished().
+
+    Energies are exact; the result's is at most that of each feasible sample, and it is feasible
+    where one of them is. Raises InputError for samples of another problem, or none; OverLimit.
+    """
+    if not samples or any(one.digest != p.digest for one in samples):
+        raise InputError("these samples are of another problem: the SHA-256 of its file differs"
+                         if samples else "give samples to merge")
+    names = dict.fromkeys(one.solver for one in samples)
+    together = Samples(
+        p.digest, next(iter(names)) if len(names) == 1 else "merge",
+        np.concatenate([one.records for one in samples]),
+        np.concatenate([one.bits for one in samples]),
+        samples[0].info if len(samples) == 1 else {"merged": [
+            {"solver": one.solver, "samples": one.records.size, **one.info} for one in samples]})
+    return finished(p.coefficients, together, p.memory_limit)

@@ -1,0 +1,251 @@
+"""Windows: plans, folded problems, and runs of many calls that go on after any end."""
+
+import io
+import itertools
+import json
+import os
+import random
+import signal
+import struct
+import sys
+
+import numpy as np
+import pytest
+import qstereo_bridge as qb
+from hypothesis import given
+from hypothesis import strategies as st
+from problems import all_states, domain_walls, grid, nothing, pack_qcf, random_problem
+from qstereo_bridge import jobs, models, windows
+from qstereo_bridge.problem import made
+
+
+seeds = st.integers(0, 10**6)
+LOCAL = ["--num-reads", 3, "--num-sweeps", 20, "--seed", 1]
+
+
+def problem_of(coefficients):
+    return made(coefficients, bytes(range(32)))
+
+
+def labl(encoding, *kept):
+    """The side chunk of an encoding, and perhaps `kept` with this width."""
+    sides = [("labl", struct.pack("<16I", encoding, 0, 0, 2, 1, *[0] * 11))]
+    return sides + [("kept", struct.pack("<II", 1, width)) for width in kept]
+
+
+@given(seeds, st.integers(4, 20))
+def test_a_pass_takes_every_variable(seed, size):
+    problem = random_problem(seed, 30)
+    p, group = problem_of(problem), problem.of_variables(np.arange(problem.sizes.size))
+    for number in range(2):
+        calls = windows.passes(p, size, number, 7)
+        assert set(np.concatenate(calls)) == set(range(len(p)))
+        for call in calls:
+            assert call.size <= size and (np.diff(call) > 0).all()
+            assert np.isin(group, np.unique(group[call])).sum() == call.size
+        for part in p.parts():
+            # What fits is in one call, whole.
+            assert part.size > size or sum(np.isin(part, call).all() for call in calls) == 1
+
+
+def test_the_plan_follows_from_digest_seed_and_number():
+    p = problem_of(domain_walls(8, 8, 2)[0])
+    calls = [qb.plan(p, 20, number, 3) for number in range(12)]
+    for at in random.Random(1).sample(range(12), 12):
+        assert (qb.plan(p, 20, at, 3) == calls[at]).all()
+    assert any(not np.array_equal(qb.plan(p, 20, at, 4), calls[at]) for at in range(12))
+    p.digest = bytes(32)
+    assert any(not np.array_equal(qb.plan(p, 20, at, 3), calls[at]) for at in range(12))
+    with pytest.raises(qb.InputError, match="a group has 3 variables"):
+        qb.plan(problem_of(domain_walls(2, 2, 4)[0]), 2)
+
+
+@given(seeds)
+def test_energies_of_a_window_are_those_of_the_whole(seed):
+    problem, rng = random_problem(seed, 14), np.random.default_rng(seed)
+    p, bits = problem_of(problem), rng.integers(0, 2, problem.linear.size)
+    chosen = rng.integers(0, 2, problem.sizes.size).astype(bool)
+    chosen[rng.integers(chosen.size)] = True
+    variables = np.flatnonzero(problem.of_variables(chosen))
+    part = qb.window(p, bits, variables)
+    states = rng.integers(0, 2, (8, variables.size))
+    whole = np.tile(bits, (8, 1))
+    whole[:, variables] = states
+    assert (part.energies(states) == p.energies(whole)).all()
+    assert part.digest != p.digest and part.scale == p.scale
+
+
+def test_a_window_takes_whole_groups():
+    p = problem_of(domain_walls(2, 2, 3)[0])
+    with pytest.raises(qb.InputError, match="whole groups"):
+        qb.window(p, np.zeros(8), np.array([0]))
+
+
+@pytest.fixture
+def core(tmp_path):
+    """A .qcf of 12 sites in domain walls, and its least energy."""
+    problem = domain_walls(4, 3, 2, seed=5)[0]
+    path = tmp_path / "core.qcf"
+    path.write_bytes(pack_qcf(problem))
+    return path, int(models.energies(problem, all_states(12)).min())
+
+
+@pytest.mark.parametrize("solver", ["anneal", "tabu", "dwave.samplers:SimulatedAnnealingSampler"])
+def test_windows_reach_the_optimum(solver, core, tmp_path, main):
+    path, least = core
+    options = {"anneal": LOCAL, "tabu": ["--num-reads", 2, "--time-limit", 0.1, "--seed", 1],
+               "dwave.samplers:SimulatedAnnealingSampler": ["--num-reads", 3, "--seed", 1]}[solver]
+    status, out, err = main("solve", path, "-o", tmp_path / "s.qsf", "--solver", solver,
+                            "--windows", 8, "--calls", 30, "--bound", least, *options, "--json")
+    told = json.loads(out)
+    assert status == 0 and told["proven_optimal"] and told["energy"] == least
+    assert max(told["variables_of_calls"]) <= 8 and len(told["variables_of_calls"]) == told["calls"]
+    assert (np.diff(told["energies_of_calls"]) <= 0).all()
+    samples, p = qb.load_samples(tmp_path / "s.qsf"), qb.load(path)
+    assert (p.energies(samples.bits) == [least]).all() and samples.info["lower_bound"] == least
+    # The run is over: the same command makes no more calls.
+    journal = (tmp_path / "s.qsf.journal").read_bytes()
+    assert main("solve", path, "-o", tmp_path / "s.qsf", "--solver", solver, "--windows", 8,
+                "--calls", 30, "--bound", least, *options, "--quiet") == (0, "", "")
+    assert (tmp_path / "s.qsf.journal").read_bytes() == journal
+
+
+def test_a_pass_that_gains_nothing_is_the_last(core, tmp_path, main):
+    path, least = core
+    status, out, err = main("solve", path, "-o", tmp_path / "s.qsf", "--windows", 12, *LOCAL)
+    assert status == 0 and err.count("bound not known") == 2 and "2 calls" in out
+
+
+def test_the_start_is_where_it_begins(core, tmp_path, main):
+    path, least = core
+    begin = tmp_path / "s0.qsf"
+    assert main("solve", path, "-o", begin, "--solver", "exact")[0] == 0
+    status, out, _ = main("solve", path, "-o", tmp_path / "s.qsf", "--windows", 5, "--start", begin,
+                          "--calls", 9, *LOCAL, "--json")
+    told = json.loads(out)
+    # It is the optimum already: a pass gains nothing, and there is no bound to prove it.
+    assert status == 0 and set(told["energies_of_calls"]) == {least} and not told["proven_optimal"]
+    status, out, _ = main("solve", path, "-o", tmp_path / "t.qsf", "--windows", 5, "--start", begin,
+                          "--bound", least, *LOCAL, "--json")
+    assert json.loads(out)["calls"] == 0 and json.loads(out)["proven_optimal"]
+    status, _, err = main("solve", path, "-o", tmp_path / "u.qsf", "--windows", 5, "--start", begin,
+                          "--bound", least + 1, *LOCAL)
+    assert status == 3 and "none of this problem" in err and not (tmp_path / "u.qsf").exists()
+
+
+def test_another_run_is_refused(core, tmp_path, main):
+    path, _ = core
+    out = tmp_path / "s.qsf"
+    assert main("solve", path, "-o", out, "--windows", 8, *LOCAL)[0] == 0
+    status, _, err = main("solve", path, "-o", out, "--windows", 7, *LOCAL)
+    assert status == 1 and "the journal of another run" in err
+
+
+def test_a_picture_that_is_not_reduced_is_refused(tmp_path, main):
+    raw = grid(3, 3, 2)
+    for sides, refused in ((labl(2), True), (labl(2, 0), True), (labl(2, 1), False), ([], False)):
+        raw.raw.sides = sides
+        path = tmp_path / "raw.qcf"
+        path.write_bytes(pack_qcf(raw))
+        status, out, err = main("solve", path, "--windows", 8, "--dry-run")
+        assert (status == 3) == refused
+        if refused:
+            assert "qstereo reduce" in err and "qstereo-bridge solve core.qcf" in err
+            # One call takes all of it: that is no window.
+            assert main("solve", path, "--windows", 18, "--dry-run")[0] == 0
+
+
+@pytest.mark.parametrize("options, said", [
+    (["--calls", 3], "--calls is for --windows"), (["--bound", 3], "--bound is for --windows"),
+    (["--windows", 3, "--no-wait"], "--no-wait"), (["--windows", 3, "-o", "-"], "-o a file"),
+    (["--windows", 3, "--solver", "qpu", "--copies", 2], "--copies")])
+def test_options_that_do_not_go_together(options, said, core, main):
+    status, _, err = main("solve", core[0], "-o", "s.qsf", *options)
+    assert status == 2 and said in err
+
+
+def test_nothing_to_decide(tmp_path, main):
+    path = tmp_path / "p.qcf"
+    path.write_bytes(pack_qcf(nothing(5)))
+    assert main("solve", path, "-o", tmp_path / "s.qsf", "--windows", 9)[0] == 0
+    assert main("solve", path, "--windows", 9, "--dry-run")[0] == 0
+
+
+def test_the_dry_run_tells_chains_and_charge(core, tmp_path, main, service):
+    status, out, _ = main("solve", core[0], "--windows", 8, "--calls", 4, "--solver", "qpu",
+                          "--dry-run", "--json")
+    told = json.loads(out)
+    assert status == 0 and not service.problems and len(told["calls"]) == 4
+    for call in told["calls"]:
+        assert call["variables"] <= 8 <= call["embedded_qubits"] + 8
+        assert call["longest_chain"] >= 1 and call["charge_seconds"] > 0
+    assert told["charge_seconds"] == pytest.approx(sum(c["charge_seconds"] for c in told["calls"]))
+    status, out, _ = main("solve", core[0], "--windows", 8, "--calls", 4, "--solver", "qpu",
+                          "--dry-run")
+    assert status == 0 and out.count("qubits, chains of") == 4 and "nothing was sent" in out
+    status, _, err = main("solve", core[0], "--windows", 8, "--calls", 4, "--solver", "qpu", "-o",
+                          tmp_path / "s.qsf", "--max-charge", told["charge_seconds"] / 2)
+    assert status == 1 and "--max-charge allows" in err and not service.problems
+
+
+@pytest.mark.parametrize("solver", ["qpu", "hybrid-bqm", "hybrid-cqm", "hybrid-nl"])
+def test_every_service_answers_windows(solver, core, tmp_path, main, service):
+    path, least = core
+    status, out, err = main("solve", path, "-o", tmp_path / "s.qsf", "--solver", solver,
+                            "--windows", 8, "--calls", 8, "--bound", least, "--json")
+    told = json.loads(out)
+    assert status == 0 and len(service.problems) == told["calls"] and told["charge_seconds"] > 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "core.qcf", "s.qsf", "s.qsf.journal"]
+
+
+def mortal(arguments, environment, out, fatal):
+    """The command, killed at its `fatal`-th step to the disk: half of the times before it."""
+    os.dup2(os.open(out, os.O_CREAT | os.O_WRONLY | os.O_APPEND), 2)
+    os.environ.update(environment)
+    sys.argv, jobs.PAUSES, jobs.ARRIVED = ["qstereo-bridge", *arguments], (0.01, 0.02), 0.05
+    steps, sync = itertools.count(1), os.fsync
+
+    def step(stream):
+        now = next(steps)
+        if 2 * now > fatal:
+            sync(stream)
+        if 2 * now >= fatal:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return sync(stream)
+    os.fsync = step
+    from qstereo_bridge.__main__ import run
+    run()
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_killed_at_any_step_each_call_is_charged_once(seed, core, tmp_path, processes, environment,
+                                                      service):
+    path, rng = core[0], random.Random(seed)
+
+    def run(name, fatal):
+        arguments = ["solve", str(path), "-o", str(tmp_path / name), "--solver", "qpu", "--windows",
+                     "8", "--calls", "10", "--num-reads", "3", "--quiet"]
+        process = processes.Process(target=mortal, args=(arguments, environment, str(
+            tmp_path / "stderr"), fatal), daemon=True)
+        process.start()
+        process.join()
+        return process.exitcode
+    assert run("whole.qsf", 10**6) == 0
+    calls = len(service.problems)
+    assert calls >= 4
+    kills = 0
+    while (status := run("s.qsf", rng.randrange(4, 22))) != 0:
+        assert status == -signal.SIGKILL, (tmp_path / "stderr").read_text()
+        kills += 1
+    assert kills >= 3 and len(service.problems) == 2 * calls
+    one, other = (qb.load_samples(tmp_path / name) for name in ("whole.qsf", "s.qsf"))
+    assert (one.bits == other.bits).all()
+    assert not list(tmp_path.glob("*.job"))
+
+
+def test_a_window_has_no_file():
+    p = problem_of(random_problem(3, 12))
+    part = qb.window(p, np.zeros(len(p), np.uint8), windows.plan(p, 12))
+    with pytest.raises(qb.InputError, match="no file of its own"):
+        part.save(io.BytesIO())
