@@ -96,12 +96,9 @@ static int read_calibration(job *at, request *asked)
     TRY(calibration_read(at, CALIBRATION, &at->limit, &asked->cameras));
     asked->frames.by = &asked->cameras;
     asked->frames.whole = &at->limit;
-    if (!has_range && asked->cameras.labels > 0) {
-        asked->pair.stereo.disparity_min = 0;
-        asked->pair.stereo.disparity_max =
-            (int32_t)((asked->cameras.labels - 1) * asked->pair.stereo.parts);
-    }
-    return DONE;
+    return !has_range && asked->cameras.labels > 0
+               ? pair_set_labels(&at->values[PAIR], asked->cameras.labels, &asked->pair)
+               : DONE;
 }
 
 static int read_map(job *at, const char *path, request *asked)
@@ -139,6 +136,11 @@ static int read_request(job *at, request *asked)
     asked->frames.bits = asked->pair.bits;
     if (asked->scored && asked->frames.is_sequence) {
         return fail_usage("--truth goes with one pair, not with a sequence");
+    }
+    if ((asked->after.confidence != NULL || asked->after.mask != NULL) &&
+        asked->frames.is_sequence) {
+        return fail_usage("%s goes with one pair, not with a sequence",
+                          asked->after.mask != NULL ? "--mask" : "--confidence");
     }
     return read_calibration(at, asked);
 }

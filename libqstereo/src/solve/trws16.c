@@ -406,7 +406,8 @@ static void solve(state *s, const qs_solve_options *options, uint16_t *labelling
             break;
         }
         solution->iterations++;
-        go = !qs_limit_reached(options, solution, DEFAULT_ITERATIONS);
+        go = qs_report_progress(options, solution) &&
+             !qs_limit_reached(options, solution, DEFAULT_ITERATIONS);
     }
     make_labels(s, labelling);
     improve(s, labelling);
