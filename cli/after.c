@@ -136,7 +136,7 @@ static int solve_right(const after *asked, const pair *of, const solver *by, con
         return made_fail(&made, "choose a smaller --roi or --disparity", status);
     }
     made.problem.pairwise = of->pairwise;
-    TRY(made_solve(&made, by, how, limit, &laid, &found));
+    TRY(made_solve(&made, by, how, !asked->refine, limit, &laid, &found));
     return make_map(asked, &laid, &found, limit, map);
 }
 

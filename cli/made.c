@@ -95,6 +95,9 @@ static uint64_t larger(uint64_t a, uint64_t b)
 int made_need(const made_problem *whole, const solver *by, uint64_t output, const budget *limit)
 {
     uint64_t work;
+    if (by->run_straight != NULL) {
+        return DONE; /* what it needs is known without a model */
+    }
     TRY(foresee_work(whole, by, limit, &work));
     uint64_t all = bytes_sum(qs_model_of_problem_workspace(&whole->problem), larger(work, output));
     bool is_far_over = all - all / 10 > limit->left;
@@ -106,11 +109,17 @@ int laid_out_need(const laid_out *problem, const solver *by, uint64_t output, co
     return budget_need(limit, problem->name, larger(solve_bytes(problem, by), output));
 }
 
-int made_solve(const made_problem *solved_one, const solver *by, const search *how, budget *limit,
-               laid_out *laid, solved *found)
+int made_lay_out(const made_problem *whole, bool straight, budget *limit, laid_out *laid)
+{
+    return straight ? lay_out_straight(whole->name, &whole->problem, laid)
+                    : lay_out_problem(whole->name, &whole->problem, whole->mend, limit, laid);
+}
+
+int made_solve(const made_problem *solved_one, const solver *by, const search *how, bool straight,
+               budget *limit, laid_out *laid, solved *found)
 {
     TRY(made_need(solved_one, by, 0, limit));
-    TRY(lay_out_problem(solved_one->name, &solved_one->problem, solved_one->mend, limit, laid));
+    TRY(made_lay_out(solved_one, straight && by->run_straight != NULL, limit, laid));
     TRY(laid_out_need(laid, by, 0, limit));
     TRY(solve_problem(laid, by, how, limit, found));
     return solved_check(laid, found);

@@ -53,24 +53,38 @@ static pair_settings settle(const char *const *values, const preset *from, const
     };
 }
 
+/* Reads what depends on the preset and the range of disparities. */
+static int read_settings(const char *const *values, pair *asked)
+{
+    qs_matching *stereo = &asked->stereo;
+    pair_settings *set = &asked->settings;
+    *set = settle(values, asked->from, stereo);
+    TRY(lambda_read(set->lambda, DECIMAL_DENOMINATOR_MAX, &stereo->scale, &stereo->weight));
+    TRY(cost_read(set->cost, stereo));
+    TRY(contrast_read(set->contrast, stereo));
+    TRY(border_read(set->border, stereo));
+    return smoothness_read(set->smoothness, set->truncation, &asked->pairwise);
+}
+
+int pair_set_labels(const char *const *values, uint32_t pixels, pair *asked)
+{
+    asked->stereo.disparity_min = 0;
+    asked->stereo.disparity_max = (int32_t)((pixels - 1) * asked->stereo.parts);
+    return read_settings(values, asked);
+}
+
 int pair_read(const char *const *operands, const char *const *values, void *state)
 {
     pair *asked = state;
     qs_matching *stereo = &asked->stereo;
-    pair_settings *set = &asked->settings;
     uint32_t bits = 0;
     memset(asked, 0, sizeof *asked);
     asked->left = operands[0];
     asked->right = operands[1];
     TRY(preset_read(values[PAIR_PRESET], &asked->from));
     TRY(disparity_range_read(values[PAIR_DISPARITY], asked->from->step, stereo));
-    *set = settle(values, asked->from, stereo);
-    TRY(lambda_read(set->lambda, DECIMAL_DENOMINATOR_MAX, &stereo->scale, &stereo->weight));
+    TRY(read_settings(values, asked));
     TRY(read_roi(values[PAIR_ROI], asked));
-    TRY(cost_read(set->cost, stereo));
-    TRY(contrast_read(set->contrast, stereo));
-    TRY(border_read(set->border, stereo));
-    TRY(smoothness_read(set->smoothness, set->truncation, &asked->pairwise));
     if (values[PAIR_BITS] != NULL) {
         TRY(number_read("--bits", values[PAIR_BITS], 9, 16, &bits));
     }

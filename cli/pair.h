@@ -74,6 +74,10 @@ extern const maker pair_maker;
 /* Reads the arguments of the rows; strings are borrowed. Returns DONE or BAD_USAGE. */
 int pair_read(const char *const *operands, const char *const *values, void *asked);
 
+/* Sets the range to 0 .. pixels - 1, and what a preset says for such a range. The same values as
+ * above. */
+int pair_set_labels(const char *const *values, uint32_t pixels, pair *asked);
+
 /* Reads the pictures and makes the problem, which borrows from the budget; pair_make makes it of
  * pictures that are there already. Return DONE, BAD_INPUT or NO_RESOURCE. */
 int pair_open(void *asked, budget *limit, made_problem *opened);

@@ -99,12 +99,9 @@ static int read_calibration(job *at, request *asked)
     TRY(calibration_read(at, CALIBRATION, &at->limit, &asked->cameras));
     asked->frames.by = &asked->cameras;
     asked->frames.whole = &at->limit;
-    if (!has_range && asked->cameras.labels > 0) {
-        asked->pair.stereo.disparity_min = 0;
-        asked->pair.stereo.disparity_max =
-            (int32_t)((asked->cameras.labels - 1) * asked->pair.stereo.parts);
-    }
-    return DONE;
+    return !has_range && asked->cameras.labels > 0
+               ? pair_set_labels(&at->values[PAIR], asked->cameras.labels, &asked->pair)
+               : DONE;
 }
 
 static int read_map(job *at, const char *path, request *asked)
@@ -120,7 +117,7 @@ static int read_map(job *at, const char *path, request *asked)
 static int read_solver(const char *const *values, request *asked)
 {
     const preset *from = asked->pair.from;
-    TRY(solver_read(values[SOLVER] != NULL ? values[SOLVER] : from->solver, &asked->by));
+    TRY(pair_solver_read(values[SOLVER] != NULL ? values[SOLVER] : from->solver, &asked->by));
     TRY(search_read(&values[SEARCH], &asked->how));
     bool own = values[SOLVER] == NULL && values[SEARCH + SEARCH_ITERATIONS] == NULL;
     return own && from->iterations != NULL ? number64_read("--iterations", from->iterations, 1,
@@ -145,6 +142,11 @@ static int read_request(job *at, request *asked)
     }
     if (values[TRACE] != NULL && asked->frames.is_sequence) {
         return fail_usage("--trace goes with one pair, not with a sequence");
+    }
+    if ((asked->after.confidence != NULL || asked->after.mask != NULL) &&
+        asked->frames.is_sequence) {
+        return fail_usage("%s goes with one pair, not with a sequence",
+                          asked->after.mask != NULL ? "--mask" : "--confidence");
     }
     return read_calibration(at, asked);
 }
@@ -209,11 +211,20 @@ static uint64_t map_need(const request *asked, const qs_frame *frame)
     return map_bytes(&asked->map, &labels);
 }
 
+/* Whether the solver takes the problem itself, and nothing after it needs a model. */
+static bool is_straight(const request *asked)
+{
+    return asked->by->run_straight != NULL && !asked->after.refine &&
+           asked->after.confidence == NULL;
+}
+
 /* What comes after the solver: the map, or before it, with --after check, the model of the right
  * picture beside this one, and its work, which is about as much again. */
 static uint64_t later_need(const request *asked, const qs_problem *problem)
 {
-    uint64_t model = qs_model_of_problem_workspace(problem), map = map_need(asked, &problem->frame);
+    uint64_t map = map_need(asked, &problem->frame);
+    uint64_t model =
+        is_straight(asked) ? qs_trws16_workspace(problem) : qs_model_of_problem_workspace(problem);
     return asked->after.check ? bytes_sum(bytes_sum(model, model), map) : map;
 }
 
@@ -235,13 +246,14 @@ static int match(job *at, request *asked, bool *interrupted)
     made_problem opened;
     laid_out laid;
     solved found;
+    bool straight = is_straight(asked);
     TRY(pair_make(&asked->pair, &at->limit, &opened));
     TRY(open_truth(at, asked));
     TRY(made_need(&opened, asked->by, later_need(asked, &opened.problem), &at->limit));
     if (asked->is_first) {
         hint_swapped(&asked->pair);
     }
-    TRY(lay_out_problem(opened.name, &opened.problem, opened.mend, &at->limit, &laid));
+    TRY(made_lay_out(&opened, straight, &at->limit, &laid));
     TRY(map_check(laid.name, &laid.labels, asked->map.format));
     TRY(laid_out_need(&laid, asked->by, later_need(asked, &opened.problem), &at->limit));
     TRY(map_request_open(&asked->map, at));

@@ -199,6 +199,25 @@ QS_MUST_CHECK qs_status qs_trws(const qs_model *model,
                                 uint16_t *labelling, qs_solution *solution);
 size_t qs_trws_workspace(const qs_model *model);
 
+/* TRW-S as above with costs of one byte and messages of two, straight from a
+ * problem: no model is needed, so the workspace, about 5 bytes for each site and
+ * label, is all the memory. For grids without masked cells and forbidden labels,
+ * with Potts or truncated linear costs. The labelling is made once, after the
+ * last iteration; the bound is exact here, too. Default: 2 iterations.
+ *
+ * Returns also
+ *   QS_E_ENCODING  the problem is none of these
+ *   QS_E_LIMIT     as qs_problem_check
+ *   QS_E_OVERFLOW  the costs of a site differ by more than 255 units, or
+ *                  255 + 4 weight V exceeds 16383 on an edge
+ *
+ * The workspace is 0 if the problem is none of these. */
+QS_MUST_CHECK qs_status qs_trws16(const qs_problem *problem,
+                                  const qs_solve_options *options,
+                                  void *workspace, size_t workspace_size,
+                                  uint16_t *labelling, qs_solution *solution);
+size_t qs_trws16_workspace(const qs_problem *problem);
+
 /* The optimum by minimum cuts. It is proven, unless a watch or a limit stops
  * the solver. V must be submodular, for all labels
  *
