@@ -131,8 +131,9 @@ QS_WIDE int32_t send(const qs_model *model, const shape *s, uint32_t edge, int32
     }
     int32_t least = least_of(s, rest);
     qs_lanes most = qs_lanes_all(weight * (int32_t)qs_edge_most(model, edge));
-    for (uint32_t run = 0; run < s->runs; run++) {
-        store(s, message, run, qs_lanes_min(rest[run] - least, most));
+    for (uint32_t run = 0; run < s->runs; run++) { /* dead lanes are 0 again: none overflows */
+        qs_lanes live = s->few ? (qs_lanes)rest[run] & s->live : (qs_lanes)rest[run];
+        store(s, message, run, qs_lanes_min(live - least, most));
     }
     return least;
 }
