@@ -241,6 +241,24 @@ static int take_median(const char *name, pixel_map *map, budget *limit)
     return status == QS_OK ? DONE : fail_status(name, status);
 }
 
+/* Fills the holes of the window that is matched; what lies outside of it has no value. */
+static int fill_window(const char *name, const pair *of, pixel_map *map)
+{
+    const qs_matching *window = &of->stereo;
+    if (window->width == 0) {
+        qs_status status = qs_map_fill(map->disparities, map->width, map->height);
+        return status == QS_OK ? DONE : fail_status(name, status);
+    }
+    for (uint32_t y = window->y; y < window->y + window->height; y++) {
+        int32_t *row = map->disparities + (size_t)y * map->width + window->x;
+        qs_status status = qs_map_fill(row, window->width, 1);
+        if (status != QS_OK) {
+            return fail_status(name, status);
+        }
+    }
+    return DONE;
+}
+
 int after_labels(const after *asked, const pair *of, const laid_out *laid, const solved *found,
                  const solver *by, const search *how, budget *limit, pixel_map *map)
 {
@@ -255,8 +273,7 @@ int after_labels(const after *asked, const pair *of, const laid_out *laid, const
         TRY(write_confidence(asked, laid, found, map, limit));
     }
     if (asked->fill) {
-        qs_status status = qs_map_fill(map->disparities, map->width, map->height);
-        TRY(status == QS_OK ? DONE : fail_status(laid->name, status));
+        TRY(fill_window(laid->name, of, map));
     }
     return asked->median ? take_median(laid->name, map, limit) : DONE;
 }

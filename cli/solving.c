@@ -303,6 +303,13 @@ static void take_down(progress *watched, const search *how, solved *found)
     found->own_limit = how->iterations == 0;
 }
 
+static void end_trace(const search *how, const solved *found)
+{
+    trace_end(how->traced, &(trace_point){found->microseconds, found->solution.iterations,
+                                          found->solution.energy, found->solution.lower_bound,
+                                          TRACE_NO_VARIABLES});
+}
+
 /* Runs a solver that takes the problem itself. */
 static int run_straight(const laid_out *problem, const solver *by, const search *how, budget *work,
                         solved *found)
@@ -325,7 +332,11 @@ static int run_straight(const laid_out *problem, const solver *by, const search 
         found->refusal = ran;
         return DONE;
     }
-    return ran == QS_OK ? check_labelling(problem, work, found) : fail_status(problem->name, ran);
+    if (ran != QS_OK) {
+        return fail_status(problem->name, ran);
+    }
+    end_trace(how, found);
+    return check_labelling(problem, work, found);
 }
 
 /* Checks a first labelling, to see how long that takes. Behind a solver come the same check, the
@@ -400,9 +411,7 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
         return fail_status(name, ran);
     }
     keep_start(model, how->start, found);
-    trace_end(how->traced, &(trace_point){found->microseconds, found->solution.iterations,
-                                          found->solution.energy, found->solution.lower_bound,
-                                          TRACE_NO_VARIABLES});
+    end_trace(how, found);
     return check_found(problem, work, found);
 }
 

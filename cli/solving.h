@@ -73,8 +73,8 @@ const char *solver_at(size_t index);
      false,    "NAME",                                                                             \
      NULL,     "icm, anneal, swap, expansion, bp, trws, trws16, cut, pack or best (paper: best)"}
 
-/* Reads the argument of --solver, of match in the second case, and one name, `length` letters of `text`, of the argument of
- * --solvers. Return DONE or BAD_USAGE. */
+/* Reads the argument of --solver, of match in the second case, and one name, `length` letters of
+ * `text`, of the argument of --solvers. Return DONE or BAD_USAGE. */
 int solver_read(const char *text, const solver **chosen);
 int pair_solver_read(const char *text, const solver **chosen);
 int solvers_read(const char *text, size_t length, const solver **chosen);

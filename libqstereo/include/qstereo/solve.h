@@ -200,10 +200,11 @@ QS_MUST_CHECK qs_status qs_trws(const qs_model *model,
 size_t qs_trws_workspace(const qs_model *model);
 
 /* TRW-S as above with costs of one byte and messages of two, straight from a
- * problem: no model is needed, so the workspace, about 5 bytes for each site and
- * label, is all the memory. For grids without masked cells and forbidden labels,
- * with Potts or truncated linear costs. The labelling is made once, after the
- * last iteration; the bound is exact here, too. Default: 2 iterations.
+ * problem: no model is needed, so the workspace, about 5 bytes for each site
+ * and label, is all the memory. For grids without masked cells and forbidden
+ * labels, with Potts or truncated linear costs. The labelling is made once,
+ * after the last iteration; the bound is exact here, too. Default: 2
+ * iterations.
  *
  * Returns also
  *   QS_E_ENCODING  the problem is none of these
