@@ -246,6 +246,14 @@ def test_warnings_in_plain_words(solve, tmp_path):
     assert solve("qpu", "--chain-strength", 1, "--quiet")[1:] == ("", "")
 
 
+def test_coefficients_of_0_are_not_small_ones():
+    import dimod
+    bqm = dimod.BinaryQuadraticModel.from_ising({0: 0.0, 1: -1000.0}, {(0, 1): 1.0})
+    assert not qpu.wide(bqm) and not qpu.wide(dimod.BinaryQuadraticModel(2, "SPIN"))
+    bqm.add_linear(0, 0.5)
+    assert qpu.wide(bqm)
+
+
 def test_ocean_has_the_warnings_that_we_put_into_words():
     import dwave.system.warnings as ocean
     named = {name for name in vars(ocean) if name.endswith("Warning") and name != "UserWarning"}
