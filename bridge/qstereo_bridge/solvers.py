@@ -134,6 +134,10 @@ def anneal(problem, options, progress):
     from dwave.samplers import SimulatedAnnealingSampler
 
     (bqm, seed), reads = _prepared(problem, options), [0]
+    betas = _beta_range(problem)
+    if not any(bqm.linear.values()) and not any(bqm.quadratic.values()):
+        # All states are equal. The sampler would take this range too, but warn.
+        betas = [0.1, 1]
     stop = time.monotonic() + (options.time_limit or float("inf"))
 
     def after_read():
@@ -143,7 +147,7 @@ def anneal(problem, options, progress):
     told = {"num_reads": options.num_reads, "num_sweeps": options.num_sweeps, "seed": seed}
     annealed = interruptible(
         lambda: SimulatedAnnealingSampler().sample(
-            bqm, beta_range=_beta_range(problem), interrupt_function=after_read, **told),
+            bqm, beta_range=betas, interrupt_function=after_read, **told),
         lambda: progress(f"{reads[0]} of {options.num_reads} reads"))
     info = {"parameters": {**told, "time_limit": options.time_limit, **{
         key: annealed.info[key] for key in ("beta_range", "beta_schedule_type")}},

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from problems import Table, all_states, domain_walls, grid, make, random_problem
+from problems import Table, all_states, domain_walls, grid, make, pack_qcf, random_problem
 from qstereo_bridge import models, qcf, qsf, solvers
 from qstereo_bridge.container import OverLimit
 
@@ -219,6 +219,7 @@ def test_any_sampler(sampler, more, problem_file, tmp_path, main):
             "given twice",
         ),
         (["--solver", "dwave.samplers:TabuSampler", "--param", "tenure=-5"], 5, "fails"),
+        (["--solver", "dimod:NullSampler"], 5, "the solver's answer has no samples"),
         (["--param", "x=1"], 2, "anneal does not take --param"),
         (["--spin-reversals", 2], 2, "only these do: qpu, MODULE:CLASS"),
     ],
@@ -227,6 +228,13 @@ def test_samplers_that_refuse(more, status, said, problem_file, tmp_path, main):
     found, out, err = main("solve", problem_file, "-o", tmp_path / "s.qsf", *more)
     assert (found, out) == (status, "") and said in err and err.count("\n") == 1
     assert not (tmp_path / "s.qsf").exists()
+
+
+def test_states_that_are_all_equal_are_no_cause_to_warn(tmp_path, main, recwarn):
+    flat = tmp_path / "flat.qcf"
+    flat.write_bytes(pack_qcf(make([1, 1], [], [], [0, 0], [(0, 0)] * 2)))
+    status, _, err = main("solve", flat, "-o", tmp_path / "s.qsf", "--num-reads", 2)
+    assert (status, err, recwarn.list) == (0, "", [])
 
 
 def test_plain():
