@@ -32,6 +32,11 @@ def files(folder):
     return sorted(path.name for path in folder.iterdir() if path.is_file())
 
 
+def test_no_summary_of_a_command_is_cut_short(main):
+    status, out, _ = main("--help")
+    assert status == 0 and "..." not in out.split("Commands:")[1]
+
+
 def test_solve_writes_samples(problem_file, tmp_path, main):
     samples = tmp_path / "s.qsf"
     status, out, err = main("solve", problem_file, *FAST, "-o", samples)
