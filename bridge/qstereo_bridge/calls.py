@@ -268,6 +268,8 @@ def _deliver(run, journal, seconds):
     gap = None if run.bound is None else run.energy - run.bound
     text = (f"{options.solver}: {len(done)} calls, {_state(run, journal)}"
             f"{' (proven optimal)' * proven}; {seconds:.1f} s\n{options.output}: written")
+    if run.bound is None:
+        text += "\nTo prove it and to end at once, give --bound: `qstereo reduce` prints it"
     runner.show(options, text, {
         "solver": options.solver, "energy": run.real(run.energy),
         "best_energy": run.real(run.energy), "lower_bound": run.real(run.bound),

@@ -114,6 +114,7 @@ def test_a_pass_that_gains_nothing_is_the_last(core, tmp_path, main):
     path, least = core
     status, out, err = main("solve", path, "-o", tmp_path / "s.qsf", "--windows", 12, *LOCAL)
     assert status == 0 and err.count("bound not known") == 2 and "2 calls" in out
+    assert "give --bound" in out
 
 
 def test_the_start_is_where_it_begins(core, tmp_path, main):
