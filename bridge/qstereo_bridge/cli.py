@@ -185,7 +185,8 @@ SOLVE = [
             "embedding to use (default one found before, or else a new one)"),
     _option("--copies", Number(int, 1, 2**31 - 1, auto="auto"), "N", "put N copies of the problem "
             "on the chip, so that each read samples them all; auto: as many as fit (default 1)"),
-    _option("--solver-name", str, "NAME", "solver of your account (default the newest hybrid, the largest chip)"),
+    _option("--solver-name", str, "NAME",
+            "solver of your account (default the newest hybrid solver, the largest chip)"),
     _option("--label", str, "TEXT", "name of the problem at the service (default the file's)"),
     _flag("--no-wait", "send, write S.qsf.job and end; `collect` fetches the answer"),
     _flag("--resubmit", "send although a job file says that it was sent; it is charged again"),
