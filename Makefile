@@ -26,9 +26,9 @@ OPENCV ?= $(shell cat $(BUILD)/.kind 2>/dev/null || echo 1)
 # NEED= says and installs nothing.
 NEED := scripts/need
 run check check-c check-python check-style: NEED := scripts/need --install
-check-trust check-cortex-m check-all check-units: NEED := scripts/need --install
+check-trust check-cortex-m check-all check-browser check-units: NEED := scripts/need --install
 check-warnings check-analysis: NEED := scripts/need --install
-deb wheel docs check-packages: NEED := scripts/need --install
+paper deb wheel docs check-packages: NEED := scripts/need --install
 check-valgrind coverage fuzz: NEED := scripts/need --install
 
 # V=1 shows every command.
@@ -67,7 +67,7 @@ UNIT_LIB := $(LIB_SRC:libqstereo/src/%.c=$(BUILD)/unit/lib/%.o)
 EXAMPLES := $(patsubst %.c,$(BUILD)/%,$(wildcard examples/*.c))
 
 PYTHON ?= python3
-# Scenes in Middlebury's layout, for bench and reproduce.
+# Scenes in Middlebury's layout, for bench and paper.
 DATA ?= $(wildcard ../shared/data/middlebury)
 BIN := .venv/bin
 ENV := .venv/.ready
@@ -76,7 +76,7 @@ PIP := $(BIN)/python -m pip install -q --disable-pip-version-check
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 .PHONY: all run check check-style check-c check-python examples bench bench-embedding paper-qpu \
-    reproduce install uninstall clean help FORCE
+    paper install uninstall clean help FORCE
 
 all: $(addprefix $(BUILD)/,qstereo libqstereo.a libqstereo.so) ## build (OPENCV=0: without OpenCV)
 	@$(REMEMBERED)
@@ -122,8 +122,10 @@ bench-embedding: all $(ENV) ## the largest windows that embed into D-Wave's chip
 	@$(BIN)/python tests/bench/bench_embedding.py --build $(BUILD) --figures docs/figures
 	@scripts/figures
 
-reproduce: all ## run every solver on the scenes of DATA=folder and print the paper's table
-	@scripts/reproduce --qstereo $(BUILD)/qstereo $(DATA)
+# SAMPLES: a folder with samples of services. WHOLE=1: the whole scenes, too.
+paper: all $(ENV) ## the paper's evaluation on the scenes of DATA=folder, as a page: build/paper
+	@$(BIN)/python scripts/paper --qstereo $(BUILD)/qstereo --bridge $(BIN)/qstereo-bridge \
+	    -o $(BUILD)/paper $(if $(SAMPLES),--samples $(SAMPLES)) $(if $(WHOLE),--whole) $(DATA)
 
 BASHDIR := $(PREFIX)/share/bash-completion/completions
 ZSHDIR := $(PREFIX)/share/zsh/site-functions

@@ -89,8 +89,12 @@ static void mirror_window(qs_matching *of)
     if (of->width == 0) {
         return;
     }
-    uint32_t reach = (of->disparity_max + of->parts - 1) / of->parts;
-    uint32_t from = of->x > reach ? of->x - reach : 0, end = of->x + of->width;
+    int64_t parts = of->parts;
+    int64_t left = (int64_t)of->x - (of->disparity_max + parts - 1) / parts;
+    int64_t ahead = of->disparity_min < 0 ? (parts - 1 - of->disparity_min) / parts : 0;
+    int64_t right = (int64_t)of->x + of->width + ahead;
+    uint32_t from = left > 0 ? (uint32_t)left : 0;
+    uint32_t end = right < width ? (uint32_t)right : width;
     of->x = width - end;
     of->width = end - from;
 }
@@ -103,8 +107,8 @@ static int make_map(const after *asked, const laid_out *laid, const solved *foun
     if (!asked->refine) {
         return DONE;
     }
-    uint32_t finer = QS_REFINED_UNIT / map->unit;
-    if (map->most > INT32_MAX / finer - 1) {
+    int32_t finer = QS_REFINED_UNIT / (int32_t)map->unit;
+    if (map->most > INT32_MAX / finer - 1 || map->least < -(INT32_MAX / finer)) {
         return fail(BAD_INPUT, laid->name, "its disparities are too large to be refined");
     }
     qs_status status =
@@ -132,7 +136,7 @@ static int solve_right(const after *asked, const pair *of, const solver *by, con
         return made_fail(&made, "choose a smaller --roi or --disparity", status);
     }
     made.problem.pairwise = of->pairwise;
-    TRY(made_solve(&made, by, how, limit, &laid, &found));
+    TRY(made_solve(&made, by, how, !asked->refine, limit, &laid, &found));
     return make_map(asked, &laid, &found, limit, map);
 }
 
@@ -237,6 +241,24 @@ static int take_median(const char *name, pixel_map *map, budget *limit)
     return status == QS_OK ? DONE : fail_status(name, status);
 }
 
+/* Fills the holes of the window that is matched; what lies outside of it has no value. */
+static int fill_window(const char *name, const pair *of, pixel_map *map)
+{
+    const qs_matching *window = &of->stereo;
+    if (window->width == 0) {
+        qs_status status = qs_map_fill(map->disparities, map->width, map->height);
+        return status == QS_OK ? DONE : fail_status(name, status);
+    }
+    for (uint32_t y = window->y; y < window->y + window->height; y++) {
+        int32_t *row = map->disparities + (size_t)y * map->width + window->x;
+        qs_status status = qs_map_fill(row, window->width, 1);
+        if (status != QS_OK) {
+            return fail_status(name, status);
+        }
+    }
+    return DONE;
+}
+
 int after_labels(const after *asked, const pair *of, const laid_out *laid, const solved *found,
                  const solver *by, const search *how, budget *limit, pixel_map *map)
 {
@@ -251,8 +273,7 @@ int after_labels(const after *asked, const pair *of, const laid_out *laid, const
         TRY(write_confidence(asked, laid, found, map, limit));
     }
     if (asked->fill) {
-        qs_status status = qs_map_fill(map->disparities, map->width, map->height);
-        TRY(status == QS_OK ? DONE : fail_status(laid->name, status));
+        TRY(fill_window(laid->name, of, map));
     }
     return asked->median ? take_median(laid->name, map, limit) : DONE;
 }

@@ -20,6 +20,13 @@ static int fail_record(const certifying *made, const char *by, qs_status status)
     }
 }
 
+uint64_t certifying_bytes(const laid_out *problem, uint64_t work)
+{
+    const qs_index *index = &problem->file->index;
+    uint64_t check = qs_certificate_workspace(index);
+    return bytes_sum(qs_recorder_workspace(index, &problem->model), check > work ? check : work);
+}
+
 int certifying_begin(const laid_out *problem, budget *limit, output *out, certifying *made)
 {
     const qs_index *index = &problem->file->index;

@@ -22,6 +22,11 @@ typedef struct certifying {
     growing_file stages;
 } certifying;
 
+/* The bytes that a solver or a reduction with a certificate takes, but for what it proves.
+ *
+ * work  of the solver or the reduction alone */
+uint64_t certifying_bytes(const laid_out *problem, uint64_t work);
+
 /* Begins. The problem is a file. Returns DONE, BAD_INPUT or NO_RESOURCE. */
 int certifying_begin(const laid_out *problem, budget *limit, output *out, certifying *made);
 

@@ -16,8 +16,15 @@ int job_open_samples(job *at)
 
 int job_open_output(job *at, const char *path, output **opened)
 {
-    TRY(output_open(&at->outs[at->out_count], path));
-    *opened = &at->outs[at->out_count++];
+    output *made = &at->outs[at->out_count];
+    TRY(output_open(made, path));
+    *opened = made;
+    at->out_count++;
+    for (const output *other = at->outs; other < made && made->target != NULL; other++) {
+        if (other->target != NULL && strcmp(other->target, made->target) == 0) {
+            return fail_usage("two outputs have the name %s: give each its own", path);
+        }
+    }
     return DONE;
 }
 

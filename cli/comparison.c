@@ -64,6 +64,7 @@ void comparison_json(const comparison *shown)
     int64_t bound = best_bound(shown);
     json_begin();
     json_units_or_null("lower_bound", bound != QS_NO_BOUND, bound, shown->scale);
+    json_name("trace", shown->trace);
     json_list("results");
     for (size_t i = 0; i < shown->count; i++) {
         json_result(shown, &shown->results[i], bound);

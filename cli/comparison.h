@@ -6,8 +6,8 @@
 #include "output.h"
 #include "qstereo.h"
 
-/* Each result may have a map. */
-enum { RESULTS_MAX = OUTPUTS_MAX };
+/* Each result may have a map, and all have one trace. */
+enum { RESULTS_MAX = OUTPUTS_MAX - 1 };
 
 typedef struct result {
     char solver[256]; /* the longest name of a .qsf, and its end */
@@ -24,6 +24,7 @@ typedef struct result {
 typedef struct comparison {
     uint32_t scale;
     bool scored; /* there is a truth */
+    const char *trace; /* the file with the courses of the solvers; NULL = none */
     result results[RESULTS_MAX];
     size_t count;
 } comparison;

@@ -123,15 +123,15 @@ static void print_displacements(const qs_labels *labels)
 /* What the labels stand for. */
 static void print_meaning(const qs_labels *labels)
 {
-    uint32_t first = labels->frame.first, last = labels->labels - 1;
+    int64_t first = labels->frame.first, last = labels->labels - 1;
     switch (labels->meaning.kind) {
-    case QS_MEANS_NUMBER: printf(", numbers 0 to %" PRIu32 "\n", last); return;
+    case QS_MEANS_NUMBER: printf(", numbers 0 to %" PRId64 "\n", last); return;
     case QS_MEANS_GREY:
-        printf(", greys 0 to %" PRIu64 " in steps of %" PRIu32 "\n",
-               (uint64_t)last * labels->meaning.step, labels->meaning.step);
+        printf(", greys 0 to %" PRId64 " in steps of %" PRIu32 "\n", last * labels->meaning.step,
+               labels->meaning.step);
         return;
     case QS_MEANS_CLASS:
-        printf(", classes %" PRIu32 " to %" PRIu64 "\n", first, (uint64_t)first + last);
+        printf(", classes %" PRId64 " to %" PRId64 "\n", first, first + last);
         return;
     case QS_MEANS_DISPLACEMENT: print_displacements(labels); return;
     case QS_MEANS_KEEP: puts(": 0 drop, 1 keep"); return;
@@ -140,7 +140,7 @@ static void print_meaning(const qs_labels *labels)
     uint32_t unit = labels->meaning.unit > 0 ? labels->meaning.unit : 1;
     char ends[2][DECIMAL_SIZE], step[DECIMAL_SIZE] = "";
     decimal_write(first, unit, ends[0]);
-    decimal_write((int64_t)first + last, unit, ends[1]);
+    decimal_write(first + last, unit, ends[1]);
     decimal_write(1, unit, step);
     printf(", disparities %s to %s%s%s\n", ends[0], ends[1], unit > 1 ? " in steps of " : "",
            unit > 1 ? step : "");

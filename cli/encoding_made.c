@@ -74,7 +74,7 @@ static bool write_bytes(void *context, const void *bytes, size_t size)
 static void print_outside(const encode_request *asked)
 {
     if (asked->maker == &pair_maker) {
-        pair_print_outside(asked->state, asked->made.problem.frame.x);
+        pair_print_outside(asked->state, &asked->made.problem);
     }
 }
 
@@ -167,6 +167,7 @@ static int write_built(job *at, const encode_request *asked)
     TRY(lay_out_problem(from->name, &from->problem, from->mend, &at->limit, &built.whole));
     TRY(job_open_output(at, at->values[ENCODE_OUTPUT], &out));
     if (asked->reduce) {
+        TRY(budget_need(&at->limit, built.whole.name, reduce_bytes(&built.whole)));
         TRY(reduce_problem(&built.whole, &asked->how, &at->limit, &built.smaller));
         coding.kept = built.smaller.kept;
     }

@@ -10,11 +10,11 @@ static uint64_t row_cost(const qs_image *left, const qs_image *right, const qs_m
 {
     const uint8_t *l = left->pixels + y * left->stride, *r = right->pixels + y * right->stride;
     uint64_t cost = 0;
-    size_t least = stereo->disparity_min / stereo->parts,
-           most = stereo->disparity_max / stereo->parts;
-    for (size_t x = most; x < left->width; x++) {
+    int64_t width = (int64_t)left->width, from = stereo->disparity_max / (int32_t)stereo->parts,
+            to = stereo->disparity_min / (int32_t)stereo->parts;
+    for (int64_t x = from > 0 ? from : 0; x < (to < 0 ? width + to : width); x++) {
         int best = UINT8_MAX;
-        for (size_t d = least; d <= most; d++) {
+        for (int64_t d = to; d <= from; d++) {
             int off = l[x] < r[x - d] ? r[x - d] - l[x] : l[x] - r[x - d];
             best = off < best ? off : best;
         }
@@ -43,7 +43,7 @@ void hint_truth(const pair *of, const true_map *truth)
 {
     enum { MANY = 10 };
     const qs_map *map = &truth->map;
-    uint32_t most = of->stereo.disparity_max / of->stereo.parts;
+    int32_t most = of->stereo.disparity_max / (int32_t)of->stereo.parts;
     uint64_t known = 0, beyond = 0;
     for (size_t i = 0; i < map->width * map->height; i++) {
         if (map->values[i] != QS_NO_DISPARITY) {
@@ -53,7 +53,7 @@ void hint_truth(const pair *of, const true_map *truth)
     }
     if (beyond * MANY > known) {
         warn(truth->name,
-             "%.3g %% of its disparities are above %" PRIu32 ", the largest of --disparity: raise "
+             "%.3g %% of its disparities are above %" PRId32 ", the largest of --disparity: raise "
              "it, or is --truth-scale wrong?",
              100.0 * (double)beyond / (double)known, most);
     }
@@ -64,12 +64,12 @@ void hint_range(const pair *of, const pixel_map *map)
     uint64_t sites = 0, largest = 0;
     for (size_t i = 0; i < (size_t)map->width * map->height; i++) {
         sites += map->disparities[i] != QS_NO_DISPARITY;
-        largest += map->disparities[i] == (int32_t)map->most;
+        largest += map->disparities[i] == map->most;
     }
     if (map->most > map->least && 2 * largest > sites) {
         warn(input_name(of->left),
-             "%.3g %% of the pixels have the largest disparity, %" PRIu32
+             "%.3g %% of the pixels have the largest disparity, %" PRId32
              ": raise the MAX of --disparity",
-             100.0 * (double)largest / (double)sites, map->most / map->unit);
+             100.0 * (double)largest / (double)sites, map->most / (int32_t)map->unit);
     }
 }

@@ -37,9 +37,22 @@ int made_encode(const made_problem *encoded, const qs_encode_options *options, c
  * fewer  what makes the problem smaller: "choose a smaller --roi" */
 int made_fail(const made_problem *failed, const char *fewer, qs_status status);
 
+/* Refuses before the work what would be far over the memory limit, and names about how much the
+ * model, the solver and after them the output need. laid_out_need, when the model is there, knows
+ * it exactly. Return DONE or NO_RESOURCE.
+ *
+ * output  bytes that are taken when the solver's work is freed */
+int made_need(const made_problem *whole, const solver *by, uint64_t output, const budget *limit);
+int laid_out_need(const laid_out *problem, const solver *by, uint64_t output, const budget *limit);
+
+/* Lays the problem out; straight: without a model. Returns DONE, BAD_INPUT or NO_RESOURCE. */
+int made_lay_out(const made_problem *whole, bool straight, budget *limit, laid_out *laid);
+
 /* Solves the problem without a file between. What was found stays in memory of the budget. Returns
- * DONE, BAD_INPUT (also if the solver refuses) or NO_RESOURCE. */
-int made_solve(const made_problem *solved_one, const solver *by, const search *how, budget *limit,
-               laid_out *laid, solved *found);
+ * DONE, BAD_INPUT (also if the solver refuses) or NO_RESOURCE.
+ *
+ * straight  no model is needed afterwards */
+int made_solve(const made_problem *solved_one, const solver *by, const search *how, bool straight,
+               budget *limit, laid_out *laid, solved *found);
 
 #endif

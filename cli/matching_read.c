@@ -1,5 +1,6 @@
 #include "matching_read.h"
 
+#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -7,7 +8,7 @@
 #include "text/numbers.h"
 
 static const char *const cost_names[] = {"ad", "sd", "bt", "census"};
-enum { COSTS = sizeof cost_names / sizeof cost_names[0], TEXT_MAX = 64 };
+enum { COSTS = sizeof cost_names / sizeof cost_names[0], TEXT_MAX = 64, LARGEST = INT32_MAX / 2 };
 
 /* The part of a text before its last or only STEP; false if it is too long. */
 static bool split_step(const char *text, char range[TEXT_MAX], const char **step)
@@ -27,13 +28,13 @@ static bool split_step(const char *text, char range[TEXT_MAX], const char **step
 int disparity_range_read(const char *text, const char *step, qs_matching *matching)
 {
     char range[TEXT_MAX];
-    uint32_t ends[2];
+    int32_t ends[2];
     fraction one;
-    if (!split_step(text, range, &step) || !numbers_read(range, ':', ends, 2) ||
-        ends[1] > INT32_MAX / 2) {
-        return fail_usage("--disparity %s is not MIN:MAX, two whole numbers from 0 to %ld, or "
+    if (!split_step(text, range, &step) || !range_read(range, ends) || ends[0] < -LARGEST ||
+        ends[1] > LARGEST) {
+        return fail_usage("--disparity %s is not MIN:MAX, two whole numbers from -%ld to %ld, or "
                           "MIN:MAX:STEP",
-                          text, (long)(INT32_MAX / 2));
+                          text, (long)LARGEST, (long)LARGEST);
     }
     if (decimal_read(step, 1, 2, &one) != DECIMAL_OK || one.numerator != 1) {
         return fail_usage("--disparity %s: the step is 1 or 0.5", text);
@@ -42,11 +43,11 @@ int disparity_range_read(const char *text, const char *step, qs_matching *matchi
         return fail_usage("--disparity %s is empty: MIN is above MAX", text);
     }
     matching->parts = one.denominator;
-    matching->disparity_min = ends[0] * matching->parts;
-    matching->disparity_max = ends[1] * matching->parts;
-    if (matching->disparity_max - matching->disparity_min >= QS_LABELS_MAX) {
-        return fail_usage("--disparity %s has %lu labels: %u is the most", text,
-                          (unsigned long)(matching->disparity_max - matching->disparity_min) + 1,
+    matching->disparity_min = ends[0] * (int32_t)matching->parts;
+    matching->disparity_max = ends[1] * (int32_t)matching->parts;
+    int64_t labels = (int64_t)matching->disparity_max - matching->disparity_min + 1;
+    if (labels > QS_LABELS_MAX) {
+        return fail_usage("--disparity %s has %" PRId64 " labels: %u is the most", text, labels,
                           QS_LABELS_MAX);
     }
     return DONE;

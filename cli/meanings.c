@@ -17,7 +17,7 @@ static uint64_t value_of(const qs_labels *labels, uint32_t label)
 {
     const qs_meaning *meaning = &labels->meaning;
     uint64_t step = meaning->kind == QS_MEANS_GREY ? meaning->step : 1;
-    return labels->frame.first + label * step;
+    return (uint32_t)labels->frame.first + label * step; /* only disparities are below 0 */
 }
 
 static int check_grid(const char *name, const qs_labels *labels)
@@ -47,7 +47,7 @@ static int place(const char *name, const qs_labels *labels, const uint16_t *labe
 static void fill(const qs_labels *labels, const int32_t *placed, picture *made)
 {
     for (size_t i = 0; i < made->width * made->height; i++) {
-        uint32_t label = (uint32_t)placed[i] - labels->frame.first;
+        uint32_t label = (uint32_t)(placed[i] - labels->frame.first);
         made->samples[i] = placed[i] == QS_NO_DISPARITY ? 0 : (uint16_t)value_of(labels, label);
     }
 }

@@ -23,7 +23,7 @@ typedef struct output {
 } output;
 
 /* The most that may be open at a time. */
-enum { OUTPUTS_MAX = 64 };
+enum { OUTPUTS_MAX = 65 };
 
 /* Removes temporaries when a signal ends the command. Once, before any output is opened. */
 void output_watch_signals(void);

@@ -37,7 +37,8 @@ static const char *or_else(const char *given, const char *otherwise)
 /* The argument of each option: what is given, else what the preset says. */
 static pair_settings settle(const char *const *values, const preset *from, const qs_matching *range)
 {
-    bool is_wide = (range->disparity_max - range->disparity_min) / range->parts >= PRESET_WIDE;
+    bool is_wide =
+        (range->disparity_max - range->disparity_min) / (int32_t)range->parts >= PRESET_WIDE;
     const preset_smoothness *strength = &from->strength[is_wide][range->parts - 1];
     const char *smoothness = or_else(values[PAIR_SMOOTHNESS], from->smoothness);
     bool as_preset = strcmp(smoothness, from->smoothness) == 0;
@@ -52,24 +53,38 @@ static pair_settings settle(const char *const *values, const preset *from, const
     };
 }
 
+/* Reads what depends on the preset and the range of disparities. */
+static int read_settings(const char *const *values, pair *asked)
+{
+    qs_matching *stereo = &asked->stereo;
+    pair_settings *set = &asked->settings;
+    *set = settle(values, asked->from, stereo);
+    TRY(lambda_read(set->lambda, DECIMAL_DENOMINATOR_MAX, &stereo->scale, &stereo->weight));
+    TRY(cost_read(set->cost, stereo));
+    TRY(contrast_read(set->contrast, stereo));
+    TRY(border_read(set->border, stereo));
+    return smoothness_read(set->smoothness, set->truncation, &asked->pairwise);
+}
+
+int pair_set_labels(const char *const *values, uint32_t pixels, pair *asked)
+{
+    asked->stereo.disparity_min = 0;
+    asked->stereo.disparity_max = (int32_t)((pixels - 1) * asked->stereo.parts);
+    return read_settings(values, asked);
+}
+
 int pair_read(const char *const *operands, const char *const *values, void *state)
 {
     pair *asked = state;
     qs_matching *stereo = &asked->stereo;
-    pair_settings *set = &asked->settings;
     uint32_t bits = 0;
     memset(asked, 0, sizeof *asked);
     asked->left = operands[0];
     asked->right = operands[1];
     TRY(preset_read(values[PAIR_PRESET], &asked->from));
     TRY(disparity_range_read(values[PAIR_DISPARITY], asked->from->step, stereo));
-    *set = settle(values, asked->from, stereo);
-    TRY(lambda_read(set->lambda, DECIMAL_DENOMINATOR_MAX, &stereo->scale, &stereo->weight));
+    TRY(read_settings(values, asked));
     TRY(read_roi(values[PAIR_ROI], asked));
-    TRY(cost_read(set->cost, stereo));
-    TRY(contrast_read(set->contrast, stereo));
-    TRY(border_read(set->border, stereo));
-    TRY(smoothness_read(set->smoothness, set->truncation, &asked->pairwise));
     if (values[PAIR_BITS] != NULL) {
         TRY(number_read("--bits", values[PAIR_BITS], 9, 16, &bits));
     }
@@ -77,13 +92,42 @@ int pair_read(const char *const *operands, const char *const *values, void *stat
     return DONE;
 }
 
+/* Checks that a pixel of the columns from `start` to `end` - 1 has all its matches in the right
+ * picture. */
+static int check_columns(const pair *asked, int64_t start, int64_t end)
+{
+    int32_t parts = (int32_t)asked->stereo.parts;
+    int64_t most = asked->stereo.disparity_max / parts, least = asked->stereo.disparity_min / parts;
+    int64_t width = (int64_t)asked->stereo.right.width;
+    const char *window = asked->whole ? "the picture" : "--roi";
+    if (asked->stereo.border == QS_BORDER_KEEP) {
+        return DONE;
+    }
+    if (end <= most) {
+        return fail(BAD_INPUT, input_name(asked->left),
+                    "%s ends at column %" PRId64 ", which is too narrow for disparity %" PRId64
+                    ": no pixel would have all its matches inside the right picture; lower "
+                    "--disparity%s",
+                    window, end - 1, most, asked->whole ? "" : " or move --roi to the right");
+    }
+    if ((most > start ? most : start) >= width + least) {
+        return fail(BAD_INPUT, input_name(asked->left),
+                    "%s begins at column %" PRId64 ", and disparities %" PRId64 " to %" PRId64
+                    " are too many for %" PRId64 " columns: no pixel would have all its matches "
+                    "inside the right picture; raise the MIN of --disparity%s",
+                    window, start, least, most, width,
+                    asked->whole ? "" : " or move --roi to the left");
+    }
+    return DONE;
+}
+
 /* Checks the geometry as the library does, so that a message can name what the user can mend. */
 static int check_geometry(const pair *asked)
 {
     const qs_matching *stereo = &asked->stereo;
-    uint32_t largest = stereo->disparity_max / stereo->parts;
     const qs_image *left = &stereo->left, *right = &stereo->right;
-    size_t end = asked->whole ? left->width : (size_t)stereo->x + stereo->width;
+    size_t start = asked->whole ? 0 : stereo->x;
+    size_t end = asked->whole ? left->width : start + stereo->width;
     if (left->width != right->width || left->height != right->height) {
         return fail(BAD_INPUT, input_name(asked->right),
                     "is %zu x %zu pixels, but %s is %zu x %zu: both pictures need the same size",
@@ -96,14 +140,7 @@ static int check_geometry(const pair *asked)
                     left->height, (unsigned long)stereo->x, (unsigned long)stereo->y,
                     (unsigned long)stereo->width, (unsigned long)stereo->height);
     }
-    if (end <= largest && stereo->border == QS_BORDER_LEAVE_OUT) {
-        return fail(BAD_INPUT, input_name(asked->left),
-                    "%s ends at column %zu, which is too narrow for disparity %lu: no pixel would "
-                    "have all its matches inside the right picture; lower --disparity%s",
-                    asked->whole ? "the picture" : "--roi", end - 1, (unsigned long)largest,
-                    asked->whole ? "" : " or move --roi to the right");
-    }
-    return DONE;
+    return check_columns(asked, (int64_t)start, (int64_t)end);
 }
 
 /* The costs of the paper, for which there is a faster way. */
@@ -170,7 +207,7 @@ int pair_open(void *state, budget *limit, made_problem *opened)
 static void plan(const void *state, qs_problem *planned)
 {
     const pair *asked = state;
-    planned->labels = asked->stereo.disparity_max - asked->stereo.disparity_min + 1;
+    planned->labels = (uint32_t)(asked->stereo.disparity_max - asked->stereo.disparity_min) + 1;
     planned->scale = asked->stereo.scale;
     planned->pairwise = asked->pairwise;
 }
@@ -190,12 +227,19 @@ void pair_json(const pair *asked)
     json_real("disparity_step", 1.0 / asked->stereo.parts);
 }
 
-void pair_print_outside(const pair *asked, uint32_t first)
+static void print_columns(uint32_t count, const char *side, const char *right)
 {
-    uint32_t left = asked->whole ? 0 : asked->stereo.x;
-    if (first > left) {
-        printf("%" PRIu32 " column%s on the left %s left out: a match would fall outside %s\n",
-               first - left, plural(first - left), first - left == 1 ? "is" : "are",
-               plain(asked->right));
+    if (count > 0) {
+        printf("%" PRIu32 " column%s on the %s %s left out: a match would fall outside %s\n", count,
+               plural(count), side, count == 1 ? "is" : "are", plain(right));
     }
+}
+
+void pair_print_outside(const pair *asked, const qs_problem *made)
+{
+    const qs_matching *stereo = &asked->stereo;
+    uint32_t start = asked->whole ? 0 : stereo->x;
+    uint32_t end = asked->whole ? (uint32_t)stereo->left.width : start + stereo->width;
+    print_columns(made->frame.x - start, "left", asked->right);
+    print_columns(end - made->frame.x - made->grid.width, "right", asked->right);
 }

@@ -21,9 +21,13 @@ enum {
     PAIR_OPTIONS
 };
 #define PAIR_OPTION_ROWS                                                                           \
-    {"disparity", 0,                                                                               \
-     false,       "MIN:MAX[:STEP]",                                                                \
-     "0:15",      "disparities to choose from, in pixels, both included; the step is 1 or 0.5"},   \
+    {"disparity",                                                                                  \
+     0,                                                                                            \
+     false,                                                                                        \
+     "MIN:MAX[:STEP]",                                                                             \
+     "0:15",                                                                                       \
+     "disparities in pixels, both included; they may be below 0; the step is 1 or "                \
+     "0.5"},                                                                                       \
         {"lambda", 0, false, "L", NULL, "weight of the smoothness, an exact decimal number"},      \
         {"roi",     0,    false,                                                                   \
          "X,Y,W,H", NULL, "window of the left picture to match (default all of it)"},              \
@@ -70,6 +74,10 @@ extern const maker pair_maker;
 /* Reads the arguments of the rows; strings are borrowed. Returns DONE or BAD_USAGE. */
 int pair_read(const char *const *operands, const char *const *values, void *asked);
 
+/* Sets the range to 0 .. pixels - 1, and what a preset says for such a range. The same values as
+ * above. */
+int pair_set_labels(const char *const *values, uint32_t pixels, pair *asked);
+
 /* Reads the pictures and makes the problem, which borrows from the budget; pair_make makes it of
  * pictures that are there already. Return DONE, BAD_INPUT or NO_RESOURCE. */
 int pair_open(void *asked, budget *limit, made_problem *opened);
@@ -83,7 +91,7 @@ int pair_problem(const qs_matching *matching, const char *name, budget *limit, q
 /* Prints the settings: keys of JSON. */
 void pair_json(const pair *asked);
 
-/* Prints which columns are left out. */
-void pair_print_outside(const pair *asked, uint32_t first);
+/* Prints how many columns the problem leaves out on each side. */
+void pair_print_outside(const pair *asked, const qs_problem *made);
 
 #endif

@@ -27,7 +27,7 @@ const preset presets[PRESETS] = {
     {"paper", "1", "ad", NULL, "leave-out", "potts", ALIKE("20", NULL), "20", "best", NULL, "none"},
     {"accurate", "0.5", "bt:40+2*census:7x7", "10,3", "keep", "linear", TUNED, "28", "trws", "20",
      "check,fill"},
-    {"fast", "1", "bt:40+2*census:7x7", "10,3", "keep", "linear", TUNED, "28", "trws", "3",
+    {"fast", "1", "bt:40+2*census:7x7", "10,3", "keep", "linear", TUNED, "28", "trws16", "1",
      "check,fill"},
 };
 

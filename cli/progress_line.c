@@ -25,21 +25,27 @@ static volatile sig_atomic_t keep_on_interrupt, interrupted;
 
 static int64_t command_begin;
 
-static int64_t microseconds(void)
+static int64_t read_clock(clockid_t clock)
 {
     struct timespec now = {0, 0};
-    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    (void)clock_gettime(clock, &now);
     return (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
 }
 
+int64_t progress_clock(void)
+{
+    return read_clock(CLOCK_MONOTONIC);
+}
+
+/* Before main the libraries were loaded, which with OpenCV takes long. */
 void progress_start_command(void)
 {
-    command_begin = microseconds();
+    command_begin = progress_clock() - read_clock(CLOCK_PROCESS_CPUTIME_ID);
 }
 
 progress progress_begin(const char *solver, uint32_t scale, int64_t limit, bool whole)
 {
-    int64_t now = microseconds();
+    int64_t now = progress_clock();
     return (progress){.solver = solver,
                       .scale = scale,
                       .begin = now,
@@ -114,7 +120,7 @@ static void show(progress *shown, const char *line)
     fprintf(stderr, "%s%s", clear_line, line);
     (void)fflush(stderr);
     shown->shown = true;
-    shown->next = microseconds() + PERIOD;
+    shown->next = progress_clock() + PERIOD;
 }
 
 static bool is_due(const progress *watched, int64_t time)
@@ -141,8 +147,11 @@ static bool is_in_gap(progress *watched, const qs_progress *now)
 bool progress_watch(void *context, const qs_progress *now)
 {
     progress *watched = context;
-    int64_t time = microseconds();
+    int64_t time = progress_clock();
+    const trace_point point = {time - watched->begin, now->iteration, now->energy, now->lower_bound,
+                               TRACE_NO_VARIABLES};
     char line[LINE_SIZE], energy[DECIMAL_SIZE];
+    trace_add(watched->traced, &point);
     if (is_due(watched, time)) {
         decimal_write(now->energy, watched->scale, energy);
         begin_line(watched, time, now->iteration, line);
@@ -156,16 +165,22 @@ bool progress_watch(void *context, const qs_progress *now)
 uint32_t progress_spent(void *context)
 {
     const progress *watched = context;
-    double part =
-        (double)(microseconds() - watched->begin) / (double)(watched->end - watched->begin);
-    return part < 1 ? (uint32_t)(part * QS_ALL_TIME) : QS_ALL_TIME;
+    int64_t time = progress_clock();
+    if (time >= watched->end) { /* perhaps before the solver began */
+        return QS_ALL_TIME;
+    }
+    double part = (double)(time - watched->begin) / (double)(watched->end - watched->begin);
+    return (uint32_t)(part * QS_ALL_TIME);
 }
 
 bool progress_watch_reduction(void *context, const qs_reduction *now)
 {
     progress *watched = context;
-    int64_t time = microseconds();
+    int64_t time = progress_clock();
+    const trace_point point = {time - watched->begin, now->iterations, now->upper_bound,
+                               now->lower_bound, now->variables};
     char line[LINE_SIZE];
+    trace_add(watched->traced, &point);
     if (is_due(watched, time)) {
         begin_line(watched, time, now->iterations, line);
         append(line, ", %" PRIu64 " variables left", now->variables);
@@ -177,7 +192,7 @@ bool progress_watch_reduction(void *context, const qs_reduction *now)
 
 int64_t progress_end(progress *ended)
 {
-    int64_t elapsed = microseconds() - ended->begin;
+    int64_t elapsed = progress_clock() - ended->begin;
     if (ended->shown) {
         fputs(clear_line, stderr);
         (void)fflush(stderr);

@@ -3,6 +3,7 @@
 #define PROGRESS_LINE_H
 
 #include "qstereo.h"
+#include "trace.h"
 
 typedef struct progress {
     const char *solver;
@@ -10,6 +11,7 @@ typedef struct progress {
     int64_t begin; /* microseconds, as all times here */
     int64_t end; /* when it is to stop; 0 = at no time */
     double gap; /* it stops when the gap is this small, in percent; negative = at none */
+    trace *traced; /* gets a row for each change; NULL = none */
     int64_t next; /* when the line is written again */
     bool terminal; /* standard error is one */
     bool shown; /* the line was written */
@@ -17,6 +19,9 @@ typedef struct progress {
     bool in_gap; /* it was told so because of the gap */
     bool interrupted; /* by a signal that was kept */
 } progress;
+
+/* Microseconds on a clock that never goes back. */
+int64_t progress_clock(void);
 
 /* Says when the command began. Once, first of all. */
 void progress_start_command(void);

@@ -46,6 +46,8 @@ static int run_reduction(const laid_out *problem, const reducing *asked, budget 
         return NO_RESOURCE;
     }
     progress watched = progress_begin("reduce", problem->scale, asked->time_limit, true);
+    watched.traced = asked->traced;
+    trace_begin(asked->traced, "reduce");
     const qs_reduce_options options = {.iterations = asked->iterations,
                                        .target = asked->target,
                                        .walls =
@@ -67,7 +69,17 @@ static int run_reduction(const laid_out *problem, const reducing *asked, budget 
     if (made->found.undecided == 0) {
         made->found.lower_bound = made->found.upper_bound;
     }
+    trace_end(asked->traced,
+              &(trace_point){made->microseconds, made->found.iterations, made->found.upper_bound,
+                             made->found.lower_bound, made->found.variables});
     return DONE;
+}
+
+uint64_t reduce_bytes(const laid_out *problem)
+{
+    const qs_model *model = &problem->model;
+    uint64_t kept = bytes_product(model->sites, model->labels + sizeof(uint16_t));
+    return bytes_sum(kept, qs_reduce_workspace(model));
 }
 
 int reduce_problem(const laid_out *problem, const reducing *asked, budget *limit, reduced *made)

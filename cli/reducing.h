@@ -20,6 +20,7 @@ typedef struct reducing {
     uint64_t iterations; /* 0 = the library's own limit */
     qs_encoding into; /* the encoding that the problem will be written in */
     const qs_witness *witness; /* of the proof; NULL = none */
+    trace *traced; /* its course; NULL = nobody asks for it */
     const uint16_t *start; /* labels of the model's sites to begin with; NULL = none */
 } reducing;
 
@@ -35,6 +36,9 @@ typedef struct reduced {
     uint8_t *kept; /* as of qs_reduce; the budget owns it */
     uint16_t *labelling; /* of the problem's sites; the budget owns it */
 } reduced;
+
+/* The bytes that reduce_problem takes. */
+uint64_t reduce_bytes(const laid_out *problem);
 
 /* Reduces the problem. `kept` stays in memory of the budget, the work does not. Returns DONE or
  * NO_RESOURCE, and has printed why. */

@@ -26,31 +26,35 @@ int search_read(const char *const *values, search *asked)
 }
 
 static const solver solvers[] = {
-    {"icm", qs_icm, qs_icm_workspace},
-    {"anneal", qs_anneal, qs_anneal_workspace},
-    {"swap", qs_swap, qs_swap_workspace},
-    {"expansion", qs_expansion, qs_expansion_workspace},
-    {"bp", qs_bp, qs_bp_workspace},
-    {"trws", qs_trws, qs_trws_workspace},
-    {"cut", qs_min_cut, qs_min_cut_workspace},
-    {"pack", qs_pack, qs_pack_workspace},
-    {"best", qs_best, qs_best_workspace},
+    {"icm", qs_icm, qs_icm_workspace, NULL, NULL},
+    {"anneal", qs_anneal, qs_anneal_workspace, NULL, NULL},
+    {"swap", qs_swap, qs_swap_workspace, NULL, NULL},
+    {"expansion", qs_expansion, qs_expansion_workspace, NULL, NULL},
+    {"bp", qs_bp, qs_bp_workspace, NULL, NULL},
+    {"trws", qs_trws, qs_trws_workspace, NULL, NULL},
+    {"cut", qs_min_cut, qs_min_cut_workspace, NULL, NULL},
+    {"pack", qs_pack, qs_pack_workspace, NULL, NULL},
+    {"best", qs_best, qs_best_workspace, NULL, NULL},
+    {"trws16", NULL, NULL, qs_trws16, qs_trws16_workspace},
 };
-enum { SOLVERS = sizeof solvers / sizeof solvers[0] };
+enum {
+    ALL_SOLVERS = sizeof solvers / sizeof solvers[0],
+    SOLVERS = ALL_SOLVERS - 1 /* those that any problem can be given to */
+};
 
 const char *solver_at(size_t index)
 {
     return index < SOLVERS ? solvers[index].name : NULL;
 }
 
-static int read_name(const char *what, const char *text, const solver **chosen)
+static int read_name(const char *what, const char *text, size_t count, const solver **chosen)
 {
-    named names[SOLVERS];
+    named names[ALL_SOLVERS];
     int index = 0;
-    for (int i = 0; i < SOLVERS; i++) {
-        names[i] = (named){solvers[i].name, i};
+    for (size_t i = 0; i < count; i++) {
+        names[i] = (named){solvers[i].name, (int)i};
     }
-    const name_table table = {what, names, SOLVERS, SOLVERS};
+    const name_table table = {what, names, count, count};
     TRY(name_read(&table, text, "", &index));
     *chosen = &solvers[index];
     return DONE;
@@ -58,7 +62,12 @@ static int read_name(const char *what, const char *text, const solver **chosen)
 
 int solver_read(const char *text, const solver **chosen)
 {
-    return read_name("solver", text, chosen);
+    return read_name("solver", text, SOLVERS, chosen);
+}
+
+int pair_solver_read(const char *text, const solver **chosen)
+{
+    return read_name("solver", text, ALL_SOLVERS, chosen);
 }
 
 int solvers_read(const char *text, size_t length, const solver **chosen)
@@ -66,7 +75,7 @@ int solvers_read(const char *text, size_t length, const solver **chosen)
     char name[64];
     (void)snprintf(name, sizeof name, "%.*s", length < sizeof name ? (int)length : (int)sizeof name,
                    text);
-    return read_name("solvers", name, chosen);
+    return read_name("solvers", name, SOLVERS, chosen);
 }
 
 static int fail_cut(const char *name)
@@ -155,11 +164,32 @@ int lay_out_problem(const char *name, const qs_problem *problem, const char *men
     return built == QS_OK ? DONE : fail_status(name, built);
 }
 
+int lay_out_straight(const char *name, const qs_problem *problem, laid_out *made)
+{
+    memset(made, 0, sizeof *made);
+    qs_status status = qs_labels_of_problem(problem, &made->labels);
+    made->name = name;
+    made->scale = made->labels.scale;
+    made->variables = (uint64_t)made->labels.sites * made->labels.labels;
+    made->problem = problem;
+    return status == QS_OK ? DONE : fail_status(name, status);
+}
+
+static bool is_straight(const laid_out *problem)
+{
+    return problem->model.sites == 0;
+}
+
+static uint32_t sites_of(const laid_out *problem)
+{
+    return is_straight(problem) ? problem->labels.sites : problem->model.sites;
+}
+
 /* Room for the labelling of the model, which has more sites than a masked problem, and for the
  * sample. */
 static int take_room(const laid_out *problem, budget *limit, solved *found)
 {
-    size_t size = sizeof *found->labelling * problem->model.sites;
+    size_t size = sizeof *found->labelling * sites_of(problem);
     found->labelling = budget_take(limit, problem->name, size);
     if (found->labelling == NULL || problem->file == NULL) {
         return found->labelling != NULL ? DONE : NO_RESOURCE;
@@ -250,6 +280,96 @@ static void keep_start(const qs_model *model, const uint16_t *start, solved *fou
     }
 }
 
+/* How the solver is to search. What it points to is borrowed. */
+static qs_solve_options options_of(const search *how, progress *watched)
+{
+    watched->gap = how->gap;
+    watched->traced = how->traced;
+    return (qs_solve_options){.iterations = how->iterations,
+                              .seed = how->seed,
+                              .watch = progress_watch,
+                              .context = watched,
+                              .spent = how->time_limit > 0 ? progress_spent : NULL,
+                              .start = how->start,
+                              .witness = how->witness};
+}
+
+static void take_down(progress *watched, const search *how, solved *found)
+{
+    found->microseconds = progress_end(watched);
+    found->out_of_time = watched->out_of_time;
+    found->in_gap = watched->in_gap;
+    found->interrupted = watched->interrupted;
+    found->own_limit = how->iterations == 0;
+}
+
+static void end_trace(const search *how, const solved *found)
+{
+    trace_end(how->traced, &(trace_point){found->microseconds, found->solution.iterations,
+                                          found->solution.energy, found->solution.lower_bound,
+                                          TRACE_NO_VARIABLES});
+}
+
+/* Runs a solver that takes the problem itself. */
+static int run_straight(const laid_out *problem, const solver *by, const search *how, budget *work,
+                        solved *found)
+{
+    size_t size = by->straight_workspace(problem->problem);
+    void *workspace = budget_take(work, problem->name, size > 0 ? size : 1);
+    if (workspace == NULL) {
+        return NO_RESOURCE;
+    }
+    progress watched =
+        progress_begin(by->name, problem->scale, how->time_limit, how->whole_command);
+    trace_begin(how->traced, by->name);
+    const qs_solve_options options = options_of(how, &watched);
+    progress_keep_on_interrupt(how->keep_on_interrupt);
+    qs_status ran = by->run_straight(problem->problem, &options, workspace, size, found->labelling,
+                                     &found->solution);
+    progress_keep_on_interrupt(false);
+    take_down(&watched, how, found);
+    if (ran == QS_E_ENCODING || ran == QS_E_OVERFLOW) {
+        found->refusal = ran;
+        return DONE;
+    }
+    if (ran != QS_OK) {
+        return fail_status(problem->name, ran);
+    }
+    end_trace(how, found);
+    return check_labelling(problem, work, found);
+}
+
+/* Checks a first labelling, to see how long that takes. Behind a solver come the same check, the
+ * end of its memory and the output, which together take about twice as long, and the end of the
+ * command.
+ *
+ * reserved  out: microseconds that the solver must leave */
+static int measure_end(const laid_out *problem, budget *work, solved *found, int64_t *reserved)
+{
+    enum { TIMES = 2, COMMAND_END = 20000 };
+    budget inside = budget_inside(work);
+    int64_t begin = progress_clock();
+    qs_model_winner(&problem->model, found->labelling);
+    found->solution.energy = qs_model_energy(&problem->model, found->labelling);
+    int status = check_found(problem, &inside, found);
+    budget_free(&inside);
+    *reserved = TIMES * (progress_clock() - begin) + COMMAND_END;
+    return status;
+}
+
+/* The time that the solver has, from the command's beginning or its own. 0 = no limit. */
+static int time_of(const laid_out *problem, const search *how, budget *work, solved *found,
+                   int64_t *limit)
+{
+    int64_t reserved = 0;
+    *limit = how->time_limit;
+    if (how->time_limit > 0 && how->whole_command) {
+        TRY(measure_end(problem, work, found, &reserved));
+        *limit = reserved < *limit ? *limit - reserved : 1;
+    }
+    return DONE;
+}
+
 /* Starts from the labelling that is known, or else from the cheapest label of each site, if the
  * solver starts from a labelling. `work` is for the solver's workspace. */
 static int run_solver(const laid_out *problem, const solver *by, const search *how, budget *work,
@@ -258,23 +378,18 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
     const char *name = problem->name;
     const qs_model *model = &problem->model;
     bool messages = starts_from_messages(by, how);
+    int64_t limit;
+    TRY(time_of(problem, how, work, found, &limit));
     size_t size = workspace_of(by, model);
     void *workspace = budget_take(work, name, size);
     if (workspace == NULL) {
         return NO_RESOURCE;
     }
     begin_labelling(model, how->start, found->labelling);
-    progress watched =
-        progress_begin(by->name, problem->scale, how->time_limit, how->whole_command);
-    watched.gap = how->gap;
+    progress watched = progress_begin(by->name, problem->scale, limit, how->whole_command);
+    trace_begin(how->traced, by->name);
+    const qs_solve_options options = options_of(how, &watched);
     progress_keep_on_interrupt(how->keep_on_interrupt);
-    const qs_solve_options options = {.iterations = how->iterations,
-                                      .seed = how->seed,
-                                      .watch = progress_watch,
-                                      .context = &watched,
-                                      .spent = how->time_limit > 0 ? progress_spent : NULL,
-                                      .start = how->start,
-                                      .witness = how->witness};
     qs_status ran = QS_OK;
     if (messages) {
         enum { FEW = 4 };
@@ -287,11 +402,7 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
         ran = by->run(model, &options, workspace, size, found->labelling, &found->solution);
     }
     progress_keep_on_interrupt(false);
-    found->microseconds = progress_end(&watched);
-    found->out_of_time = watched.out_of_time;
-    found->in_gap = watched.in_gap;
-    found->interrupted = watched.interrupted;
-    found->own_limit = how->iterations == 0;
+    take_down(&watched, how, found);
     if (ran == QS_E_ENCODING || ran == QS_E_OVERFLOW) {
         found->refusal = ran;
         return DONE;
@@ -300,15 +411,18 @@ static int run_solver(const laid_out *problem, const solver *by, const search *h
         return fail_status(name, ran);
     }
     keep_start(model, how->start, found);
+    end_trace(how, found);
     return check_found(problem, work, found);
 }
 
 uint64_t solve_bytes(const laid_out *problem, const solver *by)
 {
-    uint64_t labelling = sizeof(uint16_t) * (uint64_t)problem->model.sites;
+    uint64_t labelling = sizeof(uint16_t) * (uint64_t)sites_of(problem);
     uint64_t check = problem->file != NULL ? ((uint64_t)problem->variables + 7) / 8
                                            : qs_problem_workspace(problem->problem);
-    return bytes_sum(workspace_of(by, &problem->model), labelling + check);
+    uint64_t work = by->run_straight != NULL ? by->straight_workspace(problem->problem)
+                                             : workspace_of(by, &problem->model);
+    return bytes_sum(work, labelling + check);
 }
 
 int solve_problem(const laid_out *problem, const solver *by, const search *how, budget *limit,
@@ -318,7 +432,8 @@ int solve_problem(const laid_out *problem, const solver *by, const search *how, 
     found->solver = by->name;
     TRY(take_room(problem, limit, found));
     budget work = budget_inside(limit);
-    int status = run_solver(problem, by, how, &work, found);
+    int status = by->run_straight != NULL ? run_straight(problem, by, how, &work, found)
+                                          : run_solver(problem, by, how, &work, found);
     budget_free(&work);
     return status;
 }
@@ -326,6 +441,10 @@ int solve_problem(const laid_out *problem, const solver *by, const search *how, 
 int solved_check(const laid_out *problem, const solved *found)
 {
     const char *name = problem->name;
+    if (found->refusal == QS_E_ENCODING && is_straight(problem)) {
+        return fail(BAD_INPUT, name, "%s is for Potts and linear smoothness: use trws or best",
+                    found->solver);
+    }
     if (found->refusal == QS_E_ENCODING) {
         return fail(
             BAD_INPUT, name, "%s cannot be used with this pairwise cost (%s): use trws, bp or best",

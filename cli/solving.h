@@ -4,6 +4,7 @@
 #define SOLVING_H
 
 #include "inputs.h"
+#include "trace.h"
 
 /* The options that say how long a solver may search: rows for a table, one behind the other. */
 enum { SEARCH_TIME_LIMIT, SEARCH_ITERATIONS, SEARCH_SEED, SEARCH_OPTIONS };
@@ -24,6 +25,7 @@ typedef struct search {
     double gap; /* percent of the energy; negative = none */
     bool keep_on_interrupt;
     const qs_witness *witness; /* of the proof; NULL = none */
+    trace *traced; /* the course of the solver; NULL = nobody asks for it */
     const uint16_t *start; /* labels of the model's sites; NULL = none. The answer is not above
                               them */
 } search;
@@ -50,6 +52,11 @@ typedef struct solver {
     const char *name;
     qs_solver *run;
     size_t (*workspace)(const qs_model *model);
+    /* Instead of these, of a solver that takes the problem itself. */
+    qs_status (*run_straight)(const qs_problem *problem, const qs_solve_options *options,
+                              void *workspace, size_t workspace_size, uint16_t *labelling,
+                              qs_solution *solution);
+    size_t (*straight_workspace)(const qs_problem *problem);
 } solver;
 
 /* The names of the solvers, one by one; NULL after the last. */
@@ -62,15 +69,18 @@ const char *solver_at(size_t index);
 
 /* The same where a preset chooses it. */
 #define PAIR_SOLVER_OPTION                                                                         \
-    {"solver", 0,    false,                                                                        \
-     "NAME",   NULL, "icm, anneal, swap, expansion, bp, trws, cut, pack or best (paper: best)"}
+    {"solver", 0,                                                                                  \
+     false,    "NAME",                                                                             \
+     NULL,     "icm, anneal, swap, expansion, bp, trws, trws16, cut, pack or best (paper: best)"}
 
-/* Reads the argument of --solver, and one name, `length` letters of `text`, of the argument of
- * --solvers. Return DONE or BAD_USAGE. */
+/* Reads the argument of --solver, of match in the second case, and one name, `length` letters of
+ * `text`, of the argument of --solvers. Return DONE or BAD_USAGE. */
 int solver_read(const char *text, const solver **chosen);
+int pair_solver_read(const char *text, const solver **chosen);
 int solvers_read(const char *text, size_t length, const solver **chosen);
 
-/* A problem laid out for the solvers: that of a file, or one that was never a file. */
+/* A problem laid out for the solvers: that of a file, or one that was never a file. Where the
+ * problem is to be solved straight there is no model: it has 0 sites. */
 typedef struct laid_out {
     const char *name; /* for messages */
     uint32_t scale; /* integer units in one real unit */
@@ -88,6 +98,10 @@ typedef struct laid_out {
 int lay_out(problem_file *problem, budget *limit, laid_out *made);
 int lay_out_problem(const char *name, const qs_problem *problem, const char *mend, budget *limit,
                     laid_out *made);
+
+/* The same without a model, for a solver that takes the problem itself. The problem is a grid
+ * without masked cells. */
+int lay_out_straight(const char *name, const qs_problem *problem, laid_out *made);
 
 /* The beginning of advice where costs overflow: costs are whole numbers of 1 / scale, and the scale
  * comes from the decimals of --lambda. "" if `mend` does not name it, or if it has none. */

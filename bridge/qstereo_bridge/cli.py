@@ -79,6 +79,18 @@ folder qstereo of your cache.
 
 Example:
   qstereo-bridge embed p.qcf --topology zephyr:12 -o e.json --picture e.png"""
+REPORT_EPILOG = f"""\
+RESULTS is a file that `qstereo compare --json` or `qstereo reduce --json` has
+printed, a file of `--trace`, the journal of a run in windows, or a folder of
+such files. left.png, right.png, truth.png and confidence.png beside a file of
+compare are shown with it; keys of these names beside "results" name others.
+"scale" and "truth_scale" are the grey levels of a pixel (default 8).
+
+{STATUS}
+
+Example:
+  qstereo compare p.qcf --json --maps out --trace out/t.csv >out/p.json
+  qstereo-bridge report out -o report.html"""
 
 
 FRAMES_EPILOG = f"""\
@@ -388,6 +400,19 @@ def export(options):
           *COMMON)
 def inspect(options):
     """Show samples of a QPU in D-Wave's inspector. The inspector has to be installed."""
+
+
+@_command("report", None, click.argument("results", metavar="RESULTS"),
+          _option("-o --output", str, "R.html", "page to write, - is standard output",
+                  required=True),
+          _option("--title", str, "TEXT", "title of the page (default Results)",
+                  default="Results"),
+          _option("--parts", str, "DIR", "also write the tables as CSV and the drawings as SVG"),
+          COMMON[0], COMMON[2], epilog=REPORT_EPILOG)
+def report(options):
+    """Make one page of HTML of results: maps, errors, energies, bounds and sizes. It needs no
+    network, and is light or dark as the reader's system is."""
+    return "command"
 
 
 @_command("verify", "certificate", PROBLEM, click.argument("other", metavar="S.qsf"),

@@ -8,6 +8,7 @@ linear terms and the blocks. Costs of labels that have left are `OUT`.
 
 from __future__ import annotations
 
+import math
 import struct
 from dataclasses import asdict, dataclass
 
@@ -26,6 +27,7 @@ OUT = 2**61
 WALL, ENCODINGS = 3, (1, 2, 3)
 CHUNK = 1 << 22  # numbers that are in memory at a time
 MOST_STAGES = 4096
+MOST_SITES, PART_CELLS, ALL_CELLS = 4096, 2**23, 2**26  # of solved parts
 
 
 @dataclass
@@ -104,9 +106,12 @@ class _Problem:
             self.tables = self.tables.cumsum(1).cumsum(2)
         self.first, self.second, self.block, self.weight = (end[~own] for end in (
             g, h, block, weight))
-        self.degree = np.bincount(np.append(self.first, self.second), minlength=self.count.size)
+        ends = np.append(self.first, self.second)
+        self.degree = np.bincount(ends, minlength=self.count.size)
+        self.near = np.argsort(ends, kind="stable") % max(self.first.size, 1)  # the edges of a site
+        self.near_start = np.append(0, self.degree.cumsum())
         self.alive, self.fixed = np.ones(self.first.size, bool), np.zeros(self.count.size, bool)
-        self.constant = problem.offset
+        self.constant, self.cells = problem.offset, 0
         largest = np.abs(self.tables).max((1, 2), initial=0)[self.block]
         self.magnitude = (abs(problem.offset) + int(np.abs(self.unary).max(1, initial=0).sum())
                           + int((np.abs(self.weight) * largest).sum()))
@@ -226,40 +231,135 @@ class _Split:
         return sets
 
 
+class _Part:
+    """A part that is solved by elimination, in the order of its `sites`. Of each site: `left`,
+    which labels; `terms`, pairs of places, rising, and an array over their sites' labels; `table`,
+    the same for all terms together, over the places `sides`."""
+
+    def __init__(self, p, stages, sites):
+        stages.need(np.unique(sites).size == sites.size and (sites < p.fixed.size).all()
+                    and not p.fixed[sites].any(), "sites that are no part")
+        self.p, self.sites, self.left = p, sites, p.kept[sites]
+        near = np.concatenate([p.near[p.near_start[site]:p.near_start[site + 1]] for site in sites])
+        self.edges = np.unique(near[p.alive[near]])
+        place = {site: at for at, site in enumerate(sites.tolist())}
+        ends = [[place.get(site, -1) for site in end[self.edges].tolist()]
+                for end in (p.first, p.second)]
+        stages.need(-1 not in ends[0] + ends[1], "sites that are no part")
+        self.terms = [[((i,), p.unary[site][self.left[i]])] for i, site in enumerate(sites)]
+        for i, j, cost in zip(*ends, p.costs(self.edges)):
+            cost = cost[self.left[i]][:, self.left[j]]
+            self.terms[min(i, j)].append(((i, j), cost) if i < j else ((j, i), cost.T))
+        self._lay(stages)
+
+    def _lay(self, stages):
+        labels, self.sides = self.left.sum(1).tolist(), []
+        into = [{side for places, _ in own for side in places} for own in self.terms]
+        for sides in into:
+            self.sides.append(sorted(sides))
+            if len(sides) > 1:
+                into[self.sides[-1][1]].update(self.sides[-1][1:])
+        cells = sum(math.prod(labels[side] for side in sides) for sides in self.sides)
+        self.p.cells += cells
+        stages.need(cells <= PART_CELLS and self.p.cells <= ALL_CELLS,
+                    "a part whose tables are too large")
+
+    def solve(self):
+        """The least energy of the part."""
+        self.table, self.sent, value = [], [], 0
+        for sides, own in zip(self.sides, self.terms):
+            self.table.append(sum(_over(sides, *term) for term in own))
+            self.sent.append(self.table[-1].min(0))
+            if len(sides) > 1:
+                self.terms[sides[1]].append((sides[1:], self.sent[-1]))
+            else:
+                value += int(self.sent[-1])
+        return value
+
+    def settle(self, value):
+        """Takes out the labels that no labelling of the least energy has, and the sites."""
+        p = self.p
+        for i in reversed(range(self.sites.size)):
+            sides = self.sides[i]
+            if len(sides) > 1:
+                axes = tuple(n for n, side in enumerate(self.sides[sides[1]]) if side not in sides)
+                self.table[i] = self.table[i] + (self.table[sides[1]].min(axes) - self.sent[i])
+            least = self.table[i].min(tuple(range(1, len(sides))))
+            p.kept[self.sites[i], self.left[i]] = least == least.min()
+        p.fixed[self.sites] = True
+        p.alive[self.edges] = False
+        p.constant += value
+
+
+def _over(sides, places, array):
+    """An array over the sites at `places` with an axis for each of `sides`."""
+    size = iter(array.shape)
+    return array.reshape([next(size) if side in places else 1 for side in sides])
+
+
+def _solve_parts(p, stages):
+    count = int(stages.array("<u4", 1)[0])
+    stages.need(count, "a stage of no parts")
+    while count:
+        stages.need(count <= MOST_SITES, "a part of too many sites")
+        value = int(stages.array("<i8", 1)[0])
+        part = _Part(p, stages, stages.array("<u4", count).astype(int))
+        if part.solve() != value:
+            raise Invalid("a part has another least energy than it states")
+        part.settle(value)
+        count = int(stages.array("<u4", 1)[0])
+
+
 def _goldstein(p, sets, claimed):
     """Takes out of `sets` what Goldstein's criterion rules out at sites where more is left than
     `claimed`, until there is nothing. Labels are compared with the cheapest one, then with each."""
+    calls, at = np.ones(p.fixed.size, bool), 0  # where the criterion may say more than before
+    rest = np.arange(p.fixed.size)
     cheapest = np.where(p.kept, p.unary, OUT).argmin(1)
-    others, at = [cheapest, *(np.full_like(cheapest, label) for label in range(p.most))], 0
-    while at < len(others) and (sets & ~claimed).any():
-        at = 0 if _goldstein_once(p, sets, (sets & ~claimed).any(1), others[at]) else at + 1
+    others = [cheapest, *(np.full_like(cheapest, label) for label in range(p.most))]
+    while at < len(others):
+        rest = rest[(sets[rest] & ~claimed[rest]).any(1)]
+        changed = _goldstein_once(p, sets, rest[calls[rest]] if at == 0 else rest, others[at])
+        calls[rest] = False
+        edges = p.near[_ranges(p.near_start[changed], p.degree[changed])]
+        calls[changed] = calls[p.first[edges]] = calls[p.second[edges]] = True
+        at = 0 if changed.size else at + 1
 
 
-def _goldstein_once(p, sets, due, other):
-    """Applies the criterion with one label of each site that is due. Whether a label leaves."""
-    live, gain, sites = np.flatnonzero(p.alive), np.zeros_like(p.unary), np.arange(due.size)
-    due = due & p.kept[sites, other]
-    first, second = p.first[live], p.second[live]
-    for own, far, turned in ((first, second, 0), (second, first, 1)):
-        at = np.flatnonzero(due[own])
-        for piece in np.array_split(at, -(-at.size * p.most**2 // CHUNK) or 1):
-            cost = p.costs(live[piece])
-            cost = cost.swapaxes(1, 2) if turned else cost
-            less = cost[np.arange(piece.size), other[own[piece]]][:, None] - cost
-            np.add.at(gain, own[piece],
-                      np.where(sets[far[piece]][:, None], less, -OUT).max(2, initial=-OUT))
-    leaves = sets & (p.unary - p.unary[sites, other][:, None] > gain) & due[:, None]
-    sets &= ~leaves
-    return leaves.any()
+def _ranges(start, count):
+    """start[0], start[0] + 1, .. of count[0] numbers, then those of start[1] ..."""
+    return np.arange(count.sum()) + np.repeat(start - count.cumsum() + count, count)
+
+
+def _goldstein_once(p, sets, sites, other):
+    """Applies the criterion at sites with one other label of each. Where labels leave."""
+    sites = sites[p.kept[sites, other[sites]]]
+    gain, count = np.zeros((sites.size, p.most), np.int64), p.degree[sites]
+    row = np.repeat(np.arange(sites.size), count)
+    edge = p.near[_ranges(p.near_start[sites], count)]
+    row, edge = row[p.alive[edge]], edge[p.alive[edge]]
+    for piece in np.array_split(np.arange(edge.size), -(-edge.size * p.most**2 // CHUNK) or 1):
+        own, edges = sites[row[piece]], edge[piece]
+        turned, cost = p.second[edges] == own, p.costs(edges)
+        cost[turned] = cost[turned].swapaxes(1, 2)
+        far = np.where(turned, p.first[edges], p.second[edges])
+        less = cost[np.arange(own.size), other[own]][:, None] - cost
+        np.add.at(gain, row[piece], np.where(sets[far][:, None], less, -OUT).max(2, initial=-OUT))
+    more = p.unary[sites] - p.unary[sites, other[sites]][:, None]
+    leaves = sets[sites] & (more > gain)
+    sets[sites] &= ~leaves
+    return sites[leaves.any(1)]
 
 
 def _stage(p, stages, label):
     """Checks a stage, whose labels are numbers of the type `label`. Returns the bound that it
     proves, or None."""
     has, scale, slot_width, share_width = stages.array("<u4", 4).tolist()
-    stages.need(1 <= has <= 3, "the head of a stage")
+    stages.need(1 <= has <= 4, "the head of a stage")
     split = _Split(p, stages, scale, slot_width, share_width) if has & 1 else None
-    stages.need(split or not (scale or slot_width or share_width), "the head of a stage")
+    stages.need(has & 1 or not (scale or slot_width or share_width), "the head of a stage")
+    if has == 4:
+        _solve_parts(p, stages)
     bound, live, sets = split.bound() if split else None, np.flatnonzero(~p.fixed), p.kept.copy()
     if has & 2:
         if split:

@@ -21,6 +21,7 @@ enum {
     TRUTH_NO_VALUE,
     MAPS,
     SCALE,
+    TRACE,
     JSON,
     MEMORY_LIMIT
 };
@@ -35,8 +36,10 @@ static const option options[] = {
     [TRUTH_SCALE] = TRUTH_SCALE_OPTION,
     [TRUTH_NO_VALUE] = TRUTH_NO_VALUE_OPTION,
     [MAPS] = {"maps", 0, false, "DIR", NULL,
-              "write each map as DIR/SOLVER.png (.pgm in a build without OpenCV)"},
+              "write each map as DIR/SOLVER.png (.pgm in a build without OpenCV; .pfm where "
+              "disparities can be below 0)"},
     [SCALE] = SCALE_OPTION,
+    [TRACE] = TRACE_OPTION,
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -57,6 +60,7 @@ typedef struct comparing {
     laid_out laid;
     true_map truth;
     comparison table;
+    trace course; /* of all solvers, one after the other */
 } comparing;
 
 static int read_solvers(const char *text, request *asked)
@@ -95,14 +99,17 @@ static bool is_taken(const comparison *table, const char *name)
     return false;
 }
 
-static map_format map_format_here(void)
-{
-    return picture_library_writes_png() ? MAP_PNG : MAP_PGM;
-}
-
 static const qs_labels *labels_of(const comparing *with)
 {
     return &with->at->both.problem.qubo.labels;
+}
+
+/* Of disparities below 0 only floats hold a map. */
+static map_format map_format_here(const comparing *with)
+{
+    return labels_of(with)->frame.first < 0 ? MAP_PFM
+           : picture_library_writes_png()   ? MAP_PNG
+                                            : MAP_PGM;
 }
 
 /* With a number and an ending the name of a file must not pass the usual limit of 255 bytes. */
@@ -125,7 +132,8 @@ static int name_map(comparing *with, result *of)
                     (c == '.' && i > 0);
         stem[i] = (char)(fits ? c : '_');
     }
-    const char *ending = meaning_output_ending(labels_of(with));
+    const char *ending =
+        map_format_here(with) == MAP_PFM ? "pfm" : meaning_output_ending(labels_of(with));
     (void)snprintf(name, size, "%s/%s.%s", with->asked.maps, stem, ending);
     for (unsigned number = 2; is_taken(&with->table, name); number++) {
         (void)snprintf(name, size, "%s/%s-%u.%s", with->asked.maps, stem, number, ending);
@@ -145,7 +153,7 @@ static int write_map(comparing *with, result *of, const pixel_map *map)
     output *out;
     TRY(job_open_output(with->at, of->map, &out));
     of->has_map = true;
-    return map_write(map, map_format_here(), with->asked.scale, of->map, out);
+    return map_write(map, map_format_here(with), with->asked.scale, of->map, out);
 }
 
 /* The same for labels that are no disparities. */
@@ -283,7 +291,7 @@ static int open_options(comparing *with)
                     "--maps and use qstereo score --as");
     }
     if (disparities && (asked->truth != NULL || asked->maps != NULL)) {
-        TRY(map_check(problem->name, &problem->qubo.labels));
+        TRY(map_check(problem->name, &problem->qubo.labels, map_format_here(with)));
     }
     if (asked->truth != NULL) {
         TRY(truth_open(asked->truth, &asked->truth_form, frame->picture_width,
@@ -296,7 +304,7 @@ static int open_options(comparing *with)
 static int check_memory(const comparing *with)
 {
     const request *asked = &with->asked;
-    const map_request maps = {.format = map_format_here()};
+    const map_request maps = {.format = map_format_here(with)};
     uint64_t most = 0;
     for (size_t i = 0; i < asked->solver_count; i++) {
         uint64_t bytes = solve_bytes(&with->laid, asked->by[i]);
@@ -320,6 +328,9 @@ static int compare(comparing *with)
     with->table.scored = with->asked.truth != NULL;
     TRY(open_options(with));
     TRY(check_memory(with));
+    TRY(trace_open(at, at->values[TRACE], with->laid.scale, &with->course));
+    with->asked.how.traced = &with->course;
+    with->table.trace = at->values[TRACE];
     TRY(fill_table(with));
     TRY(job_commit(at));
     (at->json ? comparison_json : comparison_print)(&with->table);

@@ -202,7 +202,7 @@ static int read_output(job *at, request *asked)
         const map_options given = {path, values[SCALE], values[COLOR], values[PALETTE],
                                    values[SCALE_BAR]};
         TRY(map_request_read(&given, &at->limit, &asked->map));
-        return map_check(problem->name, labels);
+        return map_check(problem->name, labels, asked->map.format);
     }
     TRY(check_options(at));
     return meaning_output_read(problem->name, labels, path, &asked->other);

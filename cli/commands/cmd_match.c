@@ -29,6 +29,7 @@ enum {
     TRUTH_NO_VALUE,
     SIDE_BY_SIDE,
     CALIBRATION,
+    TRACE,
     JSON,
     MEMORY_LIMIT
 };
@@ -52,6 +53,7 @@ static const option options[] = {
     [CALIBRATION] = CALIBRATION_OPTION(
         false, "rectify the pictures first, as qstereo rectify does; the ndisp of a calib.txt is "
                "the range of disparities if --disparity is not given"),
+    [TRACE] = TRACE_OPTION,
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -66,6 +68,7 @@ typedef struct request {
     after after;
     const solver *by;
     search how;
+    trace course;
     bool scored; /* there is a truth */
     map_form truth_form;
     true_map truth;
@@ -96,11 +99,9 @@ static int read_calibration(job *at, request *asked)
     TRY(calibration_read(at, CALIBRATION, &at->limit, &asked->cameras));
     asked->frames.by = &asked->cameras;
     asked->frames.whole = &at->limit;
-    if (!has_range && asked->cameras.labels > 0) {
-        asked->pair.stereo.disparity_min = 0;
-        asked->pair.stereo.disparity_max = (asked->cameras.labels - 1) * asked->pair.stereo.parts;
-    }
-    return DONE;
+    return !has_range && asked->cameras.labels > 0
+               ? pair_set_labels(&at->values[PAIR], asked->cameras.labels, &asked->pair)
+               : DONE;
 }
 
 static int read_map(job *at, const char *path, request *asked)
@@ -116,7 +117,7 @@ static int read_map(job *at, const char *path, request *asked)
 static int read_solver(const char *const *values, request *asked)
 {
     const preset *from = asked->pair.from;
-    TRY(solver_read(values[SOLVER] != NULL ? values[SOLVER] : from->solver, &asked->by));
+    TRY(pair_solver_read(values[SOLVER] != NULL ? values[SOLVER] : from->solver, &asked->by));
     TRY(search_read(&values[SEARCH], &asked->how));
     bool own = values[SOLVER] == NULL && values[SEARCH + SEARCH_ITERATIONS] == NULL;
     return own && from->iterations != NULL ? number64_read("--iterations", from->iterations, 1,
@@ -138,6 +139,14 @@ static int read_request(job *at, request *asked)
     asked->frames.bits = asked->pair.bits;
     if (asked->scored && asked->frames.is_sequence) {
         return fail_usage("--truth goes with one pair, not with a sequence");
+    }
+    if (values[TRACE] != NULL && asked->frames.is_sequence) {
+        return fail_usage("--trace goes with one pair, not with a sequence");
+    }
+    if ((asked->after.confidence != NULL || asked->after.mask != NULL) &&
+        asked->frames.is_sequence) {
+        return fail_usage("%s goes with one pair, not with a sequence",
+                          asked->after.mask != NULL ? "--mask" : "--confidence");
     }
     return read_calibration(at, asked);
 }
@@ -195,61 +204,28 @@ static int write_found(job *at, request *asked, const laid_out *laid, const solv
     return DONE;
 }
 
-/* What the solver takes beside the model, and then the map. */
-static uint64_t bytes_after_model(const request *asked, const qs_frame *frame, uint64_t work)
+/* What making and writing the map takes, after the solver's work is freed. */
+static uint64_t map_need(const request *asked, const qs_frame *frame)
 {
     const qs_labels labels = {.frame = *frame};
-    uint64_t map = map_bytes(&asked->map, &labels); /* made after the solver's work is freed */
-    return work > map ? work : map;
+    return map_bytes(&asked->map, &labels);
 }
 
-/* Lays out the upper left corner of the problem, to see what the solver takes for a site. */
-static int measure_corner(const request *asked, const made_problem *whole, budget *aside,
-                          double *bytes)
+/* Whether the solver takes the problem itself, and nothing after it needs a model. */
+static bool is_straight(const request *asked)
 {
-    enum { CORNER = 32 };
-    const char *name = whole->name;
-    const qs_problem *problem = &whole->problem;
-    const qs_frame *frame = &problem->frame;
-    uint32_t width = problem->grid.width, height = problem->grid.height;
-    qs_matching corner = asked->pair.stereo;
-    qs_problem small;
-    laid_out laid;
-    corner.x = frame->x;
-    corner.y = frame->y;
-    corner.width = width < CORNER ? width : CORNER;
-    corner.height = height < CORNER ? height : CORNER;
-    qs_status made;
-    TRY(pair_problem(&corner, name, aside, &small, &made));
-    if (made != QS_OK) {
-        return fail_status(name, made);
-    }
-    small.pairwise = problem->pairwise;
-    TRY(lay_out_problem(name, &small, whole->mend, aside, &laid));
-    *bytes = (double)solve_bytes(&laid, asked->by) / laid.model.sites;
-    return DONE;
+    return asked->by->run_straight != NULL && !asked->after.refine &&
+           asked->after.confidence == NULL;
 }
 
-/* Refuses before the work what would be far over the memory limit, and names about what it needs.
- * When the problem is laid out, the need is known exactly. */
-static int check_ahead(const job *at, const request *asked, const made_problem *whole)
+/* What comes after the solver: the map, or before it, with --after check, the model of the right
+ * picture beside this one, and its work, which is about as much again. */
+static uint64_t later_need(const request *asked, const qs_problem *problem)
 {
-    const qs_problem *problem = &whole->problem;
-    budget aside = budget_inside(&at->limit);
-    double each = 0;
-    int status = measure_corner(asked, whole, &aside, &each);
-    budget_free(&aside);
-    if (status != DONE) {
-        return status;
-    }
-    uint64_t work = (uint64_t)(each * qs_problem_sites(problem));
-    uint64_t all = bytes_sum(qs_model_of_problem_workspace(problem),
-                             bytes_after_model(asked, &problem->frame, work));
-    if (asked->after.check) { /* the problem of the right picture stands beside this one */
-        all = bytes_sum(all, all);
-    }
-    bool is_far_over = all - all / 10 > at->limit.left;
-    return is_far_over ? budget_need(&at->limit, whole->name, all) : DONE;
+    uint64_t map = map_need(asked, &problem->frame);
+    uint64_t model =
+        is_straight(asked) ? qs_trws16_workspace(problem) : qs_model_of_problem_workspace(problem);
+    return asked->after.check ? bytes_sum(bytes_sum(model, model), map) : map;
 }
 
 static int open_truth(job *at, request *asked)
@@ -270,20 +246,22 @@ static int match(job *at, request *asked, bool *interrupted)
     made_problem opened;
     laid_out laid;
     solved found;
+    bool straight = is_straight(asked);
     TRY(pair_make(&asked->pair, &at->limit, &opened));
     TRY(open_truth(at, asked));
-    TRY(check_ahead(at, asked, &opened));
+    TRY(made_need(&opened, asked->by, later_need(asked, &opened.problem), &at->limit));
     if (asked->is_first) {
         hint_swapped(&asked->pair);
     }
-    TRY(lay_out_problem(opened.name, &opened.problem, opened.mend, &at->limit, &laid));
-    TRY(map_check(laid.name, &laid.labels));
-    TRY(budget_need(
-        &at->limit, laid.name,
-        bytes_after_model(asked, &opened.problem.frame, solve_bytes(&laid, asked->by))));
+    TRY(made_lay_out(&opened, straight, &at->limit, &laid));
+    TRY(map_check(laid.name, &laid.labels, asked->map.format));
+    TRY(laid_out_need(&laid, asked->by, later_need(asked, &opened.problem), &at->limit));
     TRY(map_request_open(&asked->map, at));
     TRY(after_open(&asked->after, at));
+    TRY(trace_open(at, at->values[TRACE], laid.scale, &asked->course));
+    asked->how.traced = &asked->course;
     TRY(solve_problem(&laid, asked->by, &asked->how, &at->limit, &found));
+    asked->how.traced = NULL; /* the right picture's solver has no part in it */
     TRY(solved_check(&laid, &found));
     *interrupted = found.interrupted;
     return write_found(at, asked, &laid, &found);

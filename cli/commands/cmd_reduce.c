@@ -21,6 +21,7 @@ enum {
     SAMPLES,
     ANSWER,
     START,
+    TRACE,
     REDUCING,
     ITERATIONS = REDUCING + REDUCING_OPTIONS,
     ENCODING,
@@ -38,6 +39,7 @@ static const option options[] = {
     [ANSWER] = {"answer", 0, false, "S.qsf", NULL,
                 "also write it as a sample of P.qcf, with the lower bound"},
     [START] = START_OPTION,
+    [TRACE] = TRACE_OPTION,
     [REDUCING] = REDUCING_OPTION_ROWS,
     [ITERATIONS] = {"iterations", 0, false, "N", NULL,
                     "stop after N iterations of trws (default 2000)"},
@@ -159,6 +161,7 @@ static int run_reduce(job *at)
     reducing how;
     qs_recode_options coding;
     output *out;
+    trace course;
     reduced smaller;
     problem_file made;
     core_detail detail = CORE_LABELS;
@@ -168,9 +171,13 @@ static int run_reduce(job *at)
     TRY(read_for(at, &how, &coding));
     how.iterations = iterations;
     TRY(start_read(at, at->values[START], &laid, &how.start));
+    bool certified = at->values[CERTIFICATE] != NULL;
+    uint64_t work = reduce_bytes(&laid);
+    TRY(budget_need(&at->limit, laid.name, certified ? certifying_bytes(&laid, work) : work));
     TRY(job_open_output(at, at->values[OUTPUT], &out));
     TRY(open_found(at, &outs));
-    bool certified = at->values[CERTIFICATE] != NULL;
+    TRY(trace_open(at, at->values[TRACE], laid.scale, &course));
+    how.traced = &course;
     TRY(certified ? reduce_certified(at, &how, &laid, &smaller)
                   : reduce_problem(&laid, &how, &at->limit, &smaller));
     coding.kept = smaller.kept;

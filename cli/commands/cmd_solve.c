@@ -18,6 +18,7 @@ enum {
     SEARCH,
     STOPPING = SEARCH + SEARCH_OPTIONS,
     START = STOPPING + STOPPING_OPTIONS,
+    TRACE,
     JSON,
     MEMORY_LIMIT
 };
@@ -29,6 +30,7 @@ static const option options[] = {
     [SEARCH] = SEARCH_OPTION_ROWS,
     [STOPPING] = STOPPING_OPTION_ROWS,
     [START] = START_OPTION,
+    [TRACE] = TRACE_OPTION,
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -36,6 +38,7 @@ static const option options[] = {
 typedef struct request {
     const solver *by;
     search how;
+    trace course;
 } request;
 
 enum { INFO_SIZE = 512 };
@@ -123,9 +126,12 @@ static int run_solve(job *at)
     TRY(job_open_problem(at));
     TRY(lay_out(&at->both.problem, &at->limit, &laid));
     TRY(start_read(at, at->values[START], &laid, &asked.how.start));
-    TRY(budget_need(&at->limit, laid.name, solve_bytes(&laid, asked.by)));
-    TRY(job_open_output(at, at->values[OUTPUT], &out));
     bool certified = at->values[CERTIFICATE] != NULL;
+    uint64_t work = solve_bytes(&laid, asked.by);
+    TRY(budget_need(&at->limit, laid.name, certified ? certifying_bytes(&laid, work) : work));
+    TRY(job_open_output(at, at->values[OUTPUT], &out));
+    TRY(trace_open(at, at->values[TRACE], laid.scale, &asked.course));
+    asked.how.traced = &asked.course;
     TRY(certified ? solve_certified(at, &asked, &laid, &found)
                   : solve_plainly(at, &asked, &laid, &found));
     TRY(write_samples(&asked, &at->both.problem, &found, out));
@@ -154,7 +160,8 @@ const command cmd_solve = {
                 "--start begins with a labelling that is known, whoever found it: icm, anneal, "
                 "swap, expansion, cut and best go on from it, and no solver's answer is above "
                 "it.\n\n"
-                "--time-limit counts from the start of the command. Ctrl-C ends the command "
+                "--time-limit is the time of the whole command, from start to answer. Ctrl-C ends "
+                "the command "
                 "without a file; with --keep-on-interrupt the first one stops the solver, and "
                 "its best so far is written.\n",
             OPTIONS(options),

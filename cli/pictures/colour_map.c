@@ -51,16 +51,18 @@ static void paint(uint16_t *samples, int from, int to, const uint16_t rgb[3])
 }
 
 /* One row of dots of a number. */
-static void draw_digits(uint32_t number, int row, uint16_t *samples)
+static void draw_digits(int32_t number, int row, uint16_t *samples)
 {
     static const uint16_t white[3] = {255, 255, 255};
     /* 5 rows of 3 dots, the upper left one first. */
     static const uint16_t shapes[10] = {0x7B6F, 0x2C97, 0x73E7, 0x73CF, 0x5BC9,
                                         0x79CF, 0x79EF, 0x7249, 0x7BEF, 0x7BCF};
+    static const uint16_t minus = 0x01C0;
     char text[12];
-    (void)snprintf(text, sizeof text, "%" PRIu32, number);
+    (void)snprintf(text, sizeof text, "%" PRId32, number);
     for (int i = 0; text[i] != '\0' && i < DIGITS; i++) {
-        unsigned dots = shapes[text[i] - '0'] >> DIGIT_DOTS * (DIGIT_ROWS - 1 - row);
+        unsigned shape = text[i] == '-' ? minus : shapes[text[i] - '0'];
+        unsigned dots = shape >> DIGIT_DOTS * (DIGIT_ROWS - 1 - row);
         for (int dot = 0; dot < DIGIT_DOTS; dot++) {
             int x = GAP + COLOURS + TICK + 2 + (i * (DIGIT_DOTS + 1) + dot) * DOT;
             if (dots >> (DIGIT_DOTS - 1 - dot) & 1) {
@@ -70,13 +72,13 @@ static void draw_digits(uint32_t number, int row, uint16_t *samples)
     }
 }
 
-/* A tick at a value, and the value beside it, kept inside of the picture. */
-static void draw_label(const colour_bar *of, uint32_t value, int64_t y, uint16_t *samples)
+/* A tick at a number of pixels, and the number beside it, kept inside of the picture. */
+static void draw_label(const colour_bar *of, int32_t pixels, int64_t y, uint16_t *samples)
 {
     static const uint16_t white[3] = {255, 255, 255};
-    uint32_t span = of->most - of->least;
+    int64_t span = (int64_t)of->most - of->least, above = (int64_t)pixels * of->unit - of->least;
     int64_t bottom = (int64_t)of->height - 1, tall = DIGIT_ROWS * DOT;
-    int64_t at = span > 0 ? bottom - (int64_t)(value - of->least) * bottom / span : bottom;
+    int64_t at = span > 0 ? bottom - above * bottom / span : bottom;
     int64_t top = at - tall / 2;
     top = top + tall > bottom + 1 ? bottom + 1 - tall : top;
     top = top < 0 ? 0 : top;
@@ -84,22 +86,28 @@ static void draw_label(const colour_bar *of, uint32_t value, int64_t y, uint16_t
         paint(samples, GAP + COLOURS, GAP + COLOURS + TICK, white);
     }
     if (y >= top && y < top + tall) {
-        draw_digits(value, (int)((y - top) / DOT), samples);
+        draw_digits(pixels, (int)((y - top) / DOT), samples);
     }
+}
+
+/* The least whole number of units that is not below a value. */
+static int64_t whole_up(int64_t value, int64_t unit)
+{
+    return value > 0 ? (value + unit - 1) / unit : -(-value / unit);
 }
 
 void colour_bar_row(const colour_bar *of, uint32_t y, uint16_t *samples)
 {
     enum { LABELS = 4, LABEL_HEIGHT = 24 };
     uint16_t rgb[3];
-    uint32_t span = of->most - of->least, labels = of->height / LABEL_HEIGHT;
+    int64_t unit = of->unit, first = whole_up(of->least, unit), last = -whole_up(-of->most, unit);
+    int64_t span = last - first, labels = of->height / LABEL_HEIGHT;
     memset(samples, 0, 3 * BAR_WIDTH * sizeof *samples);
     colour_of_value(of->by, of->height - 1 - y, of->height - 1, rgb);
     paint(samples, GAP, GAP + COLOURS, rgb);
     labels = labels > LABELS ? LABELS : labels;
     labels = labels > span ? span : labels;
-    for (uint32_t i = 0; i <= labels; i++) {
-        uint64_t share = labels > 0 ? (uint64_t)span * i / labels : 0;
-        draw_label(of, of->least + (uint32_t)share, y, samples);
+    for (int64_t i = 0; i <= labels; i++) { /* none if no whole pixel lies between the ends */
+        draw_label(of, (int32_t)(first + (labels > 0 ? span * i / labels : 0)), y, samples);
     }
 }

@@ -15,7 +15,8 @@ enum { BAR_WIDTH = 68 };
 
 typedef struct colour_bar {
     palette by;
-    uint32_t least, most; /* the values at its lower and its upper end */
+    int32_t least, most; /* the values at its lower and its upper end */
+    uint32_t unit; /* of them are one pixel; the numbers are whole pixels */
     uint32_t height; /* of the picture */
 } colour_bar;
 

@@ -185,16 +185,22 @@ int map_apply_mask(const char *path, budget *limit, qs_map *map)
     return status;
 }
 
-int map_check(const char *name, const qs_labels *labels)
+int map_check(const char *name, const qs_labels *labels, map_format format)
 {
     if (labels->width == 0) {
         return fail(BAD_INPUT, name,
                     "is not a problem on a grid of pixels, so no map can be made from it");
     }
-    uint64_t last = (uint64_t)labels->frame.first + labels->labels - 1;
+    int64_t last = (int64_t)labels->frame.first + labels->labels - 1;
     if (last > INT32_MAX) {
         return fail(BAD_INPUT, name,
-                    "its disparities end at %" PRIu64 ", which is more than a map can hold", last);
+                    "its disparities end at %" PRId64 ", which is more than a map can hold", last);
+    }
+    if (format != MAP_PFM && labels->frame.first < 0) {
+        return fail(BAD_INPUT, name,
+                    "its disparities begin at %" PRId32 ", but a .png or .pgm holds none below 0: "
+                    "write a .pfm",
+                    labels->frame.first);
     }
     return DONE;
 }
@@ -232,7 +238,7 @@ int map_of_labelling(const char *name, const qs_labels *labels, const uint16_t *
                        frame->picture_width,
                        frame->picture_height,
                        frame->first,
-                       frame->first + labels->labels - 1};
+                       frame->first + (int32_t)labels->labels - 1};
     if (map->disparities == NULL) {
         return NO_RESOURCE;
     }

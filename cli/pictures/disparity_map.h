@@ -42,18 +42,18 @@ typedef struct pixel_map {
     int32_t *disparities; /* row after row; QS_NO_DISPARITY = no value. The budget owns them */
     uint32_t unit; /* parts in a pixel */
     uint32_t width, height;
-    uint32_t least, most; /* the range of the colours */
+    int32_t least, most; /* the range of the colours */
 } pixel_map;
 
-/* Checks that a map can be made from labels. `name` is for the message. Returns DONE or
- * BAD_INPUT. */
-int map_check(const char *name, const qs_labels *labels);
+typedef enum map_format { MAP_PGM, MAP_PNG, MAP_PFM } map_format;
+
+/* Checks that a map of this format can be made from labels. `name` is for the message. Returns DONE
+ * or BAD_INPUT. */
+int map_check(const char *name, const qs_labels *labels, map_format format);
 
 /* Makes the map of a labelling, after map_check. Returns DONE or NO_RESOURCE. */
 int map_of_labelling(const char *name, const qs_labels *labels, const uint16_t *labelling,
                      budget *limit, pixel_map *map);
-
-typedef enum map_format { MAP_PGM, MAP_PNG, MAP_PFM } map_format;
 
 typedef struct colouring {
     palette palette;

@@ -71,12 +71,12 @@ static void draw_coloured_row(const drawing *from, size_t y, uint16_t *samples)
         int32_t disparity = map->disparities[y * map->width + x];
         memset(samples, 0, 3 * sizeof *samples);
         if (disparity != QS_NO_DISPARITY) {
-            colour_of_value(by->palette, (uint32_t)disparity - map->least, map->most - map->least,
-                            samples);
+            colour_of_value(by->palette, (uint32_t)disparity - (uint32_t)map->least,
+                            (uint32_t)map->most - (uint32_t)map->least, samples);
         }
     }
     if (by->has_bar) {
-        const colour_bar bar = {by->palette, map->least, map->most, map->height};
+        const colour_bar bar = {by->palette, map->least, map->most, map->unit, map->height};
         colour_bar_row(&bar, (uint32_t)y, samples);
     }
 }

@@ -86,7 +86,11 @@ int picture_decode(const char *path, const file_bytes *file, const budget *limit
     }
     picture_status status = pnm_is(file) ? pnm_decode(file, decoded, reason)
                                          : picture_library_decode(file, decoded, reason);
-    return picture_fail(path, status, reason);
+    bool tiled = status == PICTURE_BAD && picture_is_tiled(file);
+    return picture_fail(path, status,
+                        tiled ? "is a TIFF in tiles, which OpenCV cannot read here, or a damaged "
+                                "one: write it in strips (tiffcp -s), or as a PNG"
+                              : reason);
 }
 
 static int read_picture(const char *path, budget *work, picture *read)

@@ -78,6 +78,12 @@ static void read_tiff(const file_bytes *file, picture *stated)
     stated->height = tiff_field(file, HEIGHT, 0);
 }
 
+bool picture_is_tiled(const file_bytes *file)
+{
+    enum { TILE_WIDTH = 322 };
+    return is_tiff(file) && tiff_field(file, TILE_WIDTH, 0) > 0;
+}
+
 bool picture_is_signed(const file_bytes *file)
 {
     enum { SAMPLE_FORMAT = 339, UNSIGNED = 1, SIGNED = 2, FLOATS = 3 };

@@ -9,6 +9,9 @@
  * PNG, JPEG, TIFF, BMP or WebP. Returns false if the file is none, or damaged. */
 bool picture_size(const file_bytes *file, picture *stated);
 
+/* Returns true for a TIFF in tiles. Some versions of OpenCV cannot read the small ones. */
+bool picture_is_tiled(const file_bytes *file);
+
 /* Returns true for a TIFF of signed numbers or of floats. */
 bool picture_is_signed(const file_bytes *file);
 

@@ -41,6 +41,21 @@ bool numbers_read(const char *text, char separator, uint32_t *numbers, size_t co
     return true;
 }
 
+bool range_read(const char *text, int32_t range[2])
+{
+    for (int i = 0; i < 2; i++) {
+        bool negative = *text == '-';
+        uint64_t number;
+        text = read_one(text + negative, INT32_MAX, &number);
+        if (text == NULL || *text != (i == 0 ? ':' : '\0')) {
+            return false;
+        }
+        range[i] = negative ? -(int32_t)number : (int32_t)number;
+        text++;
+    }
+    return true;
+}
+
 int number64_read(const char *option, const char *text, uint64_t least, uint64_t most,
                   uint64_t *number)
 {

@@ -13,6 +13,10 @@
  * if the text is anything else. */
 bool numbers_read(const char *text, char separator, uint32_t *numbers, size_t count);
 
+/* Reads MIN:MAX, two whole numbers from -(2^31 - 1) to 2^31 - 1, each perhaps with a - before it.
+ * Returns false if the text is anything else. */
+bool range_read(const char *text, int32_t range[2]);
+
 /* Reads one whole number from least to most, digits only. `option` names it in messages. */
 int number_read(const char *option, const char *text, uint32_t least, uint32_t most,
                 uint32_t *number);

@@ -57,8 +57,10 @@ static size_t write_shown(const char *text, const character *of, char shown[ESCA
         memcpy(shown, text, of->length);
         return of->length;
     }
-    const char *format = of->stray || of->code < 0x80 ? "\\x%02lx" : "\\u%04lx";
-    return (size_t)snprintf(shown, ESCAPE_SIZE, format, (unsigned long)of->code);
+    unsigned long code = of->code;
+    int size = of->stray || code < 0x80 ? snprintf(shown, ESCAPE_SIZE, "\\x%02lx", code)
+                                        : snprintf(shown, ESCAPE_SIZE, "\\u%04lx", code);
+    return (size_t)size;
 }
 
 void plain_print(FILE *file, const char *text, size_t size)

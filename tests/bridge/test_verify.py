@@ -9,7 +9,7 @@ from hashlib import sha256
 import numpy as np
 import pytest
 from problems import altered, grid, pack_qcf
-from qstereo_bridge import container, qsf
+from qstereo_bridge import container, qcf, qsf
 from qstereo_bridge import verify as qpf
 from qstereo_bridge.verify import verify
 
@@ -177,6 +177,58 @@ def test_a_label_that_leaves_must_be_ruled_out(made):
         data, samples, packed(data, best, proof + bytes(best) + b"\7" * 4, bound, found)
     )
     assert verdict.valid
+
+
+def part_of(problem, order, least):
+    """A stage of one part: all sites, in an order."""
+    value = least - problem.offset
+    return struct.pack("<IIIIIq5I", 4, 0, 0, 0, len(order), value, *order, 0)
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(range(4))))
+def test_a_part_is_solved_in_any_order(made, order):
+    problem, data, samples, _, _, best = made
+    least = energy(problem, 3, best)
+    verdict = check(data, samples, packed(data, best, part_of(problem, order, least), least, least))
+    assert verdict.valid and verdict.lower_bound == least
+    for wrong in (least - 1, least + 1):
+        proof = packed(data, best, part_of(problem, order, wrong), least, least)
+        assert "another least energy" in check(data, samples, proof).why
+    proof = packed(data, best, part_of(problem, order, least), least + 1, least)
+    assert "higher bound" in check(data, samples, proof).why
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_exactly_the_labels_of_optima_are_left(seed):
+    rng = np.random.default_rng(seed)
+    problem, _ = problem_of(rng, 3, 2, 3)
+    energies = {w: energy(problem, 3, w) for w in itertools.product(range(3), repeat=6)}
+    least = min(energies.values())
+    optima = [w for w, cost in energies.items() if cost == least]
+    costs = qpf._Problem(problem)
+    order = rng.permutation(6)
+    stage = struct.pack("<IIIIIq7I", 4, 0, 0, 0, 6, least - problem.offset, *order, 0)
+    qpf._stage(costs, qcf.Payload("STGS", memoryview(stage)), np.uint8)
+    assert costs.fixed.all() and costs.constant == least
+    left = [{w[site] for w in optima} for site in range(6)]
+    assert [set(np.flatnonzero(row)) for row in costs.kept] == left
+
+
+def test_malformed_parts(made):
+    problem, data, samples, _, bound, best = made
+    least = energy(problem, 3, best)
+    good = part_of(problem, range(4), least)
+    for wrong in (
+        good[:16] + bytes(4),  # no part
+        good[:-4],  # no end
+        part_of(problem, (0, 1, 2, 2), least),  # a site twice
+        part_of(problem, (0, 1, 2, 4), least),  # one that there is not
+        good[:16] + struct.pack("<IqII", 1, 0, 0, 0),  # with edges to sites outside
+        good[:-4] + good[16:],  # the same part again
+        good[:4] + b"\1" + good[5:],  # a scale
+    ):
+        with pytest.raises(container.FormatError):
+            check(data, samples, packed(data, best, wrong, bound, least))
 
 
 def test_the_command(made, command, tmp_path):

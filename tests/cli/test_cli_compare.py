@@ -43,7 +43,7 @@ KEYS = {
 def compare(problem, *options):
     done = succeed("compare", problem, "--json", *options)
     facts = json.loads(done.out)
-    assert set(facts) == {"schema", "lower_bound", "results"} and all(
+    assert set(facts) == {"schema", "lower_bound", "trace", "results"} and all(
         set(result) == KEYS for result in facts["results"]
     )
     return facts

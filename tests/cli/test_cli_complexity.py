@@ -19,7 +19,7 @@ RANGES = ["linear_min", "linear_max", "quadratic_min", "quadratic_max"]
 HELD = {
     "potts": {"one-hot", "one-hot-sparse", "domain-wall", "multiway-cut"},
     "linear": {"one-hot", "one-hot-sparse", "domain-wall", "st-cut", "st-cut-arcs"},
-    "quadratic": {"one-hot"},
+    "quadratic": {"one-hot", "domain-wall"},
 }
 
 

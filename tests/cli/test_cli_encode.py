@@ -490,7 +490,7 @@ def test_one_of_each(tmp_path, pair):
 USAGE = {
     "disparity reversed": (["--disparity", "5:2"], "empty"),
     "disparity not a range": (["--disparity", "5"], "MIN:MAX"),
-    "disparity negative": (["--disparity", "-3:2"], "MIN:MAX"),
+    "disparity negative": (["--disparity", "-3:-2.5"], "MIN:MAX"),
     "disparity trailing": (["--disparity", "0:3x"], "MIN:MAX"),
     "too many labels": (["--disparity", "0:65535"], "65535 is the most"),
     "lambda negative": (["--lambda", "-1"], "negative"),

@@ -103,7 +103,9 @@ def test_version():
     text = run("--version", program=QSTEREO).out.decode()
     assert run("-V", program=QSTEREO).out.decode() == text
     assert re.fullmatch(
-        r"qstereo 0\.1\.0 \(file format 1, pictures: (OpenCV \d+\.\d+\.\d+\S*|PNM only)\)\n", text
+        r"qstereo \d+\.\d+\.\d+ "
+        r"\(file format 1, pictures: (OpenCV \d+\.\d+\.\d+\S*|PNM only)\)\n",
+        text,
     )
     assert has_opencv() == ("OpenCV" in text)
 

@@ -1,6 +1,7 @@
 """Pictures: every format and depth of the same grey gives the same problem, in both builds."""
 
 import io
+import struct
 
 import numpy as np
 import pytest
@@ -281,3 +282,42 @@ def test_bits(tmp_path, folder, bits):
     assert (done.status, f"more than --bits {bits - 1} can hold" in done.err) == (3, True)
     done = run("encode", plain, plain, "-o", folder / "r.qcf", "--disparity", "0:3", "--bits", bits)
     assert (done.status, "leave out --bits" in done.err) == (3, True)
+
+
+def tiled_tiff(grey):
+    """A TIFF of 8 bits in tiles of 16 x 16; the sides are multiples of 16."""
+    height, width = grey.shape
+    tiles = [
+        grey[y : y + 16, x : x + 16].astype("u1").tobytes()
+        for y in range(0, height, 16)
+        for x in range(0, width, 16)
+    ]
+    places = [8 + 256 * i for i in range(len(tiles))]
+    lists = 8 + 256 * len(tiles)
+    fields = [(256, 3, 1, width), (257, 3, 1, height), (258, 3, 1, 8), (259, 3, 1, 1)]
+    fields += [(262, 3, 1, 1), (277, 3, 1, 1), (322, 3, 1, 16), (323, 3, 1, 16)]
+    fields += [(324, 4, len(tiles), lists), (325, 4, len(tiles), lists + 4 * len(tiles))]
+    return b"".join(
+        [
+            b"II*\0",
+            struct.pack("<I", lists + 8 * len(tiles)),
+            *tiles,
+            struct.pack(f"<{2 * len(tiles)}I", *places, *[256] * len(tiles)),
+            struct.pack("<H", len(fields)),
+            *[struct.pack("<HHII", *field) for field in fields],
+            bytes(4),
+        ]
+    )
+
+
+def test_a_tiff_in_tiles_is_read_or_named(tmp_path, opencv):
+    """OpenCV 4.6 reads no tiles of 16 x 16, later ones may."""
+    grey = np.random.default_rng(3).integers(0, 256, (32, 48)).astype("u1")
+    path, plain = tmp_path / "t.tiff", write_pgm(tmp_path / "p.pgm", grey)
+    path.write_bytes(tiled_tiff(grey))
+    assert np.array_equal(np.array(Image.open(path)), grey)
+    done = run("encode", path, path, "-o", "-")
+    if done.status == 0:
+        assert done.out == succeed("encode", plain, plain, "-o", "-").out
+    else:
+        assert done.status == 3 and "is a TIFF in tiles" in done.err and "strips" in done.err

@@ -305,6 +305,28 @@ def test_middleburys_range_of_disparities(work):
     assert np.isfinite(read_pfm((work / "d.pfm").read_bytes())).sum() == 12 * 6
 
 
+@pytest.mark.parametrize("preset", ["accurate", "fast"])
+def test_a_preset_knows_the_range_of_a_calibration(work, preset):
+    path = write_calib(work / "calib.txt", size=(14, 6), ndisp=40)
+    write_numbered(work, pictures(1))
+    line = ["match", "l_000.pgm", "r_000.pgm", "--calibration", path, "--preset", preset, "--json"]
+    known = json.loads(succeed(*line, "-o", "d.pfm").out)
+    given = json.loads(succeed(*line, "-o", "e.pfm", "--disparity", "0:39").out)
+    narrow = json.loads(succeed(*line, "-o", "f.pfm", "--disparity", "0:20").out)
+    assert (known["lambda"], known["truncation"]) == (given["lambda"], given["truncation"])
+    assert known["lambda"] != narrow["lambda"]
+    assert (work / "d.pfm").read_bytes() == (work / "e.pfm").read_bytes()
+
+
+@pytest.mark.parametrize("option", ["--mask", "--confidence"])
+def test_pictures_of_one_map_are_refused_for_a_sequence(work, option):
+    write_numbered(work, pictures(1))
+    done = run("match", "l_%03d.pgm", "r_%03d.pgm", "-o", "d_%d.pfm", *OPTIONS, option, "m.pgm")
+    assert (done.status, done.out) == (2, b"")
+    assert f"{option} goes with one pair, not with a sequence" in done.err
+    assert not (work / "m.pgm").exists() and not (work / "d_0.pfm").exists()
+
+
 def test_pictures_of_another_size_than_the_calibration(work):
     path = write_calib(work / "calib.txt")
     write_numbered(work, pictures(1))

@@ -235,7 +235,7 @@ def test_no_number_is_cut(folder, fine, command):
     _, shown = on_terminal(command, fine, "-o", folder / "s", interrupt_at=b"iteration")
     lines = shown.split("\r\033[K")[1:-1]
     end = {
-        "solve": r", energy \d{7}\.\d{1,6}(, bound \d{7}\.\d{1,6})?",
+        "solve": r", energy \d{7}\.\d{1,6}(, bound \d{6,7}(\.\d{1,6})?)?",
         "reduce": r", \d+ variables left(, gap \d+\.\d{4} %)?",
     }
     assert lines

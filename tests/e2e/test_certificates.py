@@ -5,14 +5,17 @@ import json
 import os
 import struct
 import subprocess
+from hashlib import sha256
 from pathlib import Path
 
 import google_crc32c
 import numpy as np
 import pytest
+from qstereo_bridge import container
+from qstereo_bridge import verify as checker
 from qstereo_bridge.container import FormatError
 from qstereo_bridge.failure import Error
-from qstereo_bridge.verify import verify
+from qstereo_bridge.verify import FIELDS, MAGIC, verify
 
 ROOT = Path(__file__).parents[2]
 QSTEREO = os.environ.get("QSTEREO_PNM") or os.environ.get("QSTEREO", str(ROOT / "build/qstereo"))
@@ -67,6 +70,38 @@ def mended(data):
         struct.pack_into("<I", data, end, google_crc32c.value(bytes(data[at:end])))
         at = end + 4
     return bytes(data)
+
+
+def example_of_parts():
+    """The stage that docs/FORMAT.md writes out, of tests/golden/good-smallest.qcf."""
+    text = (ROOT / "docs/FORMAT.md").read_text().split("as one part, is the whole stage")[1]
+    rows = [row.strip() for row in text.split("The table of site 0")[0].strip().splitlines()]
+    return bytes.fromhex("".join(row.split("  ")[1] for row in rows))
+
+
+@pytest.mark.parametrize("bound, valid", [(9, True), (10, False)])
+def test_the_worked_example(tmp_path, bound, valid):
+    problem = ROOT / "tests/golden/good-smallest.qcf"
+    chunks = [("PROB", sha256(problem.read_bytes()).digest()),
+              ("BEST", struct.pack("<I", 1) + bytes(2)), ("STGS", example_of_parts())]
+    proof = tmp_path / "c.qpf"
+    proof.write_bytes(container.pack(MAGIC, FIELDS.pack(2, 1, bound, 9, bytes(12)), chunks))
+    assert by_c(problem, problem, proof)[0] == by_numpy(problem, problem, proof)[0] == valid
+
+
+def test_a_solver_that_solves_parts(tmp_path, monkeypatch):
+    problem, samples, proof = (tmp_path / name for name in ("p.qcf", "s.qsf", "c.qpf"))
+    costs = np.random.default_rng(0).integers(0, 12, (20, 20, 4), dtype=np.int32)
+    np.save(tmp_path / "costs.npy", costs)
+    done = run("encode", "--problem", "label", tmp_path / "costs.npy", "-o", problem,
+               "--lambda", "3", "--encoding", "one-hot-sparse")
+    assert done.returncode == 0, done.stderr
+    done = run("solve", problem, "-o", samples, "--certificate", proof, "--json")
+    facts, solve, parts = json.loads(done.stdout), checker._Part.solve, []
+    monkeypatch.setattr(checker._Part, "solve", lambda part: parts.append(part) or solve(part))
+    assert facts["proven_optimal"] and facts["lower_bound"] == facts["energy"]
+    assert by_numpy(problem, samples, proof) == by_c(problem, samples, proof)
+    assert by_c(problem, samples, proof) == (True, facts["energy"]) and parts
 
 
 FORMS = [("potts", "one-hot-sparse"), ("potts", "domain-wall"), ("linear", "domain-wall"),

@@ -6,10 +6,10 @@
 .PHONY: fuzz
 
 FUZZ := $(BUILD)/fuzz
-FUZZ_TARGETS := qcf qsf pictures text
+FUZZ_TARGETS := qcf qsf qpf pictures text frames
 FUZZ_REPLAY := $(FUZZ_TARGETS:%=$(FUZZ)/replay-%)
 # Files of the container, whose checksums the mutator mends.
-FUZZ_CONTAINERS := qcf qsf
+FUZZ_CONTAINERS := qcf qsf qpf
 SECONDS ?= 60
 
 FUZZ_CLI := $(filter-out %main.c,$(wildcard cli/*.c cli/*/*.c))
@@ -49,7 +49,7 @@ FUZZ_OBJECTS := $(LIB_SRC:%.c=$(FUZZ)/clang/%.o) $(FUZZ_CLI:%.c=$(FUZZ)/clang/%.
 $(FUZZ)/fuzz-%: $(FUZZ)/clang/tests/fuzz/fuzz_%.o $(FUZZ)/clang/mutate.o $(FUZZ_OBJECTS)
 	$(Q)clang $(FUZZER) -fsanitize=fuzzer $(filter-out $(if $(filter $*,$(FUZZ_CONTAINERS)),,%/mutate.o),$^) -lm -o $@
 
-fuzz: $(FUZZ_TARGETS:%=$(FUZZ)/fuzz-%) $(ENV) ## look for inputs that break the readers, SECONDS=60 for each of five targets
+fuzz: $(FUZZ_TARGETS:%=$(FUZZ)/fuzz-%) $(ENV) ## look for inputs that break the readers, SECONDS=60 for each of seven targets
 	@set -e; for target in $(FUZZ_TARGETS); do \
 	    mkdir -p $(FUZZ)/corpus-$$target $(FUZZ)/found-$$target; \
 	    tar -xJf tests/fuzz/corpus/$$target.tar.xz -C $(FUZZ)/corpus-$$target; \

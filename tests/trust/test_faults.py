@@ -145,7 +145,12 @@ def test_the_bridge(inputs):
     assert done.returncode == 0, done.stderr
     runs = [json.loads(line) for line in done.stdout.splitlines()]
     assert len(runs) > 20
-    for found in runs:
+    kills = [found for found in runs if found["killed"] and "-o out" in found["command"]]
+    assert len(kills) > 8
+    for found in kills:  # never a half
+        assert found["status"] == -9 and found["old"] != found["whole"], found
+    assert any(found["old"] for found in kills)
+    for found in [found for found in runs if not found["killed"]]:
         assert not [name for name in found["files"] if name.endswith(".tmp")], found
         if found["status"] == 0:
             assert found["whole"], found

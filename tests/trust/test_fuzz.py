@@ -36,7 +36,7 @@ def inputs(target):
 
 
 @pytest.mark.skipif(FUZZ is None, reason="QSTEREO_FUZZ names no folder")
-@pytest.mark.parametrize("target", ["qcf", "qsf", "pictures", "text"])
+@pytest.mark.parametrize("target", ["qcf", "qsf", "qpf", "pictures", "text", "frames"])
 def test_replay(target, tmp_path):
     for number, data in enumerate(inputs(target)):
         (tmp_path / str(number)).write_bytes(data)
@@ -45,7 +45,11 @@ def test_replay(target, tmp_path):
         capture_output=True,
         text=True,
         timeout=600,
-        env={**os.environ, "ASAN_OPTIONS": "allocator_may_return_null=1"},
+        env={
+            **os.environ,
+            "ASAN_OPTIONS": "allocator_may_return_null=1",
+            "QSTEREO_GOLDEN": str(Path(__file__).parents[1] / "golden"),
+        },
     )
     print(done.stdout)
     assert done.returncode == 0, done.stderr[-4000:]

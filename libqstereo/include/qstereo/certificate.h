@@ -5,7 +5,8 @@
  *
  * The checker reads the coefficients of the .qcf by itself. It shares no code
  * with the solvers: what they call proven, it computes again by dynamic
- * programs along chains (docs/MATHS.md, section 19). */
+ * programs along chains, and by elimination in parts that are narrow
+ * (docs/MATHS.md, section 19). */
 #ifndef QSTEREO_CERTIFICATE_H
 #define QSTEREO_CERTIFICATE_H
 
@@ -64,7 +65,7 @@ typedef struct qs_verdict {
 } qs_verdict;
 
 /* Bytes of workspace for qs_certificate_check: about 8 bytes for each label of
- * each coupling. */
+ * each coupling, and up to 160 MB for the tables of solved parts. */
 size_t qs_certificate_workspace(const qs_index *index);
 
 /* Checks a certificate: goes through its stages, each of which proves a bound,

@@ -59,7 +59,8 @@ typedef struct qs_matching {
     qs_match_term terms[QS_MATCH_TERMS]; /* theta is their sum */
     unsigned term_count; /* 1 .. QS_MATCH_TERMS */
     uint32_t parts; /* labels in a pixel: 1 or 2 */
-    uint32_t disparity_min, disparity_max; /* both included, in parts */
+    int32_t disparity_min, disparity_max; /* both included, in parts; above
+                                             -2^31 */
     qs_border border; /* QS_BORDER_KEEP needs a truncation of the first term */
     uint32_t x, y, width, height; /* the window; width 0 = the whole picture */
     uint32_t scale; /* integer units in one unit of theta, at least 1 */

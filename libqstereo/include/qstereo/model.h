@@ -85,6 +85,14 @@ QS_MUST_CHECK qs_status qs_model_of_problem(const qs_problem *problem,
                                             size_t workspace_size,
                                             qs_model *model, qs_labels *labels);
 
+/* What a problem without masked cells says of its labels, for those who need no
+ * model.
+ *
+ * Returns QS_OK, what qs_problem_check returns, or QS_E_ARGUMENT: a null
+ * pointer, or a mask */
+QS_MUST_CHECK qs_status qs_labels_of_problem(const qs_problem *problem,
+                                             qs_labels *labels);
+
 /* Bytes of workspace for qs_model_build. */
 size_t qs_model_workspace(const qs_qubo *qubo);
 

@@ -101,8 +101,9 @@ typedef struct qs_table_source {
 typedef struct qs_frame {
     uint32_t picture_width, picture_height;
     uint32_t x, y;
-    uint32_t first; /* label j stands for the value (a disparity in pixels)
-                       first + j; at most 2^31 - 1 */
+    int32_t first; /* label j stands for the value (a disparity in pixels)
+                      first + j; above -2^31, and below 0 for disparities
+                      alone */
 } qs_frame;
 
 /* A problem borrows all that it points to. It is a grid (grid.width > 0) or a

@@ -54,6 +54,15 @@ typedef struct qs_witness {
      *       is ruled out by the split's marginals, or by Goldstein's
      *       criterion */
     void (*end)(void *context, const uint8_t *kept);
+    /* May a part be solved exactly? It is all that edges join, and the last
+     * `end` has told its labels. If so, the witness has solved it by itself,
+     * and needs to hear no more of it.
+     *
+     * sites  of the part, count of them
+     *
+     * Returns false if the part is too wide for the witness. Then it stays as
+     * it is */
+    bool (*part)(void *context, const uint32_t *sites, uint32_t count);
     void *context;
 } qs_witness;
 
@@ -73,8 +82,6 @@ typedef struct qs_solve_options {
      * over, 0 to QS_ALL_TIME. NULL = it has all the time that its iterations
      * take */
     uint32_t (*spent)(void *context);
-    uint32_t gap; /* best stops when energy - bound is at most this many
-                     millionths of the energy; 0 = it stops at a proof */
     const uint16_t *start; /* labels of the model's sites that best begins with:
                               its answer is not above them. NULL = none. Other
                               solvers do not look at it */
@@ -191,6 +198,26 @@ QS_MUST_CHECK qs_status qs_trws(const qs_model *model,
                                 void *workspace, size_t workspace_size,
                                 uint16_t *labelling, qs_solution *solution);
 size_t qs_trws_workspace(const qs_model *model);
+
+/* TRW-S as above with costs of one byte and messages of two, straight from a
+ * problem: no model is needed, so the workspace, about 5 bytes for each site
+ * and label, is all the memory. For grids without masked cells and forbidden
+ * labels, with Potts or truncated linear costs. The labelling is made once,
+ * after the last iteration; the bound is exact here, too. Default: 2
+ * iterations.
+ *
+ * Returns also
+ *   QS_E_ENCODING  the problem is none of these
+ *   QS_E_LIMIT     as qs_problem_check
+ *   QS_E_OVERFLOW  the costs of a site differ by more than 255 units, or
+ *                  255 + 4 weight V exceeds 16383 on an edge
+ *
+ * The workspace is 0 if the problem is none of these. */
+QS_MUST_CHECK qs_status qs_trws16(const qs_problem *problem,
+                                  const qs_solve_options *options,
+                                  void *workspace, size_t workspace_size,
+                                  uint16_t *labelling, qs_solution *solution);
+size_t qs_trws16_workspace(const qs_problem *problem);
 
 /* The optimum by minimum cuts. It is proven, unless a watch or a limit stops
  * the solver. V must be submodular, for all labels

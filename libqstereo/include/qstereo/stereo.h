@@ -21,7 +21,10 @@ typedef enum qs_cost {
 typedef struct qs_stereo {
     qs_image left, right; /* of the same size */
     qs_cost cost;
-    uint32_t disparity_min, disparity_max; /* in pixels, both included */
+    int32_t disparity_min, disparity_max; /* in pixels, both included; above
+                                             -2^31. Below 0 the match stands
+                                             further right in the right
+                                             picture */
     uint32_t x, y, width, height; /* the window; width 0 = the whole picture */
     uint32_t scale; /* integer units in one grey level, 1 .. 2^31 / 256 */
     int32_t weight; /* lambda * scale, at least 0 */
@@ -32,7 +35,8 @@ typedef struct qs_stereo {
  *
  * Pixels for which some candidate lies outside the right picture are left out:
  * the grid is the rest of the window. (The paper leaves out the first d_max
- * columns, too.) problem->frame says where it lies in the left picture.
+ * columns, too. Where disparity_min is below 0, as many of the last columns are
+ * left out.) problem->frame says where it lies in the left picture.
  *
  * stereo     copied; the pixels stay borrowed as long as the problem is used
  * workspace  at least qs_stereo_workspace bytes, aligned for any type; stays

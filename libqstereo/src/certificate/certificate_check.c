@@ -8,6 +8,7 @@
 #include "../base/bytes.h"
 #include "../base/minmax.h"
 #include "certificate_layout.h"
+#include "exact.h"
 #include "goldstein.h"
 #include "split.h"
 
@@ -20,6 +21,8 @@ typedef struct checker {
     const qs_certificate *file;
     qs_stated stated;
     qs_split split;
+    qs_exact exact;
+    uint64_t exact_cells; /* of all parts up to now */
     uint16_t *labelling;
     uint8_t *sets; /* of each label: what a stage is known to leave */
     uint8_t *claimed; /* what it says that it leaves */
@@ -37,6 +40,7 @@ static size_t take_parts(checker *c, const qs_index *index, void *workspace)
     uint64_t sites = index->qubo->groups, labels = index->qubo->variables + sites;
     qs_stated_take(&c->stated, index, &arena);
     qs_split_take(&c->split, &c->stated, &arena);
+    qs_exact_take(&c->exact, &c->stated, &arena);
     c->labelling = qs_arena_take(&arena, sites, sizeof *c->labelling);
     c->sets = qs_arena_take(&arena, labels, 1);
     c->claimed = qs_arena_take(&arena, labels, 1);
@@ -78,16 +82,16 @@ static const uint8_t *next_bytes(checker *c, uint64_t size)
     return bytes;
 }
 
-static bool is_fixed(const checker *c, uint32_t site)
+static bool is_settled(const checker *c, uint32_t site)
 {
-    return c->stated.left[site] == 1;
+    return c->stated.settled[site] != 0;
 }
 
 static uint64_t count_undecided(const checker *c)
 {
     uint64_t undecided = 0;
     for (uint32_t p = 0; p < c->stated.sites; p++) {
-        undecided += !is_fixed(c, p);
+        undecided += !is_settled(c, p);
     }
     return undecided;
 }
@@ -114,12 +118,12 @@ static bool check_best(checker *c)
            refute(c, "its labelling has another energy than it states");
 }
 
-/* The labelling of a stage: of the sites that are not fixed, labels that are left. */
+/* The labelling of a stage: of the sites that are not settled, labels that are left. */
 static bool read_labelling(checker *c)
 {
     const uint8_t *at = next_bytes(c, count_undecided(c) * c->file->label_bytes);
     for (uint32_t p = 0; at && p < c->stated.sites; p++) {
-        if (is_fixed(c, p)) {
+        if (is_settled(c, p)) {
             continue;
         }
         if (!read_label(c, at, p) ||
@@ -146,7 +150,7 @@ static bool read_head(checker *c, stage_head *head)
     }
     *head = (stage_head){qs_load_u32(at), qs_load_u32(at + 4), qs_load_u32(at + 8),
                          qs_load_u32(at + 12)};
-    bool known = head->has >= 1 && head->has <= (QS_STAGE_SPLITS | QS_STAGE_LEAVES);
+    bool known = head->has >= 1 && head->has <= QS_STAGE_PARTS;
     bool sound = head->scale == 0 && head->slot_bytes == 0 && head->share_bytes == 0;
     if (head->has & QS_STAGE_SPLITS) {
         sound = head->scale >= 1 && head->scale <= QS_SCALE_MOST &&
@@ -188,7 +192,7 @@ static void find_room(checker *c)
         c->room[p] = -c->split.least[p];
     }
     for (uint32_t p = 0; p < s->sites; p++) {
-        if (!is_fixed(c, p)) {
+        if (!is_settled(c, p)) {
             c->room[c->split.part[p]] +=
                 c->split.scale * s->unary[qs_stated_at(s, p, c->labelling[p])];
         }
@@ -210,7 +214,7 @@ static void take_out_above(checker *c)
     find_room(c);
     qs_split_excess(&c->split);
     for (uint32_t p = 0; p < s->sites; p++) {
-        if (is_fixed(c, p)) {
+        if (is_settled(c, p)) {
             continue;
         }
         for (size_t at = s->start[p]; at < s->start[p + 1]; at++) {
@@ -226,7 +230,7 @@ static bool read_sets(checker *c)
     const qs_stated *s = &c->stated;
     memcpy(c->claimed, s->kept, s->start[s->sites]);
     for (uint32_t p = 0; p < s->sites; p++) {
-        if (is_fixed(c, p)) {
+        if (is_settled(c, p)) {
             continue;
         }
         uint32_t count = s->count[p], left = 0;
@@ -264,11 +268,70 @@ static bool take_sets(checker *c)
     return true;
 }
 
+/* ---- Parts that are solved. ---- */
+
+/* Reads the sites of a part; none at the end of the stage. */
+static bool read_part(checker *c, int64_t *value)
+{
+    qs_exact *x = &c->exact;
+    const uint8_t *at = next_bytes(c, 4);
+    x->count = at ? qs_load_u32(at) : 0;
+    if (x->count == 0) {
+        return at != NULL;
+    }
+    if (x->count > QS_EXACT_SITES || x->count > c->stated.sites) {
+        return reject(c, QS_E_CORRUPT, "a part of too many sites");
+    }
+    at = next_bytes(c, 8 + 4 * (uint64_t)x->count);
+    if (!at) {
+        return false;
+    }
+    *value = qs_load_i64(at);
+    for (uint32_t i = 0; i < x->count; i++) {
+        x->sites[i] = qs_load_u32(at + 8 + 4 * (size_t)i);
+    }
+    return true;
+}
+
+static bool check_part(checker *c, int64_t value)
+{
+    qs_exact_laid laid = qs_exact_lay(&c->exact);
+    if (laid == QS_EXACT_NO_PART) {
+        return reject(c, QS_E_CORRUPT, "sites that are no part");
+    }
+    c->exact_cells += laid == QS_EXACT_LAID ? qs_exact_cells(&c->exact) : 0;
+    if (laid == QS_EXACT_TOO_WIDE || c->exact_cells > QS_EXACT_ALL_CELLS) {
+        return reject(c, QS_E_CORRUPT, "a part whose tables are too large");
+    }
+    qs_exact_solve(&c->exact);
+    if (c->exact.value != value) {
+        return refute(c, "a part has another least energy than it states");
+    }
+    qs_exact_settle(&c->exact);
+    return true;
+}
+
+static bool check_parts(checker *c)
+{
+    int64_t value = 0;
+    bool good = read_part(c, &value);
+    if (good && c->exact.count == 0) {
+        return reject(c, QS_E_CORRUPT, "a stage of no parts");
+    }
+    while (good && c->exact.count > 0) {
+        good = check_part(c, value) && read_part(c, &value);
+    }
+    return good;
+}
+
 static bool check_stage(checker *c)
 {
     stage_head head;
     if (!read_head(c, &head)) {
         return false;
+    }
+    if (head.has & QS_STAGE_PARTS) {
+        return check_parts(c);
     }
     bool splits = head.has & QS_STAGE_SPLITS, leaves = head.has & QS_STAGE_LEAVES;
     if (splits) {
@@ -295,10 +358,11 @@ static bool check_stage(checker *c)
 static void count_left(checker *c)
 {
     for (uint32_t p = 0; p < c->stated.sites; p++) {
-        c->verdict.undecided += !is_fixed(c, p);
-        c->verdict.labels += is_fixed(c, p) ? 0 : c->stated.left[p];
+        uint32_t left = c->stated.left[p];
+        c->verdict.undecided += left > 1;
+        c->verdict.labels += left > 1 ? left : 0;
     }
-    if (c->verdict.undecided == 0) { /* every optimum is left, and one labelling alone */
+    if (count_undecided(c) == 0) { /* every optimum is left, and all of one cost */
         c->verdict.lower_bound = qs_max_i64(c->verdict.lower_bound, c->stated.constant);
     }
 }

@@ -10,6 +10,7 @@
 #include "../qubo/sites.h"
 #include "../solve/messages.h"
 #include "certificate_layout.h"
+#include "exact_order.h"
 #include "stated_problem.h"
 
 /* What a recorder keeps, in its workspace. Sites and labels are those of the file. */
@@ -27,9 +28,15 @@ typedef struct qs_record_book {
     uint8_t *sets; /* of each label */
     unsigned shift;
     bool pending; /* there is a split that has not been written */
+    bool has_parts; /* the last stage has parts, and has not ended */
+    qs_exact exact;
+    qs_exact_order order;
+    uint64_t exact_cells; /* of all parts up to now */
 } qs_record_book;
 
-enum { NO_SITE = UINT32_MAX, PIECE = 256 };
+enum { PIECE = 256 };
+
+#define NO_SITE UINT32_MAX
 
 /* ---- Memory. ---- */
 
@@ -80,6 +87,8 @@ static size_t take_parts(qs_record_book **book, const qs_index *index, const qs_
     b->shares = qs_arena_take(&arena, most_shares(model), sizeof *b->shares);
     b->labelling = qs_arena_take(&arena, sites, sizeof *b->labelling);
     b->sets = qs_arena_take(&arena, labels, 1);
+    qs_exact_take(&b->exact, &b->stated, &arena);
+    qs_exact_order_take(&b->order, &b->stated, &arena);
     return qs_arena_size(&arena);
 }
 
@@ -157,7 +166,8 @@ qs_status qs_recorder_begin(qs_recorder *recorder, const qs_index *index, const 
     }
     qs_stated_fold(&book->stated);
     place_sites(book, model);
-    book->pending = false;
+    book->pending = book->has_parts = false;
+    book->exact_cells = 0;
     *recorder = (qs_recorder){.index = index, .model = model, .sink = stages, .book = book};
     return QS_OK;
 }
@@ -166,7 +176,7 @@ qs_status qs_recorder_begin(qs_recorder *recorder, const qs_index *index, const 
 
 static bool is_alive(const qs_stated *s, uint32_t site)
 {
-    return s->left[site] > 1;
+    return !s->settled[site];
 }
 
 static bool is_row(const qs_model *model, uint32_t cell, uint32_t other)
@@ -253,13 +263,20 @@ static void find_graph_slots(qs_record_book *b, const qs_model *model)
     }
 }
 
+/* Returns true if an edge is of a part that was solved. A solver may go on with it. */
+static bool is_solved(const qs_stated *s, const qs_stated_edge *edge)
+{
+    return s->settled[edge->first] == QS_IN_SOLVED_PART;
+}
+
 /* Returns true if the edges that are alive are those that the model has. */
 static bool edges_agree(const qs_record_book *b, const qs_model *model)
 {
     const qs_stated *s = &b->stated;
     for (uint32_t e = 0; e < s->edge_count; e++) {
         const qs_stated_edge *edge = &s->edges[e];
-        if (edge->alive != (weight_of(model, b->cell[edge->first], b->cell[edge->second]) > 0)) {
+        bool has = weight_of(model, b->cell[edge->first], b->cell[edge->second]) > 0;
+        if (edge->alive != has && !is_solved(s, edge)) {
             return false;
         }
     }
@@ -468,20 +485,51 @@ static void put_sets(stage_writer *w, const qs_record_book *b)
     }
 }
 
+static void put_head(stage_writer *w, unsigned has, uint64_t scale, unsigned slot, unsigned share)
+{
+    put(w, has, 4);
+    put(w, scale, 4);
+    put(w, slot, 4);
+    put(w, share, 4);
+}
+
+static void end_writing(qs_recorder *r, stage_writer *w)
+{
+    flush(w);
+    r->status = w->failed ? QS_E_IO : r->status;
+}
+
+/* A stage of parts ends with one that has no sites. */
+static void end_parts(qs_recorder *r)
+{
+    stage_writer w = {.sink = r->sink};
+    if (r->book->has_parts) {
+        put(&w, 0, 4);
+        end_writing(r, &w);
+    }
+    r->book->has_parts = false;
+}
+
+static bool may_begin_stage(qs_recorder *r)
+{
+    end_parts(r);
+    if (r->stages == QS_STAGES_MOST) {
+        r->status = QS_E_OVERFLOW;
+    }
+    return r->status == QS_OK;
+}
+
 /* Writes the stage: its split, if there is one, and the sets, if labels leave. */
 static void write_stage(qs_recorder *r, bool leaves)
 {
     qs_record_book *b = r->book;
-    if (r->stages == QS_STAGES_MOST) {
-        r->status = QS_E_OVERFLOW;
+    if (!may_begin_stage(r)) {
         return;
     }
     stage_writer w = {.sink = r->sink};
     unsigned slot = b->pending ? slot_bytes(b) : 0, share = b->pending ? share_bytes(b) : 0;
-    put(&w, (b->pending ? QS_STAGE_SPLITS : 0u) | (leaves ? QS_STAGE_LEAVES : 0u), 4);
-    put(&w, b->pending ? (uint64_t)1 << b->shift : 0, 4);
-    put(&w, slot, 4);
-    put(&w, share, 4);
+    put_head(&w, (b->pending ? QS_STAGE_SPLITS : 0u) | (leaves ? QS_STAGE_LEAVES : 0u),
+             b->pending ? (uint64_t)1 << b->shift : 0, slot, share);
     if (b->pending) {
         put_split(&w, b, slot, share);
     }
@@ -491,10 +539,59 @@ static void write_stage(qs_recorder *r, bool leaves)
     if (leaves) {
         put_sets(&w, b);
     }
-    flush(&w);
-    r->status = w.failed ? QS_E_IO : r->status;
+    end_writing(r, &w);
     r->stages++;
     b->pending = false;
+}
+
+/* Writes the part that has been solved. Parts that come one after another are a stage. A split that
+ * waits is of the problem with the part, and there will be another without it. */
+static void write_part(qs_recorder *r)
+{
+    qs_record_book *b = r->book;
+    stage_writer w = {.sink = r->sink};
+    if (!b->has_parts) {
+        put_head(&w, QS_STAGE_PARTS, 0, 0, 0);
+        r->stages++;
+    }
+    b->has_parts = true;
+    b->pending = false;
+    put(&w, b->exact.count, 4);
+    put(&w, (uint64_t)b->exact.value, 8);
+    for (uint32_t i = 0; i < b->exact.count; i++) {
+        put(&w, b->exact.sites[i], 4);
+    }
+    end_writing(r, &w);
+}
+
+/* Lists the sites of a part of the model. Returns false if one is none of the file's problem. */
+static bool list_part(qs_record_book *b, const uint32_t *cells, uint32_t count)
+{
+    bool known = count <= QS_EXACT_SITES && count <= b->stated.sites;
+    b->exact.count = count;
+    for (uint32_t i = 0; known && i < count; i++) {
+        uint32_t site = b->site[cells[i]];
+        known = site != NO_SITE && is_alive(&b->stated, site);
+        b->exact.sites[i] = site;
+    }
+    return known;
+}
+
+static bool solve_part(void *context, const uint32_t *cells, uint32_t count)
+{
+    qs_recorder *r = context;
+    qs_record_book *b = r->book;
+    if (r->status != QS_OK || (!b->has_parts && !may_begin_stage(r)) ||
+        !list_part(b, cells, count) || !qs_exact_order_find(&b->order, &b->exact) ||
+        qs_exact_lay(&b->exact) != QS_EXACT_LAID ||
+        qs_exact_cells(&b->exact) > QS_EXACT_ALL_CELLS - b->exact_cells) {
+        return false;
+    }
+    b->exact_cells += qs_exact_cells(&b->exact);
+    qs_exact_solve(&b->exact);
+    qs_exact_settle(&b->exact);
+    write_part(r);
+    return true;
 }
 
 static void end_stage(void *context, const uint8_t *kept)
@@ -507,7 +604,8 @@ static void end_stage(void *context, const uint8_t *kept)
     for (uint32_t p = 0; p < s->sites; p++) {
         for (uint32_t a = 0; a < s->count[p]; a++) {
             size_t at = qs_stated_at(s, p, a);
-            b->sets[at] = s->kept[at] && (!kept || kept[b->cell[p] * labels + b->name[at]]);
+            bool stays = !kept || kept[b->cell[p] * labels + b->name[at]] || !is_alive(s, p);
+            b->sets[at] = s->kept[at] && stays;
             leaves = leaves || b->sets[at] != s->kept[at];
         }
     }
@@ -520,7 +618,7 @@ static void end_stage(void *context, const uint8_t *kept)
 
 qs_witness qs_recorder_witness(qs_recorder *recorder)
 {
-    return (qs_witness){begin_split, take_share, end_stage, recorder};
+    return (qs_witness){begin_split, take_share, end_stage, solve_part, recorder};
 }
 
 qs_status qs_recorder_end(qs_recorder *recorder)
@@ -531,6 +629,7 @@ qs_status qs_recorder_end(qs_recorder *recorder)
     if (recorder->status == QS_OK && recorder->book->pending) {
         write_stage(recorder, false);
     }
+    end_parts(recorder);
     if (recorder->status == QS_OK && recorder->stages == 0) {
         return QS_E_ENCODING;
     }

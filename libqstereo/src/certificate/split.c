@@ -30,9 +30,9 @@ void qs_split_take(qs_split *split, const qs_stated *stated, qs_arena *arena)
     split->open = qs_arena_take(arena, labels, sizeof *split->open);
 }
 
-static bool is_fixed(const qs_split *split, uint32_t site)
+static bool is_settled(const qs_split *split, uint32_t site)
 {
-    return split->stated->left[site] == 1;
+    return split->stated->settled[site] != 0;
 }
 
 /* ---- The slots. ---- */
@@ -139,7 +139,7 @@ uint64_t qs_split_count_shares(qs_split *split)
     uint64_t count = 0;
     for (uint32_t p = 0; p < stated->sites; p++) {
         split->share_at[p] = (size_t)count;
-        if (!is_fixed(split, p)) {
+        if (!is_settled(split, p)) {
             count +=
                 (uint64_t)(split->slot_start[p + 1] - split->slot_start[p] - 1) * stated->left[p];
         }
@@ -317,14 +317,14 @@ int64_t qs_split_bound(qs_split *split)
     const qs_stated *stated = split->stated;
     memset(split->least, 0, sizeof *split->least * stated->sites);
     for (uint32_t p = 0; p < stated->sites; p++) {
-        if (!is_fixed(split, p)) {
+        if (!is_settled(split, p)) {
             go_through(split, p);
         }
     }
     int64_t bound = stated->constant;
     for (uint32_t p = 0; p < stated->sites; p++) {
         int64_t least = split->least[p];
-        if (!is_fixed(split, p) && split->part[p] == p) {
+        if (!is_settled(split, p) && split->part[p] == p) {
             bound += least / split->scale + (least % split->scale > 0);
         }
     }
@@ -362,7 +362,7 @@ static void come_back(qs_split *split, uint32_t site)
 void qs_split_excess(qs_split *split)
 {
     for (uint32_t p = split->stated->sites; p-- > 0;) {
-        if (!is_fixed(split, p)) {
+        if (!is_settled(split, p)) {
             come_back(split, p);
         }
     }

@@ -19,7 +19,7 @@ typedef struct qs_split {
     int64_t scale;
     uint32_t *slot_start; /* sites + 1: number of each site's first slot among all slots */
     uint32_t *next_edge, *before_edge; /* of each slot: to a later, an earlier site; or none */
-    const uint8_t *shares; /* in the file: of each site that is not fixed, of each slot but its
+    const uint8_t *shares; /* in the file: of each site that is not settled, of each slot but its
                               last, of each label left */
     unsigned share_bytes; /* 1, 2 or 4 */
     size_t *share_at; /* of each site: how many numbers are before its own */

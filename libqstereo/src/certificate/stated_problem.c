@@ -77,6 +77,7 @@ void qs_stated_take(qs_stated *stated, const qs_index *index, qs_arena *arena)
     stated->kept = qs_arena_take(arena, labels, sizeof *stated->kept);
     stated->left = qs_arena_take(arena, sites, sizeof *stated->left);
     stated->fixed = qs_arena_take(arena, sites, sizeof *stated->fixed);
+    stated->settled = qs_arena_take(arena, sites, sizeof *stated->settled);
     stated->edges = qs_arena_take(arena, qubo->couplings, sizeof *stated->edges);
     stated->near_start = qs_arena_take(arena, sites + 1, sizeof *stated->near_start);
     stated->near = qs_arena_take(arena, qubo->couplings, 2 * sizeof *stated->near);
@@ -228,9 +229,7 @@ void qs_stated_read(qs_stated *stated)
     each_coupling(stated, add_edge);
     list_near(stated, (uint32_t *)stated->near_start, (uint32_t *)stated->near);
     memset(stated->kept, 1, stated->start[stated->sites]);
-    for (uint32_t p = 0; p < stated->sites; p++) {
-        stated->left[p] = UINT32_MAX; /* not fixed yet */
-    }
+    memset(stated->settled, 0, stated->sites);
     stated->magnitude = find_magnitude(stated);
 }
 
@@ -249,7 +248,7 @@ static void fold_edge(qs_stated *stated, qs_stated_edge *edge, uint32_t site, ui
 void qs_stated_fold(qs_stated *stated)
 {
     for (uint32_t p = 0; p < stated->sites; p++) {
-        if (stated->left[p] == 1) {
+        if (stated->settled[p]) {
             continue;
         }
         uint32_t left = 0;
@@ -263,6 +262,7 @@ void qs_stated_fold(qs_stated *stated)
         if (left > 1) {
             continue;
         }
+        stated->settled[p] = QS_HAS_ONE_LABEL;
         for (uint32_t n = stated->near_start[p]; n < stated->near_start[p + 1]; n++) {
             qs_stated_edge *edge = &stated->edges[stated->near[n]];
             if (edge->alive) {

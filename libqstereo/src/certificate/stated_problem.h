@@ -7,8 +7,9 @@
  * Sites are the groups of the file, labels are those that the file leaves to them, counted from 0.
  * In a domain wall a label is the number of its variables that are 1.
  *
- * Labels leave; a site with one label left is fixed: its costs go into the constant, its edges into
- * the costs of its neighbours. An edge is alive while neither of its sites is fixed. */
+ * Labels leave; a site with one label left is settled: its costs go into the constant, its edges
+ * into the costs of its neighbours. The sites of a part that has been solved (exact.h) are settled,
+ * too, whatever is left to them. An edge is alive while neither of its sites is settled. */
 #ifndef QS_STATED_PROBLEM_H
 #define QS_STATED_PROBLEM_H
 
@@ -23,6 +24,9 @@ typedef struct qs_stated_edge {
     bool alive;
 } qs_stated_edge;
 
+/* Why a site is settled. */
+enum { QS_HAS_ONE_LABEL = 1, QS_IN_SOLVED_PART = 2 };
+
 typedef struct qs_stated {
     const qs_index *index;
     uint32_t sites, edge_count, most_labels;
@@ -34,6 +38,7 @@ typedef struct qs_stated {
     uint8_t *kept; /* of each label: 1 = it is left */
     uint32_t *left; /* how many labels are left to each site */
     uint32_t *fixed; /* of a site with one label left: which one */
+    uint8_t *settled; /* of each site: not 0 = it is no longer of the problem */
     qs_stated_edge *edges; /* in the order of the file */
     const uint32_t *near_start, *near; /* the numbers of the edges of each site */
     const size_t *table_at; /* where the table of each block begins */
@@ -72,12 +77,12 @@ static inline int64_t qs_stated_cost(const qs_stated *stated, const qs_stated_ed
     return edge->weight * qs_stated_table(stated, edge)[a * columns + b];
 }
 
-/* After `kept` has changed: counts the labels left, and turns the edges of sites that have become
- * fixed into costs. */
+/* After `kept` has changed: counts the labels left, and turns the edges of sites with one label
+ * into costs. */
 void qs_stated_fold(qs_stated *stated);
 
 /* What a labelling costs: a label of each site, which may have left. Only before any site has been
- * fixed. */
+ * settled. */
 int64_t qs_stated_energy(const qs_stated *stated, const uint16_t *labelling);
 
 #endif

@@ -36,7 +36,7 @@ static void put_fields(qs_writer *writer, const payload *p)
     qs_put_u32(writer, f->picture_height);
     qs_put_u32(writer, f->x);
     qs_put_u32(writer, f->y);
-    qs_put_u32(writer, f->first);
+    qs_put_u32(writer, (uint32_t)f->first);
     qs_put_u32(writer, is_masked(p));
 }
 

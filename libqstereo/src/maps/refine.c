@@ -40,8 +40,8 @@ qs_status qs_map_refine(const qs_model *model, const qs_labels *labels, const ui
         return QS_E_ARGUMENT;
     }
     int32_t parts = (int32_t)parts_of(labels);
-    uint64_t last = (uint64_t)labels->frame.first + labels->labels;
-    if (last * (uint32_t)parts > INT32_MAX) {
+    int64_t first = labels->frame.first, last = first + labels->labels;
+    if (last * parts > INT32_MAX || first * parts <= -(int64_t)INT32_MAX) {
         return QS_E_OVERFLOW;
     }
     qs_status status = qs_map_of_labelling(labels, labelling, values);
@@ -53,7 +53,7 @@ qs_status qs_map_refine(const qs_model *model, const qs_labels *labels, const ui
         int32_t *row = values + (frame->y + y) * frame->picture_width + frame->x;
         for (size_t x = 0; x < labels->width; x++) {
             if (row[x] != QS_NO_DISPARITY) {
-                uint32_t label = (uint32_t)row[x] - frame->first;
+                uint32_t label = (uint32_t)row[x] - (uint32_t)frame->first;
                 int32_t offset = offset_of(model, y * labels->width + x, label, parts);
                 row[x] = row[x] * parts + offset;
             }

@@ -454,27 +454,25 @@ static int32_t weight_of(const qs_problem *problem)
 }
 
 /* As a file in the encoding one-hot would say it. */
-static qs_labels labels_of(const layout *l)
+static qs_labels labels_of(const qs_problem *problem, const uint8_t *mask)
 {
-    const qs_problem *problem = l->problem;
-    const qs_model *model = &l->model;
     qs_labels labels = {.encoding = QS_ONE_HOT,
-                        .pairwise = model->pairwise,
-                        .labels = model->labels,
+                        .pairwise = pairwise_of(problem),
+                        .labels = problem->labels,
                         .scale = problem->scale,
                         .gap = 1,
                         .weight = weight_of(problem),
-                        .width = model->width,
-                        .height = model->height,
+                        .width = problem->grid.width,
+                        .height = problem->grid.height,
                         .frame = problem->frame,
                         .meaning = problem->meaning,
-                        .mask = model->mask,
+                        .mask = mask,
                         .sites = qs_problem_sites(problem)};
     labels.pairwise.table = NULL;
     labels.undecided = labels.sites;
     if (labels.frame.picture_width == 0) {
-        labels.frame.picture_width = model->width;
-        labels.frame.picture_height = model->height;
+        labels.frame.picture_width = labels.width;
+        labels.frame.picture_height = labels.height;
     }
     return labels;
 }
@@ -497,8 +495,20 @@ qs_status qs_model_of_problem(const qs_problem *problem, void *workspace, size_t
     if (status == QS_OK) {
         *model = l.model;
         if (labels) {
-            *labels = labels_of(&l);
+            *labels = labels_of(problem, l.model.mask);
         }
+    }
+    return status;
+}
+
+qs_status qs_labels_of_problem(const qs_problem *problem, qs_labels *labels)
+{
+    qs_status status = qs_problem_check(problem);
+    if (status == QS_OK && (!labels || problem->grid.mask)) {
+        status = QS_E_ARGUMENT;
+    }
+    if (status == QS_OK) {
+        *labels = labels_of(problem, NULL);
     }
     return status;
 }

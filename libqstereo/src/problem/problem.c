@@ -110,10 +110,16 @@ static bool has_costs(const qs_problem *problem)
            (source->row && problem->grid.width > 0 && (source->bytes == 1 || source->bytes == 4));
 }
 
+static bool first_is_valid(const qs_problem *problem)
+{
+    int32_t least = problem->meaning.kind == QS_MEANS_DISPARITY ? -INT32_MAX : 0;
+    return problem->frame.first >= least;
+}
+
 qs_status qs_problem_check(const qs_problem *problem)
 {
     if (!problem || problem->labels < 1 || problem->labels > QS_LABELS_MAX || problem->scale < 1 ||
-        !has_costs(problem) || problem->frame.first > INT32_MAX ||
+        !has_costs(problem) || !first_is_valid(problem) ||
         !qs_meaning_is_valid(&problem->meaning)) {
         return QS_E_ARGUMENT;
     }

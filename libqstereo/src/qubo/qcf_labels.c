@@ -27,7 +27,7 @@ static qs_labels load(const uint8_t *p)
         .width = qs_load_u32(p + 32),
         .height = qs_load_u32(p + 36),
         .frame = {qs_load_u32(p + 40), qs_load_u32(p + 44), qs_load_u32(p + 48),
-                  qs_load_u32(p + 52), qs_load_u32(p + 56)},
+                  qs_load_u32(p + 52), qs_load_i32(p + 56)},
     };
 }
 
@@ -52,8 +52,8 @@ static bool in_range(const qs_labels *l)
     const qs_frame *f = &l->frame;
     bool known = qs_encoding_facts_of(l->encoding) && l->pairwise.smoothness <= QS_TABLES &&
                  l->penalty <= QS_PENALTY_MINIMAL && l->scale >= 1 && l->gap >= 1 &&
-                 l->gap <= INT32_MAX && l->weight >= -1 && f->first <= INT32_MAX &&
-                 l->labels >= 1 && l->labels <= QS_LABELS_MAX;
+                 l->gap <= INT32_MAX && l->weight >= -1 && f->first > INT32_MIN && l->labels >= 1 &&
+                 l->labels <= QS_LABELS_MAX;
     bool framed = (l->width == 0) == (l->height == 0) && l->width <= f->picture_width &&
                   l->height <= f->picture_height && f->x <= f->picture_width - l->width &&
                   f->y <= f->picture_height - l->height &&
@@ -113,8 +113,9 @@ static bool read_mean(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q, bool
                           qs_load_u32(p + 12),
                           qs_load_i32(p + 16),
                           qs_load_i32(p + 20)};
-    if (!qs_meaning_is_valid(&meaning) ||
-        (meaning.kind == QS_MEANS_DISPARITY && meaning.unit == 0)) {
+    bool disparity = meaning.kind == QS_MEANS_DISPARITY;
+    if (!qs_meaning_is_valid(&meaning) || (disparity && meaning.unit == 0) ||
+        (!disparity && q->labels.frame.first < 0)) {
         return corrupt(reader, chunk, "contents of mean");
     }
     q->labels.meaning = meaning;

@@ -79,7 +79,7 @@ static qs_status reduce(const qs_model *model, const qs_solve_options *options, 
                                    .context = &asked,
                                    .start = asked.start,
                                    .witness = asked.witness};
-    const qs_reduce_aim aim = {.answer = true, .gap = asked.gap};
+    const qs_reduce_aim aim = {.answer = true};
     qs_reduction found;
     qs_status status = qs_reduce_as(model, &own, &aim, r->rest, r->rest_size, r->kept, labelling,
                                     &found, &solution->converged);

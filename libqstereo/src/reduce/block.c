@@ -197,7 +197,8 @@ void qs_block_solve(qs_block *b)
         try_messages(b);
     }
     uint64_t work = (uint64_t)b->model.sites * b->model.labels * WORK_A_LABEL;
-    if (b->energy > b->bound && qs_parts_solve(&b->sets, b->marginals, b->parts_size, &work)) {
+    if (b->energy > b->bound &&
+        qs_parts_solve(&b->sets, b->marginals, b->parts_size, &work, NULL)) {
         qs_trws_visit_only(&b->state, b->sets.left, b->sets.left_count);
         take_out(b);
     }

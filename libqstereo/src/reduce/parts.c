@@ -21,6 +21,7 @@ typedef struct part {
     qs_elimination *e;
     qs_arena arena;
     size_t size; /* of the arena's memory */
+    const qs_witness *witness;
     uint32_t *node; /* of each site its node; NONE = not of this part */
     uint32_t *sites; /* of each node its site */
     uint32_t count;
@@ -282,14 +283,18 @@ static bool see_to(part *w, uint32_t i, uint64_t *work)
     if (w->count > NODES || !measure(w) || !take(w)) {
         return false;
     }
+    if (w->witness && !w->witness->part(w->witness->context, w->sites, w->count)) {
+        return false;
+    }
     fill(w);
     uint64_t share = *work / SHARE + 1, left = share;
-    bool changed = solve(w, &left);
+    bool changed = solve(w, &left) || w->witness; /* which waits for the next split */
     *work -= qs_min_u64(*work, share - left);
     return changed;
 }
 
-bool qs_parts_solve(qs_elimination *e, void *memory, size_t size, uint64_t *work)
+bool qs_parts_solve(qs_elimination *e, void *memory, size_t size, uint64_t *work,
+                    const qs_witness *witness)
 {
     bool changed = false;
     qs_eliminate_find_parts(e);
@@ -298,7 +303,7 @@ bool qs_parts_solve(qs_elimination *e, void *memory, size_t size, uint64_t *work
         if (e->part[p] != p || e->closed[p]) {
             continue;
         }
-        part w = {.e = e, .arena = {.base = memory}, .size = size};
+        part w = {.e = e, .arena = {.base = memory}, .size = size, .witness = witness};
         changed |= see_to(&w, i, work);
     }
     if (changed) {

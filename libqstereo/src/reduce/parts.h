@@ -2,6 +2,7 @@
 #ifndef QS_PARTS_H
 #define QS_PARTS_H
 
+#include "../../include/qstereo/solve.h"
 #include "label_sets.h"
 
 /* Solves the parts that are not closed, one by one, by elimination, or by branch and bound: as far
@@ -10,8 +11,10 @@
  *
  * memory  aligned for any type
  * work    numbers that may be looked at; out: what is left of them
+ * witness NULL, or it is asked for each part whether it may be solved
  * Returns true if anything has changed. */
-bool qs_parts_solve(qs_elimination *e, void *memory, size_t size, uint64_t *work);
+bool qs_parts_solve(qs_elimination *e, void *memory, size_t size, uint64_t *work,
+                    const qs_witness *witness);
 
 /* Bytes that are worth giving it. */
 size_t qs_parts_memory(const qs_model *model);

@@ -100,12 +100,6 @@ static bool is_witnessed(const reducer *r)
     return r->options && r->options->witness;
 }
 
-static bool is_near(const reducer *r, const qs_solution *so_far)
-{
-    const qs_solve_options asked = {.gap = r->aim.gap};
-    return qs_is_near(&asked, so_far);
-}
-
 /* Returns true if it is time to find marginals: always at the end, unless only the answer counts;
  * before it only if a marginal can be above the gap. With a target then whenever the gap has
  * narrowed; without, ever less often. */
@@ -116,7 +110,7 @@ static bool is_due(reducer *r, const qs_trws_state *state, const qs_solution *so
     if (stopped) {
         return !answered && r->looked_at != so_far->iterations;
     }
-    if (is_near(r, so_far)) {
+    if (qs_is_proven(so_far)) {
         return !answered;
     }
     if (so_far->iterations >= r->iterations) {
@@ -196,7 +190,8 @@ static bool solve_parts(reducer *r, const qs_trws_state *state, const qs_solutio
                        2 * labels * labels * state->model->edges;
     r->work += qs_max_u64(iterations * numbers, LEAST_WORK);
     uint64_t share = qs_min_u64(r->work, AT_ONCE), left = share;
-    bool changed = qs_parts_solve(&r->sets, r->marginals, r->parts_size, &left);
+    const qs_witness *witness = r->options ? r->options->witness : NULL;
+    bool changed = qs_parts_solve(&r->sets, r->marginals, r->parts_size, &left, witness);
     r->work -= share - left;
     return changed;
 }
@@ -206,7 +201,6 @@ static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
 {
     int64_t room = take_out(r, state, so_far);
     bool open = so_far->energy > so_far->lower_bound && r->target == 0 && !r->stopped &&
-                !is_witnessed(r) && /* of parts there is no certificate */
                 so_far->iterations >= FIRST; /* before, messages do more in the same time */
     if (open && solve_parts(r, state, so_far)) {
         list_visits(r, state);
@@ -399,7 +393,7 @@ static void begin(reducer *r)
 static bool between(void *context, qs_trws_state *state, qs_solution *so_far, bool stopped)
 {
     reducer *r = context;
-    bool ends = stopped || is_near(r, so_far) || so_far->iterations >= r->iterations;
+    bool ends = stopped || qs_is_proven(so_far) || so_far->iterations >= r->iterations;
     if (so_far->iterations <= 1) {
         offer_start(r, so_far);
     }
@@ -456,8 +450,7 @@ size_t qs_reduce_workspace(const qs_model *model)
 
 static qs_status run(reducer *r, uint16_t *labelling, qs_reduction *reduction, bool *converged)
 {
-    qs_solve_options watched = {
-        .iterations = r->iterations, .watch = tell, .context = r, .gap = r->aim.gap};
+    qs_solve_options watched = {.iterations = r->iterations, .watch = tell, .context = r};
     qs_guest guest = {between, r};
     qs_solution solution;
     qs_status status = qs_messages_and_moves(&r->sets.model, &watched, &guest, r->others,

@@ -7,7 +7,6 @@
 /* What a reduction is for. All zero = to take out all that it can. */
 typedef struct qs_reduce_aim {
     bool answer; /* the labelling and its proof: what may still leave after that stays */
-    uint32_t gap; /* it ends as near to the bound: as of qs_solve_options */
 } qs_reduce_aim;
 
 /* The arguments are those of qs_reduce.

@@ -82,7 +82,7 @@ static bool watch_messages(void *context, const qs_progress *progress)
     s->solution.lower_bound = qs_max_i64(s->solution.lower_bound, progress->lower_bound);
     s->solution.iterations = progress->iteration;
     keep(s, s->found, progress->energy);
-    bool near = qs_is_near(s->options, &s->solution);
+    bool near = qs_is_proven(&s->solution);
     /* Less and less often: TRW-S gets on slowly, and moves cost as much as many of its
      * iterations. */
     if (!near && progress->iteration >= s->next_moves && progress->energy != s->moved_energy) {
@@ -90,12 +90,12 @@ static bool watch_messages(void *context, const qs_progress *progress)
         s->moved_energy = progress->energy;
         start_moves(s);
         improve(s, s->moved);
-        near = qs_is_near(s->options, &s->solution);
+        near = qs_is_proven(&s->solution);
     }
     bool done =
         !s->stopped && !s->guest->between(s->guest->context, &s->state, &s->solution, false);
     (void)is_going(s);
-    return !done && !near && !qs_is_near(s->options, &s->solution) && !s->stopped;
+    return !done && !near && !qs_is_proven(&s->solution) && !s->stopped;
 }
 
 /* Hands out the workspace, or counts it. Returns its size. */
@@ -162,7 +162,7 @@ qs_status qs_messages_and_moves(const qs_model *model, const qs_solve_options *o
     qs_status status = solve(&s);
     if (status == QS_OK) {
         s.solution.energy -= qs_take_kept_everywhere(model, labelling);
-        s.solution.converged = qs_is_near(s.options, &s.solution);
+        s.solution.converged = qs_is_proven(&s.solution);
         *solution = s.solution;
     }
     return status;

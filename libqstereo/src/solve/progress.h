@@ -80,15 +80,10 @@ static inline bool qs_report_now(void *reporter)
     return qs_report_progress(r->options, r->solution);
 }
 
-/* Whether the labelling is proven, or so near to the bound that the caller asks for no more. */
-static inline bool qs_is_near(const qs_solve_options *options, const qs_solution *s)
+/* The labelling is proven to be optimal. */
+static inline bool qs_is_proven(const qs_solution *s)
 {
-    enum { MILLION = 1000000 };
-    int64_t size = s->energy < 0 ? -s->energy : s->energy, parts = !options ? 0
-                                                                   : options->gap < MILLION
-                                                                       ? options->gap
-                                                                       : MILLION;
-    return s->energy - s->lower_bound <= size / MILLION * parts + size % MILLION * parts / MILLION;
+    return s->energy <= s->lower_bound;
 }
 
 /* Returns true if all iterations are done: as many as asked for, or as the solver does by itself.

@@ -61,6 +61,11 @@ static int64_t other_pass(const qs_trws_state *state, bool forward)
 int64_t qs_trws_grid_pass(const qs_trws_state *state, bool forward)
 {
     if (state->model->pairwise.smoothness != QS_POTTS) {
+#if QS_HAVE_AVX2 && QS_BITS == 32
+        if (state->wide && state->model->pairwise.smoothness >= QS_TABLE) {
+            return qs_trws_wide_tables_pass(state, forward);
+        }
+#endif
         return other_pass(state, forward);
     }
 #if QS_HAVE_AVX2 && QS_BITS == 32
@@ -71,11 +76,11 @@ int64_t qs_trws_grid_pass(const qs_trws_state *state, bool forward)
     return forward ? potts_pass(state, true) : potts_pass(state, false);
 }
 
-/* Two rows of costs, rounded up to whole runs of lanes, and what a message needs. */
+/* Three rows of costs, rounded up to whole runs of lanes, and what a message needs. */
 uint64_t qs_trws_scratch(const qs_model *model)
 {
     enum { RUN = 8 };
-    return 2 * ((uint64_t)model->labels + RUN) + qs_message_scratch(model);
+    return 3 * ((uint64_t)model->labels + RUN) + qs_message_scratch(model);
 }
 
 void qs_trws_grid_labels(const qs_trws_state *state, bool forward, uint16_t *labelling)

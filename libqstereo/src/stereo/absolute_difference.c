@@ -22,7 +22,7 @@ typedef struct matcher {
 
 static uint32_t labels_of(const qs_stereo *stereo)
 {
-    return stereo->disparity_max - stereo->disparity_min + 1;
+    return (uint32_t)stereo->disparity_max - (uint32_t)stereo->disparity_min + 1;
 }
 
 size_t qs_stereo_workspace(const qs_stereo *stereo)
@@ -108,8 +108,8 @@ static void ad_tile(const matcher *m, uint32_t row, uint32_t x, uint32_t count, 
     const qs_stereo *stereo = &m->stereo;
     size_t y = (size_t)m->y + row, at = (size_t)m->x + x;
     const uint8_t *left = stereo->left.pixels + y * stereo->left.stride + at;
-    const uint8_t *right =
-        stereo->right.pixels + y * stereo->right.stride + at - stereo->disparity_min;
+    const uint8_t *right = stereo->right.pixels + y * stereo->right.stride +
+                           (size_t)((int64_t)at - stereo->disparity_min);
     uint8_t left_tile[TILE] = {0}, right_tile[TILE] = {0};
     memset(least, UINT8_MAX, TILE);
     if (count < TILE) { /* nothing is read beyond the window */
@@ -156,8 +156,9 @@ static void scaled_ad_row(void *context, uint32_t row, void *costs, int32_t *lea
 static bool is_stereo(const qs_stereo *stereo)
 {
     return stereo && qs_image_is_valid(&stereo->left) && qs_image_is_valid(&stereo->right) &&
-           stereo->cost == QS_COST_AD && stereo->disparity_min <= stereo->disparity_max &&
-           stereo->scale >= 1 && stereo->scale <= INT32_MAX / UINT8_MAX && stereo->weight >= 0;
+           stereo->cost == QS_COST_AD && stereo->disparity_min > INT32_MIN &&
+           stereo->disparity_min <= stereo->disparity_max && stereo->scale >= 1 &&
+           stereo->scale <= INT32_MAX / UINT8_MAX && stereo->weight >= 0;
 }
 
 /* The grid: the window without the pixels whose matches may leave the right picture. */
@@ -174,12 +175,15 @@ static qs_status place_grid(const qs_stereo *stereo, qs_problem *problem)
         w > width - x || y >= height || h > height - y || h == 0) {
         return QS_E_GEOMETRY;
     }
-    uint32_t lost = stereo->disparity_max > x ? stereo->disparity_max - x : 0;
-    if (lost >= w) {
+    /* Pixel c has all its matches where 0 <= c - disparity_max and c - disparity_min < width. */
+    int64_t from = stereo->disparity_max, end = (int64_t)width + stereo->disparity_min;
+    from = from > x ? from : x;
+    end = end < (int64_t)x + w ? end : (int64_t)x + w;
+    if (from >= end) {
         return QS_E_GEOMETRY;
     }
-    problem->grid = (qs_grid){.width = w - lost, .height = h};
-    problem->frame = (qs_frame){width, height, x + lost, y, stereo->disparity_min};
+    problem->grid = (qs_grid){.width = (uint32_t)(end - from), .height = h};
+    problem->frame = (qs_frame){width, height, (uint32_t)from, y, stereo->disparity_min};
     return QS_OK;
 }
 
@@ -189,7 +193,7 @@ qs_status qs_stereo_problem(const qs_stereo *stereo, void *workspace, size_t wor
     if (!is_stereo(stereo) || !workspace || !problem) {
         return QS_E_ARGUMENT;
     }
-    if (stereo->disparity_max - stereo->disparity_min >= QS_LABELS_MAX) {
+    if (labels_of(stereo) > QS_LABELS_MAX) {
         return QS_E_LIMIT;
     }
     if (workspace_size < qs_stereo_workspace(stereo)) {

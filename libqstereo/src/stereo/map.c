@@ -35,7 +35,7 @@ static void place(const qs_labels *labels, const uint16_t *labelling, int32_t *d
         int32_t *row = disparities + (frame->y + y) * frame->picture_width + frame->x;
         for (size_t x = 0; x < labels->width; x++, cell++) {
             if (is_site(labels->mask, cell)) {
-                row[x] = (int32_t)(frame->first + *labelling++);
+                row[x] = frame->first + *labelling++;
             }
         }
     }
@@ -50,7 +50,7 @@ qs_status qs_map_of_labelling(const qs_labels *labels, const uint16_t *labelling
     if (labels->width == 0 || !is_inside(labels)) {
         return QS_E_GEOMETRY;
     }
-    if ((uint64_t)labels->frame.first + labels->labels - 1 > INT32_MAX) {
+    if ((int64_t)labels->frame.first + labels->labels - 1 > INT32_MAX) {
         return QS_E_OVERFLOW;
     }
     if (!labels_exist(labels, labelling)) {

@@ -85,7 +85,7 @@ static bool is_matching(const qs_matching *matching)
                     (matching->contrast_below <= 256 && matching->contrast_times >= 1);
     return most >= 1 && most <= UINT16_MAX && matching->parts >= 1 && matching->parts <= PARTS &&
            matching->disparity_min <= matching->disparity_max &&
-           matching->disparity_max <= INT32_MAX && matching->scale >= 1 && matching->weight >= 0 &&
+           matching->disparity_min > INT32_MIN && matching->scale >= 1 && matching->weight >= 0 &&
            contrast;
 }
 
@@ -106,14 +106,28 @@ static qs_match_needs needs_of(const qs_matching *matching)
 
 static uint32_t labels_of(const qs_matching *matching)
 {
-    return matching->disparity_max - matching->disparity_min + 1;
+    return (uint32_t)matching->disparity_max - (uint32_t)matching->disparity_min + 1;
 }
 
-/* Pixels that the largest disparity reaches over. */
+/* The whole pixels of a disparity in parts, rounded down. */
+static int64_t whole_of(const qs_matching *matching, int64_t disparity)
+{
+    int64_t parts = matching->parts;
+    return (disparity - (disparity < 0 ? parts - 1 : 0)) / parts;
+}
+
+/* Pixels that the largest disparity reaches over, to the left. */
 static uint32_t reach_of(const qs_matching *matching)
 {
-    return matching->disparity_max / matching->parts +
-           (matching->disparity_max % matching->parts > 0);
+    int64_t up = -whole_of(matching, -(int64_t)matching->disparity_max);
+    return up > 0 ? (uint32_t)up : 0;
+}
+
+/* Pixels that the least disparity reaches over, to the right. */
+static uint32_t reach_right_of(const qs_matching *matching)
+{
+    int64_t least = whole_of(matching, matching->disparity_min);
+    return least < 0 ? (uint32_t)-least : 0;
 }
 
 static matcher *take(qs_arena *arena, const qs_matching *matching, const qs_grid *grid)
@@ -121,12 +135,13 @@ static matcher *take(qs_arena *arena, const qs_matching *matching, const qs_grid
     matcher plan = {.matching = *matching, .needs = needs_of(matching)};
     matcher *made = qs_arena_take(arena, 1, sizeof *made);
     size_t across = matching->left.width, pad = qs_min_u32(reach_of(matching), (uint32_t)across);
+    size_t behind = TILE + qs_min_u32(reach_right_of(matching), (uint32_t)across);
     plan.labels = labels_of(matching);
     plan.width = grid->width;
     plan.height = grid->height;
     plan.left = qs_match_row_take(arena, &plan.needs, across, 0, TILE);
     for (uint32_t i = 0; i < matching->parts && i < PARTS; i++) {
-        plan.right[i] = qs_match_row_take(arena, &plan.needs, across, pad, TILE);
+        plan.right[i] = qs_match_row_take(arena, &plan.needs, across, pad, behind);
     }
     plan.sums = qs_arena_take(arena, plan.labels, TILE * sizeof *plan.sums);
     if (matching->contrast_below > 0) {
@@ -144,7 +159,8 @@ static matcher *take(qs_arena *arena, const qs_matching *matching, const qs_grid
 static qs_status place_grid(const qs_matching *of, qs_problem *problem)
 {
     uint32_t width = (uint32_t)of->left.width, height = (uint32_t)of->left.height;
-    uint32_t x = of->x, y = of->y, w = of->width, h = of->height, reach = reach_of(of);
+    uint32_t x = of->x, y = of->y, w = of->width, h = of->height;
+    uint32_t reach = reach_of(of), reach_right = reach_right_of(of);
     if (w == 0) {
         x = y = 0;
         w = width;
@@ -154,12 +170,16 @@ static qs_status place_grid(const qs_matching *of, qs_problem *problem)
         y >= height || h > height - y || h == 0) {
         return QS_E_GEOMETRY;
     }
-    uint32_t lost = of->border == QS_BORDER_LEAVE_OUT && reach > x ? reach - x : 0;
-    if (lost >= w) {
+    uint64_t begin = x, end = (uint64_t)x + w;
+    if (of->border == QS_BORDER_LEAVE_OUT) {
+        begin = qs_max_u64(begin, reach);
+        end = reach_right < width ? qs_min_u64(end, width - reach_right) : 0;
+    }
+    if (begin >= end) {
         return QS_E_GEOMETRY;
     }
-    problem->grid = (qs_grid){.width = w - lost, .height = h};
-    problem->frame = (qs_frame){width, height, x + lost, y, of->disparity_min};
+    problem->grid = (qs_grid){.width = (uint32_t)(end - begin), .height = h};
+    problem->frame = (qs_frame){width, height, (uint32_t)begin, y, of->disparity_min};
     return QS_OK;
 }
 
@@ -174,16 +194,26 @@ size_t qs_matching_workspace(const qs_matching *matching)
     return qs_arena_size(&count);
 }
 
-/* Matches before the first pixel of the right picture cost the same. */
-static void price_outside(const matcher *m, uint32_t label, uint32_t x, uint32_t count,
+/* Matches before the first and behind the last pixel of the right picture cost the same. */
+static void price_outside(const matcher *m, int64_t label, uint32_t x, uint32_t count,
                           uint16_t *sum)
 {
     const qs_matching *matching = &m->matching;
-    uint32_t first = label / matching->parts + (label % matching->parts > 0);
-    uint32_t out = first > x ? qs_min_u32(first - x, count) : 0;
-    for (uint32_t i = 0; i < out; i++) {
-        sum[i] = (uint16_t)outside_cost(matching);
+    int64_t first = -whole_of(matching, -label); /* the pixels that have a match */
+    int64_t end = (int64_t)matching->right.width + whole_of(matching, label);
+    for (uint32_t i = 0; i < count; i++) {
+        if (x + i < first || x + i >= end) {
+            sum[i] = (uint16_t)outside_cost(matching);
+        }
     }
+}
+
+/* Where in a row's arrays the matches of a tile begin. Those far outside have no samples; they are
+ * priced apart. */
+static size_t matches_at(const qs_match_row *right, int64_t x, int64_t disparity)
+{
+    int64_t at = (int64_t)right->pad + x - disparity, last = (int64_t)right->length - TILE;
+    return (size_t)(at < 0 ? 0 : at < last ? at : last);
 }
 
 /* The sums of a tile that begins at column x of the picture. */
@@ -193,12 +223,12 @@ static void sum_tile(const matcher *m, uint32_t x, uint32_t count, uint16_t leas
     memset(least, UINT8_MAX, TILE * sizeof *least);
     for (uint32_t d = 0; d < m->labels; d++) {
         uint16_t *sum = m->sums + (size_t)TILE * d;
-        uint32_t label = matching->disparity_min + d;
-        const qs_match_row *right = &m->right[label % matching->parts];
-        uint32_t back = qs_min_u32(label / matching->parts, x + (uint32_t)right->pad);
+        int64_t label = (int64_t)matching->disparity_min + d, pixels = whole_of(matching, label);
+        const qs_match_row *right = &m->right[label - pixels * matching->parts];
+        size_t from = matches_at(right, x, pixels);
         memset(sum, 0, TILE * sizeof *sum);
         for (unsigned i = 0; i < matching->term_count; i++) {
-            qs_match_term_add(&matching->terms[i], &m->left, x, right, right->pad + x - back, sum);
+            qs_match_term_add(&matching->terms[i], &m->left, x, right, from, sum);
         }
         price_outside(m, label, x, count, sum);
         for (int i = 0; i < TILE; i++) {
@@ -295,7 +325,7 @@ static qs_status check_numbers(const qs_matching *matching)
 /* What the problem says of itself before its costs and weights have a place. */
 static qs_status plan_problem(const qs_matching *matching, qs_problem *planned)
 {
-    if (matching->disparity_max - matching->disparity_min >= QS_LABELS_MAX) {
+    if ((int64_t)matching->disparity_max - matching->disparity_min >= QS_LABELS_MAX) {
         return QS_E_LIMIT;
     }
     qs_status status = check_numbers(matching);

@@ -144,6 +144,30 @@ static qs_status by_reduce(const qs_witness *witness, uint64_t iterations)
     return status;
 }
 
+/* All sites that are undecided as one part, whose edges lead nowhere else. The labelling is not the
+ * best: what is proven is a bound. */
+static qs_status by_part(const qs_witness *witness, uint64_t iterations)
+{
+    int site[TINY_SITES];
+    uint32_t part[TINY_SITES], count = 0;
+    (void)iterations;
+    sites_of_model(site);
+    for (uint32_t p = 0; p < model.sites; p++) {
+        uint32_t labels = 0;
+        for (uint32_t d = 0; site[p] >= 0 && d < t.problem.labels; d++) {
+            labels += is_left((uint32_t)site[p], d);
+        }
+        if (labels > 1) {
+            part[count++] = p;
+        }
+    }
+    qs_model_winner(&model, c.labelling);
+    c.energy = qs_model_energy(&model, c.labelling);
+    assert_true(witness->part(witness->context, part, count));
+    assert_false(witness->part(witness->context, part, count)); /* it is settled */
+    return QS_OK;
+}
+
 /* Makes the certificate of the model. Returns false if the solver cannot write one. */
 static bool certify(made_by *make, uint64_t iterations)
 {
@@ -298,6 +322,49 @@ static void reductions_hold(void **unused)
     each_certificate(by_reduce, 3, leaves_as_reduced);
 }
 
+/* Of a label of a site that is left: is it in a labelling that costs as much? */
+static bool is_in_one_of(int64_t energy, uint32_t site, uint32_t label)
+{
+    uint16_t w[TINY_SITES];
+    bool found = false;
+    slow_first(&request, w);
+    do {
+        found = found || (w[site] == label && slow_energy(&t.problem, w) == energy);
+    } while (slow_next(&request, w));
+    return found;
+}
+
+/* The bound is the optimum, and exactly the labels of optima are left. */
+static void is_solved(uint64_t *state)
+{
+    holds(state);
+    uint32_t undecided = 0;
+    uint64_t labels = 0;
+    size_t at = 0;
+    for (uint32_t p = 0; p < site_count(); p++) {
+        uint32_t count = 0, stay = 0;
+        for (uint32_t d = 0; d < t.problem.labels; d++) {
+            count += is_left(p, d);
+        }
+        for (uint32_t d = 0; count > 1 && d < t.problem.labels; d++) {
+            if (is_left(p, d)) {
+                assert_int_equal(c.left[at], is_in_one_of(c.verdict.lower_bound, p, d));
+                stay += c.left[at++];
+            }
+        }
+        undecided += stay > 1;
+        labels += stay > 1 ? stay : 0;
+    }
+    assert_int_equal(c.verdict.undecided, undecided);
+    assert_int_equal(c.verdict.labels, labels);
+}
+
+static void parts_are_solved(void **unused)
+{
+    (void)unused;
+    each_certificate(by_part, 10, is_solved);
+}
+
 /* A reduced problem that lacks a label which is left is not covered. */
 static void lacks_a_label(uint64_t *state)
 {
@@ -367,6 +434,8 @@ static void too_much_is_refuted(void **unused)
 {
     (void)unused;
     each_certificate(by_trws, 5, states_too_much);
+    each_certificate(by_cut, 11, states_too_much);
+    each_certificate(by_part, 12, states_too_much);
 }
 
 static int valid, refuted, malformed;
@@ -403,20 +472,21 @@ static void stays_true(uint64_t *state)
 static void no_certificate_lies(void **unused)
 {
     (void)unused;
-    valid = refuted = malformed = 0;
-    each_certificate(by_reduce, 6, stays_true);
-    each_certificate(by_trws, 7, stays_true);
-    assert_true(valid > 20 && refuted > 20 && malformed > 20);
+    made_by *const makers[] = {by_reduce, by_trws, by_cut, by_part};
+    for (uint64_t i = 0; i < sizeof makers / sizeof makers[0]; i++) {
+        valid = refuted = malformed = 0;
+        each_certificate(makers[i], 6 + i, stays_true);
+        assert_true(valid > 10 && refuted > 10 && malformed > 10);
+    }
 }
 
 /* Every truncation and every flipped bit of one file. */
-static void damage_is_noticed(void **unused)
+static void is_noticed(made_by *make)
 {
-    (void)unused;
     uint64_t state = 8;
     do {
         make_reduced(&state, QS_ONE_HOT);
-    } while (written.qubo.groups < 2 || !certify(by_reduce, 2));
+    } while (written.qubo.groups < 2 || !certify(make, 2));
     size_t size = c.size;
     qs_certificate view;
     for (size_t i = 0; i < size; i++) {
@@ -431,6 +501,56 @@ static void damage_is_noticed(void **unused)
         c.file[bit / 8] ^= (uint8_t)(1u << bit % 8);
     }
     assert_int_equal(qs_certificate_open(c.file, size, &view, NULL), QS_OK);
+}
+
+static void damage_is_noticed(void **unused)
+{
+    (void)unused;
+    is_noticed(by_reduce);
+    is_noticed(by_cut);
+    is_noticed(by_part);
+}
+
+/* A stage of one part, whose fields are changed. */
+enum { COUNT = 16, VALUE = 20, SITES = 28 };
+
+static void malformed_parts(void **unused)
+{
+    (void)unused;
+    uint64_t state = 13;
+    do {
+        make_reduced(&state, QS_ONE_HOT);
+    } while (written.qubo.groups < 3 || written.qubo.couplings < 3 || !certify(by_part, 0));
+    qs_certificate view;
+    assert_int_equal(qs_certificate_open(c.file, c.size, &view, NULL), QS_OK);
+    uint8_t *stage = c.file + (view.stage_bytes - c.file);
+    uint32_t count = qs_load_u32(stage + COUNT);
+    assert_int_equal(count, written.qubo.groups);
+    add_to((size_t)(stage + VALUE - c.file), 1);
+    assert_false(c.verdict.valid);
+    add_to((size_t)(stage + VALUE - c.file), -1);
+    assert_true(c.verdict.valid);
+    const struct {
+        size_t at;
+        uint32_t number;
+    } wrong[] = {
+        {COUNT, 0},
+        {COUNT, count - 1},
+        {COUNT, count + 1},
+        {COUNT, 1u << 31},
+        {SITES, count},
+        {SITES, qs_load_u32(stage + SITES + 4)},
+        {0, 5},
+        {0, 6},
+        {4, 1},
+    };
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        uint32_t was = qs_load_u32(stage + wrong[i].at);
+        qs_store_u32(stage + wrong[i].at, wrong[i].number);
+        mend();
+        assert_int_equal(check(), QS_E_CORRUPT);
+        qs_store_u32(stage + wrong[i].at, was);
+    }
 }
 
 static void arguments(void **unused)
@@ -466,10 +586,12 @@ int main(void)
         cmocka_unit_test(cuts_prove_the_optimum),
         cmocka_unit_test(descents_prove_the_optimum),
         cmocka_unit_test(reductions_hold),
+        cmocka_unit_test(parts_are_solved),
         cmocka_unit_test(reduced_problems_are_compared),
         cmocka_unit_test(too_much_is_refuted),
         cmocka_unit_test(no_certificate_lies),
         cmocka_unit_test(damage_is_noticed),
+        cmocka_unit_test(malformed_parts),
         cmocka_unit_test(arguments),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -305,7 +305,8 @@ static void fields_beside_others(void **unused)
         {QS_ONE_HOT_SPARSE, QS_TRUNCATED_QUADRATIC, 1, QS_PENALTY_LOCAL, 1, QS_E_CORRUPT},
         {QS_ONE_HOT_SPARSE, QS_TABLE, 0, QS_PENALTY_LOCAL, 1, QS_E_CORRUPT},
         {QS_DOMAIN_WALL, QS_TRUNCATED_LINEAR, 1, QS_PENALTY_LOCAL, 1, QS_OK},
-        {QS_DOMAIN_WALL, QS_TRUNCATED_QUADRATIC, 0, QS_PENALTY_LOCAL, 1, QS_E_CORRUPT},
+        {QS_DOMAIN_WALL, QS_TRUNCATED_QUADRATIC, 0, QS_PENALTY_LOCAL, 1, QS_OK},
+        {QS_DOMAIN_WALL, QS_TABLE, 0, QS_PENALTY_LOCAL, 1, QS_E_CORRUPT},
         {QS_DOMAIN_WALL, QS_POTTS, 0, QS_PENALTY_PAPER, 1, QS_E_CORRUPT},
         {QS_DOMAIN_WALL, QS_POTTS, 0, QS_PENALTY_GIVEN, 1, QS_E_CORRUPT},
         {QS_MULTIWAY_CUT, QS_POTTS, 0, QS_PENALTY_GIVEN, 1, QS_OK},
@@ -341,9 +342,11 @@ static void grids_alone_have_masks_and_pictures(void **unused)
         .sites = 3, .labels = 2, .scale = 1, .edges = edges, .edge_count = 2, .costs = costs};
     tiny_encode(&problem, (qs_encode_options){0}, &q);
     const breach breaches[] = {
-        {"labl", 60, 0, QS_OK},        {"labl", 60, 1, QS_E_CORRUPT}, {"labl", 40, 1, QS_E_CORRUPT},
-        {"labl", 44, 1, QS_E_CORRUPT}, {"labl", 48, 1, QS_E_CORRUPT}, {"labl", 52, 1, QS_E_CORRUPT},
-        {"labl", 56, 1, QS_OK},
+        {"labl", 60, 0, QS_OK},          {"labl", 60, 1, QS_E_CORRUPT},
+        {"labl", 40, 1, QS_E_CORRUPT},   {"labl", 44, 1, QS_E_CORRUPT},
+        {"labl", 48, 1, QS_E_CORRUPT},   {"labl", 52, 1, QS_E_CORRUPT},
+        {"labl", 56, 1, QS_OK},          {"labl", 56, (uint32_t)-5, QS_OK},
+        {"labl", 56, 0x80000001, QS_OK}, {"labl", 56, 0x80000000, QS_E_CORRUPT},
     };
     expect_breaches(q.file, q.size, breaches, sizeof breaches / sizeof *breaches, open_qubo);
     problem.frame = (qs_frame){.picture_width = 5, .picture_height = 5};
@@ -389,6 +392,8 @@ static void meanings(void **unused)
         {"mean", 12, 65536, QS_E_CORRUPT},
         {"mean", 20, (1 << 24) + 1, QS_E_CORRUPT},
         {"mean", 16, (uint32_t)-(1 << 24) - 1, QS_E_CORRUPT},
+        {"labl", 56, 3, QS_OK},
+        {"labl", 56, (uint32_t)-3, QS_E_CORRUPT}, /* only disparities are below 0 */
     };
     tiny t;
     for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
@@ -398,7 +403,14 @@ static void meanings(void **unused)
         assert_memory_equal(&q.qubo.labels.meaning, &known[i], sizeof known[i]);
     }
     expect_breaches(q.file, q.size, breaches, sizeof breaches / sizeof *breaches, open_qubo);
-    t.problem.meaning.unit = 0;
+    t.problem.frame.first = -3;
+    assert_int_equal(qs_problem_check(&t.problem), QS_E_ARGUMENT);
+    t.problem.meaning = (qs_meaning){QS_MEANS_DISPARITY, 0, 0, 0, 0, 0};
+    assert_int_equal(qs_problem_check(&t.problem), QS_OK);
+    t.problem.frame.first = INT32_MIN;
+    assert_int_equal(qs_problem_check(&t.problem), QS_E_ARGUMENT);
+    t.problem.frame.first = 0;
+    t.problem.meaning.unit = 1;
     assert_int_equal(qs_problem_check(&t.problem), QS_E_ARGUMENT);
 }
 

@@ -77,6 +77,15 @@ static qs_encode_options linear(void)
     return (qs_encode_options){0};
 }
 
+/* Disparities -2 to 1, in a window whose right border is left out of its picture. */
+static qs_encode_options negative(void)
+{
+    base(4, 3, 2, 9);
+    costs(0, 37, 101);
+    t.problem.frame = (qs_frame){6, 2, 1, 0, -2};
+    return (qs_encode_options){.encoding = QS_ONE_HOT_SPARSE};
+}
+
 static qs_encode_options quadratic(void)
 {
     base(4, 2, 2, 1);
@@ -105,7 +114,7 @@ static const struct {
     {"good-smallest", smallest},       {"good-grid-sparse", grid_sparse},
     {"good-grid-paper", grid_paper},   {"good-masked-weighted", masked_weighted},
     {"good-linear", linear},           {"good-quadratic", quadratic},
-    {"good-edges-table", edges_table},
+    {"good-edges-table", edges_table}, {"good-negative", negative},
 };
 
 /* The same problems written again: the sources stand above. Of the labels left to each site a bit

@@ -319,6 +319,9 @@ static void forbidden_labels_in_files(void **unused)
         model_of_file();
         if (q.qubo.labels.trimmed == NULL) {
             compare_energies();
+        }
+        /* A reader of walls shares the terms of one site out differently: kappa may differ. */
+        if (q.qubo.labels.trimmed == NULL && encoding != QS_DOMAIN_WALL) {
             recode(&file_model, &q.qubo.labels, options, &again);
             assert_int_equal(again.size, q.size);
             assert_memory_equal(again.file, q.file, q.size);

@@ -342,7 +342,7 @@ static void parts_are_solved(void **unused)
         bool all = work == UINT64_MAX;
         assert_true(size <= sizeof room);
         memset(room, 0xa5, size);
-        (void)qs_parts_solve(&e, room, size, &work);
+        (void)qs_parts_solve(&e, room, size, &work, NULL);
         check_sets(kept);
         for (uint32_t i = 0; i < e.left_count; i++) {
             open += !e.closed[e.left[i]];

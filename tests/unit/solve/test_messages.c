@@ -260,7 +260,7 @@ static void make_wide(uint64_t *state, uint32_t labels)
 static void wide_trws_is_plain(uint64_t *state)
 {
     static int32_t plain[2 * 64 * MANY_LABELS];
-    size_t size = sizeof *plain * qs_trws_messages(&b.model);
+    size_t size = sizeof *plain * (size_t)qs_trws_messages(&b.model);
     uint16_t labelling[2][64];
     int64_t bound[6];
     uint64_t same = *state;
@@ -324,6 +324,43 @@ static void wide_is_plain(void **unused)
         make_wide(&state, round % 3 == 0 ? (round % 2 ? 16 : 20) : labels);
         wide_trws_is_plain(&state);
         wide_bp_is_plain();
+    }
+}
+
+/* Tables for the edges of that grid: one for all, or some that the edges share. */
+static void add_tables(uint64_t *state, bool own)
+{
+    enum { TABLES = 3 };
+    static int32_t tables[TABLES * MANY_LABELS * MANY_LABELS], most[TABLES];
+    static uint32_t table_of[2 * 64];
+    size_t entries = (size_t)b.model.labels * b.model.labels;
+    memset(most, 0, sizeof most);
+    for (size_t i = 0; i < TABLES * entries; i++) {
+        tables[i] = (int32_t)tiny_random(state, 50);
+        most[i / entries] = tables[i] > most[i / entries] ? tables[i] : most[i / entries];
+    }
+    for (uint32_t e = 0; e < 2 * b.model.sites; e++) {
+        table_of[e] = tiny_random(state, TABLES);
+    }
+    b.model.pairwise.smoothness = own ? QS_TABLES : QS_TABLE;
+    b.model.pairwise.table = own ? NULL : tables;
+    b.model.pairwise_max = own ? 50 : most[0];
+    b.model.tables = own ? tables : NULL;
+    b.model.table_of = own ? table_of : NULL;
+    b.model.table_max = own ? most : NULL;
+}
+
+static void wide_tables_are_plain(void **unused)
+{
+    (void)unused;
+    if (!qs_lanes_avx2()) {
+        skip();
+    }
+    uint64_t state = 8;
+    for (uint32_t round = 0; round < 10 * MANY_LABELS; round++) {
+        make_wide(&state, 1 + round % MANY_LABELS);
+        add_tables(&state, round / MANY_LABELS % 2 == 0);
+        wide_trws_is_plain(&state);
     }
 }
 
@@ -552,6 +589,7 @@ int main(void)
         cmocka_unit_test(exact_on_trees),
         cmocka_unit_test(messages_by_definition),
         cmocka_unit_test(wide_is_plain),
+        cmocka_unit_test(wide_tables_are_plain),
         cmocka_unit_test(watch_stops),
         cmocka_unit_test(defaults),
         cmocka_unit_test(labels_by_definition),

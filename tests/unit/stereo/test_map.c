@@ -18,7 +18,8 @@ static void every_site_stands_at_its_pixel(void **unused)
             continue;
         }
         qs_frame frame = {WIDTH, HEIGHT, tiny_random(&state, WIDTH - grid->width + 1),
-                          tiny_random(&state, HEIGHT - grid->height + 1), tiny_random(&state, 100)};
+                          tiny_random(&state, HEIGHT - grid->height + 1),
+                          (int32_t)tiny_random(&state, 100) - 50};
         if (round % 3 > 0) {
             t.problem.frame = frame;
         } else { /* the grid is the picture */

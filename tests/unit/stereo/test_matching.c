@@ -90,7 +90,7 @@ static int census(const qs_matching *m, const qs_match_term *term, int l, int r,
 static int theta(const qs_matching *m, int x, int y, int disparity)
 {
     int l = 2 * x, r = 2 * x - disparity * 2 / (int)m->parts, sum = 0;
-    if (r < 0) {
+    if (r < 0 || r > 2 * (WIDTH - 1)) {
         return (int)(m->terms[0].weight * m->terms[0].truncation);
     }
     for (unsigned i = 0; i < m->term_count; i++) {
@@ -130,8 +130,8 @@ static qs_matching random_matching(uint64_t *state)
 {
     qs_matching m = pair();
     m.parts = 1 + tiny_random(state, 2);
-    m.disparity_min = tiny_random(state, 4);
-    m.disparity_max = m.disparity_min + tiny_random(state, MOST_LABELS);
+    m.disparity_min = (int32_t)tiny_random(state, 16) - 12;
+    m.disparity_max = m.disparity_min + (int32_t)tiny_random(state, MOST_LABELS);
     m.term_count = 1 + tiny_random(state, 2);
     for (unsigned i = 0; i < m.term_count; i++) {
         m.terms[i] = random_term(state);
@@ -145,7 +145,8 @@ static qs_matching random_matching(uint64_t *state)
     m.x = tiny_random(state, 20);
     m.y = tiny_random(state, HEIGHT);
     m.height = 1 + tiny_random(state, HEIGHT - m.y);
-    m.width = m.disparity_max + 1 + tiny_random(state, WIDTH - 20 - m.disparity_max);
+    uint32_t least = 1 + (m.disparity_max > 0 ? (uint32_t)m.disparity_max : 0);
+    m.width = least + tiny_random(state, WIDTH - 19 - least);
     m.scale = tiny_random(state, 3) == 0 ? 1000 : 1;
     return m;
 }
@@ -157,9 +158,9 @@ static void check_row(const qs_matching *m, const qs_problem *p, uint32_t y, con
         for (uint32_t d = 0; d < p->labels; d++) {
             size_t at = (size_t)x * p->labels + d;
             int32_t cost = (int32_t)(p->source.bytes == 1 ? ((uint8_t *)row)[at] : row[at]);
-            int32_t wanted = theta(m, (int)(p->frame.x + x), (int)(p->frame.y + y),
-                                   (int)(m->disparity_min + d)) *
-                             (int32_t)m->scale;
+            int32_t wanted =
+                theta(m, (int)(p->frame.x + x), (int)(p->frame.y + y), m->disparity_min + (int)d) *
+                (int32_t)m->scale;
             assert_int_equal(cost + least[x], wanted);
             expected = wanted < expected ? wanted : expected;
         }
@@ -181,10 +182,12 @@ static void costs_are_as_defined(void **unused)
         assert_in_range(size, 1, sizeof memory);
         memset(memory, 0xA5, sizeof memory);
         assert_int_equal(qs_matching_problem(&m, memory, size, &p), QS_OK);
-        uint32_t reach = (m.disparity_max + m.parts - 1) / m.parts;
-        bool all = m.border == QS_BORDER_KEEP || m.x > reach;
-        assert_int_equal(p.frame.x, all ? m.x : reach);
-        assert_int_equal(p.frame.x + p.grid.width, m.x + m.width);
+        int parts = (int)m.parts, from = larger(0, (m.disparity_max + parts - 1) / parts);
+        int to = WIDTH - larger(0, (parts - 1 - m.disparity_min) / parts);
+        bool all = m.border == QS_BORDER_KEEP;
+        int end = (int)(m.x + m.width);
+        assert_int_equal(p.frame.x, all ? (int)m.x : larger((int)m.x, from));
+        assert_int_equal(p.frame.x + p.grid.width, all ? end : smaller(end, to));
         assert_int_equal(p.frame.first, m.disparity_min);
         assert_int_equal(p.meaning.unit, m.parts == 2 ? 2 : 0);
         assert_int_equal(p.source.bytes == 1, m.scale == 1 && qs_matching_most(&m) <= UINT8_MAX);

@@ -32,20 +32,29 @@ static void costs_are_absolute_differences(void **unused)
     static uint32_t row[WIDTH * MOST_LABELS];
     int32_t least[WIDTH];
     uint64_t state = 2;
+    int below = 0, both = 0;
     for (int round = 0; round < 200; round++) {
         qs_stereo s = pair();
-        s.disparity_min = tiny_random(&state, 4);
-        s.disparity_max = s.disparity_min + tiny_random(&state, MOST_LABELS);
+        s.disparity_min = (int32_t)tiny_random(&state, 60) - 50;
+        s.disparity_max = s.disparity_min + (int32_t)tiny_random(&state, MOST_LABELS);
         s.x = tiny_random(&state, 20);
         s.y = tiny_random(&state, HEIGHT);
         s.height = 1 + tiny_random(&state, HEIGHT - s.y);
-        s.width = s.disparity_max + 1 + tiny_random(&state, WIDTH - 20 - s.disparity_max);
+        s.width = MOST_LABELS + 10 + tiny_random(&state, WIDTH - 20 - MOST_LABELS - 9);
         s.scale = round % 3 == 0 ? 1000 : 1;
         qs_problem p;
         assert_true(qs_stereo_workspace(&s) <= sizeof memory);
         assert_int_equal(qs_stereo_problem(&s, memory, sizeof memory, &p), QS_OK);
-        assert_int_equal(p.frame.x, s.x > s.disparity_max ? s.x : s.disparity_max);
-        assert_int_equal(p.frame.x + p.grid.width, s.x + s.width);
+        bool kept[WIDTH] = {false}; /* columns whose matches are all inside */
+        for (int32_t x = 0; x < WIDTH; x++) {
+            kept[x] = (uint32_t)x >= s.x && (uint32_t)x < s.x + s.width &&
+                      x - s.disparity_max >= 0 && x - s.disparity_min < WIDTH;
+            assert_int_equal(kept[x],
+                             (uint32_t)x >= p.frame.x && (uint32_t)x < p.frame.x + p.grid.width);
+        }
+        assert_int_equal(p.frame.first, s.disparity_min);
+        below += s.disparity_min < 0;
+        both += s.disparity_min < 0 && s.disparity_max > 0;
         assert_int_equal(p.source.bytes, s.scale == 1 ? 1 : 4);
         for (uint32_t y = 0; y < p.grid.height; y++) {
             p.source.row(p.source.context, y, row, least);
@@ -55,12 +64,55 @@ static void costs_are_absolute_differences(void **unused)
                     size_t at = (size_t)x * p.labels + d;
                     int32_t cost =
                         (int32_t)(s.scale == 1 ? ((uint8_t *)row)[at] : row[at]) + least[x];
-                    uint32_t px = p.frame.x + x;
-                    int32_t theta = left[s.y + y][px] - right[s.y + y][px - s.disparity_min - d];
+                    int32_t px = (int32_t)(p.frame.x + x), to = px - s.disparity_min - (int32_t)d;
+                    int32_t theta = left[s.y + y][px] - right[s.y + y][to];
                     assert_int_equal(cost, (theta < 0 ? -theta : theta) * (int32_t)s.scale);
                     expected = cost < expected ? cost : expected;
                 }
                 assert_int_equal(least[x], expected);
+            }
+        }
+    }
+    assert_true(below > 50 && both > 20);
+}
+
+/* Mirrored pictures have the same costs with labels the other way round. */
+static void mirrored_pair_has_opposite_disparities(void **unused)
+{
+    (void)unused;
+    enum { LABELS = 6 };
+    static uint64_t memory[2][512];
+    static uint8_t mirrored[2][HEIGHT][WIDTH], rows[2][WIDTH * LABELS];
+    int32_t least[2][WIDTH];
+    qs_stereo s = pair(), m = s;
+    qs_problem p[2];
+    for (int y = 0; y < HEIGHT; y++) {
+        for (int x = 0; x < WIDTH; x++) {
+            mirrored[0][y][x] = left[y][WIDTH - 1 - x];
+            mirrored[1][y][x] = right[y][WIDTH - 1 - x];
+        }
+    }
+    s.disparity_min = -LABELS + 1;
+    s.disparity_max = 0;
+    m.left = (qs_image){mirrored[0][0], WIDTH, HEIGHT, WIDTH};
+    m.right = (qs_image){mirrored[1][0], WIDTH, HEIGHT, WIDTH};
+    m.disparity_max = LABELS - 1;
+    assert_int_equal(qs_stereo_problem(&s, memory[0], sizeof memory[0], &p[0]), QS_OK);
+    assert_int_equal(qs_stereo_problem(&m, memory[1], sizeof memory[1], &p[1]), QS_OK);
+    uint32_t width = p[0].grid.width;
+    assert_int_equal(width, WIDTH - LABELS + 1);
+    assert_int_equal(p[1].grid.width, width);
+    assert_int_equal(p[0].frame.x, 0);
+    assert_int_equal(p[1].frame.x, LABELS - 1);
+    for (uint32_t y = 0; y < HEIGHT; y++) {
+        for (int i = 0; i < 2; i++) {
+            p[i].source.row(p[i].source.context, y, rows[i], least[i]);
+        }
+        for (uint32_t x = 0; x < width; x++) {
+            assert_int_equal(least[0][x], least[1][width - 1 - x]);
+            for (uint32_t d = 0; d < LABELS; d++) {
+                assert_int_equal(rows[0][x * LABELS + d],
+                                 rows[1][(width - 1 - x) * LABELS + LABELS - 1 - d]);
             }
         }
     }
@@ -119,15 +171,32 @@ static void windows(void **unused)
     static uint64_t memory[2048];
     qs_problem p;
     static const struct {
-        uint32_t x, y, width, height, max;
+        uint32_t x, y, width, height;
+        int32_t max, min;
         qs_status status;
     } cases[] = {
-        {0, 0, WIDTH, HEIGHT, 15, QS_OK},   {149, 3, 1, 1, 15, QS_OK},
-        {150, 0, 1, 1, 15, QS_E_GEOMETRY},  {0, 4, 1, 1, 0, QS_E_GEOMETRY},
-        {100, 0, 51, 1, 15, QS_E_GEOMETRY}, {100, 2, 20, 3, 15, QS_E_GEOMETRY},
-        {0, 0, 15, 4, 15, QS_E_GEOMETRY},   {0, 0, 16, 4, 15, QS_OK},
-        {0, 0, 0, 0, 150, QS_E_GEOMETRY},   {0xffffffff, 0, 2, 1, 15, QS_E_GEOMETRY},
-        {20, 1, 5, 0, 15, QS_E_GEOMETRY},   {0, 0, 0, 0, 70000, QS_E_LIMIT},
+        {0, 0, WIDTH, HEIGHT, 15, 0, QS_OK},
+        {149, 3, 1, 1, 15, 0, QS_OK},
+        {150, 0, 1, 1, 15, 0, QS_E_GEOMETRY},
+        {0, 4, 1, 1, 0, 0, QS_E_GEOMETRY},
+        {100, 0, 51, 1, 15, 0, QS_E_GEOMETRY},
+        {100, 2, 20, 3, 15, 0, QS_E_GEOMETRY},
+        {0, 0, 15, 4, 15, 0, QS_E_GEOMETRY},
+        {0, 0, 16, 4, 15, 0, QS_OK},
+        {0, 0, 0, 0, 150, 0, QS_E_GEOMETRY},
+        {0xffffffff, 0, 2, 1, 15, 0, QS_E_GEOMETRY},
+        {20, 1, 5, 0, 15, 0, QS_E_GEOMETRY},
+        {0, 0, 0, 0, 70000, 0, QS_E_LIMIT},
+        {0, 0, 1, 4, -1, -149, QS_OK},
+        {0, 0, 0, 0, -1, -150, QS_E_GEOMETRY},
+        {134, 0, 16, 4, 0, -15, QS_OK},
+        {135, 0, 15, 4, 0, -15, QS_E_GEOMETRY},
+        {0, 0, 0, 0, 75, -74, QS_OK},
+        {0, 0, 0, 0, 75, -75, QS_E_GEOMETRY},
+        {0, 0, 0, 0, 40000, -40000, QS_E_LIMIT},
+        {0, 0, 0, 0, INT32_MAX, -INT32_MAX, QS_E_LIMIT},
+        {0, 0, 0, 0, -INT32_MAX, -INT32_MAX, QS_E_GEOMETRY},
+        {0, 0, 0, 0, INT32_MIN, INT32_MIN, QS_E_ARGUMENT},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         qs_stereo s = pair();
@@ -136,6 +205,7 @@ static void windows(void **unused)
         s.width = cases[i].width;
         s.height = cases[i].height;
         s.disparity_max = cases[i].max;
+        s.disparity_min = cases[i].min;
         assert_int_equal(qs_stereo_problem(&s, memory, sizeof memory, &p), cases[i].status);
     }
     qs_stereo s = pair();
@@ -261,6 +331,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(costs_are_absolute_differences),
+        cmocka_unit_test(mirrored_pair_has_opposite_disparities),
         cmocka_unit_test(source_and_array_agree),
         cmocka_unit_test(windows),
         cmocka_unit_test(grey),

@@ -1,0 +1,149 @@
+"""Pictures and drawings of a report, each as text that stands in a page by itself."""
+
+import base64
+import html
+import io
+import re
+import zlib
+
+import matplotlib
+import matplotlib.image
+import numpy as np
+from matplotlib.figure import Figure
+
+# A drawing's ink becomes the page's own, so that it is right on dark paper, too.
+INK = "#010203"
+BLUE, RED = "#4c83c4", "#d1495b"
+matplotlib.rcParams.update({
+    "svg.fonttype": "none", "text.color": INK, "axes.edgecolor": INK, "axes.labelcolor": INK,
+    "xtick.color": INK, "ytick.color": INK, "font.family": "sans-serif", "font.size": 9,
+    "axes.spines.top": False, "axes.spines.right": False, "svg.hashsalt": "qstereo"})
+
+
+def image(values, alt):
+    """An <img> that holds a picture: H x W x 3, or H x W, bytes."""
+    out = io.BytesIO()
+    matplotlib.image.imsave(out, values, format="png", cmap="gray", vmin=0, vmax=255)
+    text = base64.b64encode(out.getvalue()).decode()
+    return f'<img alt="{html.escape(alt, True)}" src="data:image/png;base64,{text}">'
+
+
+def coloured(values, low, high, colours="turbo"):
+    """A map in colours, white where it has no value: H x W x 3, bytes."""
+    shown = matplotlib.colormaps[colours](np.clip((values - low) / max(high - low, 1), 0, 1))
+    shown[np.isnan(values)] = 1
+    return (255 * shown[..., :3]).astype(np.uint8)
+
+
+def svg(figure):
+    """A figure as the text of an SVG file."""
+    out = io.StringIO()
+    figure.savefig(out, format="svg", bbox_inches="tight", metadata={"Date": None},
+                   transparent=True)
+    return out.getvalue()
+
+
+def drawing(figure):
+    """A figure as <svg> in the page's ink, without what is only right in a file."""
+    text = svg(figure)
+    text = text[text.index("<svg"):].replace(INK, "currentColor")
+    # Names are addresses to no page; the names of parts are unique in a file, not in a page.
+    text = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->", "", text, flags=re.S)
+    mark = f"f{zlib.crc32(text.encode()):08x}-"
+    return re.sub(r'(id="|href="#|url\(#)', rf"\g<1>{mark}", text)
+
+
+def bar(low, high, text):
+    """The scale bar of maps."""
+    figure = Figure(figsize=(3.2, 0.45))
+    axes = figure.add_axes((0, 0.5, 1, 0.5))
+    axes.imshow(np.linspace(0, 1, 256)[None], aspect="auto", cmap="turbo",
+                extent=(low, max(high, low + 1), 0, 1))
+    axes.set_yticks([])
+    axes.set_xlabel(text)
+    return figure
+
+
+def sheet(maps, low, high):
+    """Maps side by side, with their bar: one figure for a file. maps: list of (name, array)."""
+    columns = min(5, len(maps))
+    rows = -(-len(maps) // columns)
+    figure = Figure(figsize=(2 * columns + 0.5, 2.2 * rows), layout="constrained")
+    places = figure.subplots(rows, columns, squeeze=False).ravel()
+    for place in places:
+        place.axis("off")
+    for place, (name, values) in zip(places, maps):
+        shown = place.imshow(values, "turbo", vmin=low, vmax=high, interpolation="none")
+        place.set_title(name)
+    figure.colorbar(shown, ax=places.tolist(), label="disparity, pixels")
+    return figure
+
+
+def energies(results, bound):
+    """Energies of the methods above the proven bound, as bars."""
+    low = bound if bound is not None else min(one["energy"] for one in results)
+    figure = Figure(figsize=(6, 0.3 * len(results) + 0.7))
+    axes = figure.subplots()
+    above = [one["energy"] - low for one in results]
+    # Two results may have one name; bars of one name would lie on each other.
+    axes.barh(range(len(results)), above, color=BLUE)
+    axes.set_yticks(range(len(results)), [one["solver"] for one in results])
+    for place, value in enumerate(above):
+        axes.annotate(f"+{value:,.10g}" if value else "0", (value, place), (3, 0), va="center",
+                      textcoords="offset points")
+    axes.axvline(0, color=RED)
+    axes.invert_yaxis()
+    axes.set_xscale("symlog", linthresh=1)
+    axes.set_xlim(0, 4 * max(above, default=0) + 1)
+    axes.set_xlabel(f"energy above {'the proven bound' if bound is not None else 'the lowest'}, "
+                    f"{low:,.10g} (red)")
+    return figure
+
+
+def course(traces, bound):
+    """Energies and bounds over time. traces: name -> rows of `--trace`."""
+    figure = Figure(figsize=(6, 2.8))
+    axes = figure.subplots()
+    for number, (name, rows) in enumerate(traces.items()):
+        for key, line in (("energy", "-"), ("bound", "--")):
+            points = [(float(row["seconds"]), float(row[key])) for row in rows if row.get(key)]
+            if points:
+                axes.step(*zip(*points), line, where="post", color=f"C{number % 10}",
+                          marker="." if len(points) == 1 else None,
+                          label=name if key == "energy" else None)
+    if bound is not None:
+        axes.axhline(bound, color=RED, lw=1, label="proven bound")
+    axes.set_xlabel("seconds")
+    axes.set_ylabel("energy; bound dashed")
+    axes.legend(frameon=False, fontsize=8, labelcolor=INK)
+    return figure
+
+
+def left_over(traces):
+    """Variables that are left over time, of the traces that tell them; None if none does."""
+    told = {name: [(float(row["seconds"]), float(row["variables"])) for row in rows
+                   if row.get("variables")] for name, rows in traces.items()}
+    if not any(told.values()):
+        return None
+    figure = Figure(figsize=(6, 2))
+    axes = figure.subplots()
+    for points in filter(None, told.values()):
+        axes.step(*zip(*points), where="post", color=BLUE)
+    axes.set_yscale("symlog")
+    axes.set_xlabel("seconds")
+    axes.set_ylabel("variables left")
+    return figure
+
+
+def calls(lines, bound):
+    """The energy after each call of a run in windows. lines: those of its journal."""
+    figure = Figure(figsize=(6, 2.8))
+    axes = figure.subplots()
+    axes.plot([line["call"] for line in lines], [line["energy"] for line in lines], ".-",
+              color=BLUE)
+    if bound is not None:
+        axes.axhline(bound, color=RED, lw=1, label="proven bound")
+        axes.legend(frameon=False, fontsize=8, labelcolor=INK)
+    axes.set_xlabel("calls")
+    axes.set_ylabel("energy")
+    return figure

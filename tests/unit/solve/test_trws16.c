@@ -1,0 +1,267 @@
+/* TRW-S in 16 bits beside a plain one in 64 bits with messages by definition, and beside every
+ * labelling. */
+#include "../tiny.h"
+
+#include <string.h>
+
+enum { WIDTH = 4, HEIGHT = 3, SITES = WIDTH * HEIGHT, LABELS = 21, ROUNDS = 300 };
+
+static uint64_t memory[1 << 16];
+
+typedef struct task {
+    qs_problem problem;
+    int32_t costs[SITES * LABELS], right[SITES], down[SITES];
+} task;
+
+static uint32_t below(uint64_t *state, uint32_t end)
+{
+    return tiny_random(state, end);
+}
+
+static void make_task(uint64_t *state, task *made)
+{
+    uint32_t width = 1 + below(state, WIDTH), height = 1 + below(state, HEIGHT);
+    uint32_t labels = 1 + below(state, LABELS);
+    bool potts = below(state, 3) == 0, weighed = below(state, 2) == 0;
+    memset(made, 0, sizeof *made);
+    for (int i = 0; i < SITES * LABELS; i++) {
+        made->costs[i] = (int32_t)below(state, 256) - 128;
+    }
+    for (int i = 0; i < SITES; i++) {
+        made->right[i] = (int32_t)below(state, 40);
+        made->down[i] = below(state, 4) == 0 ? 0 : (int32_t)below(state, 40);
+    }
+    made->problem = (qs_problem){.labels = labels,
+                                 .scale = 1,
+                                 .weight = (int32_t)below(state, 30),
+                                 .grid = {.width = width, .height = height},
+                                 .costs = made->costs};
+    made->problem.pairwise.smoothness = potts ? QS_POTTS : QS_TRUNCATED_LINEAR;
+    made->problem.pairwise.truncation = potts ? 0 : below(state, LABELS + 2);
+    if (weighed) {
+        made->problem.grid.right = made->right;
+        made->problem.grid.down = made->down;
+    }
+}
+
+static qs_status solve(const task *given, uint64_t iterations, uint16_t *labelling,
+                       qs_solution *found)
+{
+    qs_solve_options options = {.iterations = iterations};
+    size_t size = qs_trws16_workspace(&given->problem);
+    assert_true(size > 0 && size <= sizeof memory);
+    memset(memory, 0xA5, size);
+    return qs_trws16(&given->problem, &options, memory, size, labelling, found);
+}
+
+/* The plain one. Messages of the edge from each site to the right, and of that below. */
+typedef struct plain {
+    const qs_problem *problem;
+    int64_t unit, messages[2][SITES][LABELS];
+} plain;
+
+static int64_t weight(const plain *of, int way, int x, int y)
+{
+    const qs_grid *grid = &of->problem->grid;
+    bool is_edge =
+        way == 0 ? x >= 0 && x + 1 < (int)grid->width : y >= 0 && y + 1 < (int)grid->height;
+    const int32_t *weights = way == 0 ? grid->right : grid->down;
+    int site = y * (int)grid->width + x;
+    return !is_edge ? 0 : of->unit * (weights ? weights[site] : of->problem->weight);
+}
+
+static int64_t send(const plain *of, int64_t weight, const int64_t *costs, int64_t *message)
+{
+    uint32_t labels = of->problem->labels;
+    int64_t least = INT64_MAX;
+    for (uint32_t a = 0; a < labels; a++) {
+        least = costs[a] < least ? costs[a] : least;
+    }
+    for (uint32_t b = 0; message && b < labels; b++) {
+        message[b] = INT64_MAX;
+        for (uint32_t a = 0; a < labels; a++) {
+            int64_t cost = costs[a] - least + weight * qs_pairwise_cost(of->problem, a, b);
+            message[b] = cost < message[b] ? cost : message[b];
+        }
+    }
+    return least;
+}
+
+static int64_t visit(plain *of, int x, int y, bool forward, int64_t *least_sum)
+{
+    uint32_t labels = of->problem->labels;
+    int width = (int)of->problem->grid.width, site = y * width + x;
+    int64_t *near[4] = {x > 0 ? of->messages[0][site - 1] : NULL, of->messages[0][site],
+                        y > 0 ? of->messages[1][site - width] : NULL, of->messages[1][site]};
+    int64_t weights[4] = {weight(of, 0, x - 1, y), weight(of, 0, x, y), weight(of, 1, x, y - 1),
+                          weight(of, 1, x, y)};
+    int row = forward ? 1 : 0, column = forward ? 3 : 2;
+    bool both = (weights[0] && weights[2]) || (weights[1] && weights[3]);
+    int64_t costs[2][LABELS], least = INT64_MAX;
+    for (uint32_t d = 0; d < labels; d++) {
+        int64_t cost = of->problem->costs[(size_t)site * labels + d];
+        least = cost < least ? cost : least;
+    }
+    for (uint32_t d = 0; d < labels; d++) {
+        int64_t total = of->unit * (of->problem->costs[(size_t)site * labels + d] - least);
+        for (int i = 0; i < 4; i++) {
+            total += near[i] ? near[i][d] : 0;
+        }
+        int64_t part = both ? (total - (total % 2 != 0 && total < 0)) / 2
+                       : weights[row] || !weights[column] ? total
+                                                          : 0;
+        costs[0][d] = part - (near[row] ? near[row][d] : 0);
+        costs[1][d] = total - part - (near[column] ? near[column][d] : 0);
+    }
+    *least_sum += least;
+    return send(of, weights[row], costs[0], near[row]) +
+           send(of, weights[column], costs[1], near[column]);
+}
+
+static int64_t plain_bound(const task *given, int64_t unit, int iterations)
+{
+    plain of = {.problem = &given->problem, .unit = unit};
+    int width = (int)given->problem.grid.width, sites = width * (int)given->problem.grid.height;
+    int64_t best = INT64_MIN;
+    for (int pass = 0; pass < 2 * iterations; pass++) {
+        int64_t bound = 0, least_sum = 0;
+        for (int i = 0; i < sites; i++) {
+            int site = pass % 2 == 0 ? i : sites - 1 - i;
+            bound += visit(&of, site % width, site / width, pass % 2 == 0, &least_sum);
+        }
+        int64_t whole = (bound + (bound > 0 ? unit - 1 : 0)) / unit + least_sum;
+        best = whole > best ? whole : best;
+        best = best < least_sum ? least_sum : best;
+    }
+    return best;
+}
+
+/* As the solver chooses it: the finest of 1/16 for which all sums fit. */
+static int64_t unit_of(const task *given)
+{
+    plain of = {.problem = &given->problem, .unit = 1};
+    int64_t most = 0, reach = 0;
+    for (uint32_t d = 0; d < given->problem.labels; d++) {
+        int64_t cost = qs_pairwise_cost(&given->problem, 0, d);
+        reach = cost > reach ? cost : reach;
+    }
+    reach = reach > 0 ? reach : 1;
+    for (int y = 0; y < (int)given->problem.grid.height; y++) {
+        for (int x = 0; x < (int)given->problem.grid.width; x++) {
+            int64_t right = weight(&of, 0, x, y), down = weight(&of, 1, x, y);
+            most = right > most ? right : most;
+            most = down > most ? down : most;
+        }
+    }
+    int64_t unit = 1;
+    while (unit < 16 && (255 + 4 * most * reach) * 2 * unit < 16384) {
+        unit *= 2;
+    }
+    return unit;
+}
+
+static void it_computes_as_a_plain_one(void **unused)
+{
+    (void)unused;
+    uint64_t state = 11;
+    task given;
+    for (int round = 0; round < ROUNDS; round++) {
+        uint16_t labelling[SITES];
+        qs_solution found;
+        int64_t energy;
+        int iterations = 1 + round % 3;
+        make_task(&state, &given);
+        assert_int_equal(solve(&given, (uint64_t)iterations, labelling, &found), QS_OK);
+        assert_int_equal(found.lower_bound, plain_bound(&given, unit_of(&given), iterations));
+        assert_int_equal(found.iterations, iterations);
+        size_t size = qs_problem_workspace(&given.problem);
+        assert_true(size <= sizeof memory);
+        assert_int_equal(
+            qs_problem_energy(&given.problem, labelling, memory, sizeof memory, &energy), QS_OK);
+        assert_int_equal(energy, found.energy);
+        assert_true(found.lower_bound <= found.energy);
+        assert_true(found.converged == (found.energy == found.lower_bound));
+    }
+}
+
+/* A single row is a chain: TRW-S proves its optimum. */
+static void a_chain_is_solved(void **unused)
+{
+    (void)unused;
+    uint64_t state = 5;
+    task given;
+    for (int round = 0; round < ROUNDS; round++) {
+        uint16_t labelling[SITES];
+        qs_solution found;
+        make_task(&state, &given);
+        given.problem.grid.height = 1;
+        assert_int_equal(solve(&given, 1, labelling, &found), QS_OK);
+        assert_int_equal(found.energy, found.lower_bound);
+    }
+}
+
+static bool stop_at_once(void *context, const qs_progress *progress)
+{
+    int *calls = context;
+    assert_true(progress->lower_bound <= progress->energy);
+    ++*calls;
+    return false;
+}
+
+static void a_watch_sees_the_end(void **unused)
+{
+    (void)unused;
+    uint64_t state = 3;
+    int calls = 0;
+    uint16_t labelling[SITES];
+    qs_solution found;
+    task given;
+    make_task(&state, &given);
+    qs_solve_options options = {.iterations = 9, .watch = stop_at_once, .context = &calls};
+    assert_int_equal(qs_trws16(&given.problem, &options, memory, sizeof memory, labelling, &found),
+                     QS_OK);
+    assert_true(calls > 0 && found.iterations <= 1);
+}
+
+static void it_refuses_what_does_not_fit(void **unused)
+{
+    (void)unused;
+    uint64_t state = 7;
+    uint16_t labelling[SITES];
+    qs_solution found;
+    task given;
+    do {
+        make_task(&state, &given);
+    } while (given.problem.grid.right || given.problem.grid.width < 2 || given.problem.labels < 3 ||
+             given.problem.pairwise.smoothness == QS_POTTS);
+    size_t size = qs_trws16_workspace(&given.problem);
+    assert_int_equal(qs_trws16(&given.problem, NULL, memory, size - 1, labelling, &found),
+                     QS_E_WORKSPACE);
+    given.costs[1] = given.costs[0] + 256;
+    given.costs[2] = given.costs[0];
+    assert_int_equal(solve(&given, 1, labelling, &found), QS_E_OVERFLOW);
+    given.costs[1] = given.costs[0];
+    assert_int_equal(solve(&given, 1, labelling, &found), QS_OK);
+    given.problem.pairwise.truncation = 1;
+    given.problem.weight = (16383 - 255) / 4;
+    assert_int_equal(solve(&given, 1, labelling, &found), QS_OK);
+    given.problem.weight++;
+    assert_int_equal(solve(&given, 1, labelling, &found), QS_E_OVERFLOW);
+    given.problem.weight = 1;
+    given.problem.pairwise.smoothness = QS_TRUNCATED_QUADRATIC;
+    assert_int_equal(qs_trws16_workspace(&given.problem), 0);
+    assert_int_equal(qs_trws16(&given.problem, NULL, memory, size, labelling, &found),
+                     QS_E_ENCODING);
+    assert_int_equal(qs_trws16(NULL, NULL, memory, size, labelling, &found), QS_E_ARGUMENT);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(it_computes_as_a_plain_one),
+        cmocka_unit_test(a_chain_is_solved),
+        cmocka_unit_test(a_watch_sees_the_end),
+        cmocka_unit_test(it_refuses_what_does_not_fit),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
