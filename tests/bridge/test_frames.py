@@ -172,7 +172,7 @@ def test_paid_calls_go_to_workers_with_a_chip(pairs, main, frames, tmp_path, ser
             status, _, err = main(
                 "frames", pairs, "--out-dir", tmp_path / "out", "--scheduler",
                 found.scheduler_address, *WORDS, "--solve", "--solver hybrid-nl", "--reduce",
-                "--iterations 1 --encoding one-hot-sparse", "--decode", "--repair")
+                "--target 150 --encoding one-hot-sparse", "--decode", "--repair")
             assert status == 0, err
             assert len(service.problems) == 2
     charged = [one["results"][0]["charge"] for one in summary(tmp_path)["problems"]]
