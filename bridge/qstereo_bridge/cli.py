@@ -216,7 +216,7 @@ SOLVE = [
             "on, by its journal, S.qsf.journal"),
     _option("--calls", WHOLE, "K", "with --windows: at most K calls (default 10)"),
     _option("--start", str, "S0.qsf", "with --windows: begin from the best sample of S0.qsf; a "
-            "lower bound in it (of `qstereo solve`) ends the calls"),
+            "lower bound in it (of `qstereo reduce --samples`) ends the calls"),
     _option("--bound", Number(float, -1e15, 1e15), "E", "with --windows: end at this proven lower "
             "bound, in real units; `qstereo reduce` prints one")]
 
