@@ -156,7 +156,7 @@ def _ask(call, part, session, tell):
     return answer, jobs.keeping(job)
 
 
-def _charged(info):
+def charged(info):
     """Seconds that the service has charged, by its own timing."""
     timing = info.get("timing", {})
     return timing.get("qpu_access_time", 0) / 1e6 if "charge_time" not in timing else (
@@ -168,7 +168,7 @@ def _line(run, number, variables, answer, found):
     said = answer.info
     return {"call": number + 1, "variables": int(variables.size),
             "energy": run.real(run.energy), "samples": int(answer.bits.shape[0]),
-            "charge_seconds": _charged(said),
+            "charge_seconds": charged(said),
             **{key: said[key] for key in ("problem_id", "service_solver", "embedding",
                                           "mean_broken_share", "timing") if key in said},
             "bits": base64.b64encode(np.packbits(found, bitorder="little").tobytes()).decode()}

@@ -93,6 +93,24 @@ Example:
   qstereo-bridge report out -o report.html"""
 
 
+FRAMES_EPILOG = f"""\
+A frame that fails does not stop the others; they are named at the end, and the
+exit status is 1. A second run does what is missing. With --windows solve begins
+from the best labelling that reduce knows, and knows the bound.
+
+The workers of a scheduler need qstereo-bridge, the command qstereo and the same
+folders. Paid calls go to workers with the resource qpu: dask worker ADDRESS
+--resources qpu=1. --max-charge counts for each frame.
+
+{STATUS}
+
+Examples:
+  qstereo-bridge frames pairs --out-dir out --encode '--disparity 0:31' \\
+      --solve '--windows 1000 --seed 1' --score '--truth-scale 4'
+  qstereo-bridge frames list.txt --out-dir out --scheduler tcp://10.0.0.1:8786 \\
+      --solve '--solver qpu --windows 1000 --calls 3 --max-charge 1'"""
+
+
 class _Command(click.Command):
     """A command whose epilog is printed as it is written."""
 
@@ -199,7 +217,7 @@ SOLVE = [
             "on, by its journal, S.qsf.journal"),
     _option("--calls", WHOLE, "K", "with --windows: at most K calls (default 10)"),
     _option("--start", str, "S0.qsf", "with --windows: begin from the best sample of S0.qsf; a "
-            "lower bound in it (of `qstereo solve`) ends the calls"),
+            "lower bound in it (of `qstereo reduce --samples`) ends the calls"),
     _option("--bound", Number(float, -1e15, 1e15), "E", "with --windows: end at this proven lower "
             "bound, in real units; `qstereo reduce` prints one")]
 
@@ -216,23 +234,34 @@ def _command(module, file, *options, epilog=STATUS):
     of the function of `module` to run; without, that is the command's. Errors name the file of the
     option `file`. The module is imported only then: --help need not wait for it."""
     def make(complete):
-        def run(**values):
+        def completed(values):
             given = SimpleNamespace(**{"command": complete.__name__, "problem": None, **values})
             place, _, function = (complete(given) or complete.__name__).rpartition(".")
             given.memory_limit = getattr(given, "memory_limit", 0) << 20
+            return given, place or module, function
+
+        def run(**values):
+            given, place, function = completed(values)
             if getattr(given, "output", None) == "-":
                 _refuse({"-o - and --json both write to stdout; give -o a file": given.json,
                          "-o - would write binary to a terminal; redirect stdout, or give -o a "
                          "file": os.isatty(1)})
             with failing(getattr(given, file or "", None)):
-                found = importlib.import_module(f".{place or module}", __package__)
+                found = importlib.import_module(f".{place}", __package__)
                 return getattr(found, function)(given) or OK
+        run.completed = completed
         for option in reversed(options):
             run = option(run)
         sentence = " ".join(complete.__doc__.split()).split(". ")[0].rstrip(".") + "."
         return bridge.command(complete.__name__, cls=_Command, help=complete.__doc__,
                               short_help=sentence, epilog=epilog)(run)
     return make
+
+
+def options_of(name, words):
+    """The completed options of a command from its words. Raises click.UsageError, Failure."""
+    made = bridge.commands[name]
+    return made.callback.completed(made.make_context(name, words).params)[0]
 
 
 def _refuse(reasons):
@@ -316,6 +345,29 @@ def merge(options):
     options.solver = "merge"
     _refuse({f"{options.output} is one of the files to merge; give -o another name":
              any(_same(options.output, name) for name in [options.problem, *options.samples])})
+
+
+@_command("frames", None, click.argument("pairs", metavar="LIST|DIR"),
+          _option("--out-dir", str, "D", "folder for the maps, the samples, a .json of each frame, "
+                  "and the table of all, summary.json and summary.csv", required=True),
+          _option("--scheduler", str, "ADDRESS", "scheduler of dask whose workers do the work "
+                  "(default one for this run, with workers on this machine)"),
+          _option("--workers", WHOLE, "N", "without --scheduler: how many workers (default one "
+                  "for each core)"),
+          *(_option(f"--{step}", str, "WORDS", f"options for `{program}`{default and ' '}"
+                    f"{default and f'(default {default})'}", default=default)
+            for step, program, default in (
+                ("encode", "qstereo encode", ""),
+                ("reduce", "qstereo reduce", "--encoding domain-wall --truncate"),
+                ("solve", "qstereo-bridge solve", ""), ("decode", "qstereo decode", ""),
+                ("score", "qstereo score", ""))),
+          COMMON[0], COMMON[2], epilog=FRAMES_EPILOG)
+def frames(options):
+    """From many stereo pairs to maps: encode, reduce, solve, decode, and score where there is
+    truth. LIST has a line `left right` or `left right truth` for each pair; DIR has left_NAME.png,
+    right_NAME.png and perhaps truth_NAME.png."""
+    _refuse({"--workers is for a cluster of this machine; leave it or --scheduler out":
+             options.workers and options.scheduler})
 
 
 @_command("embed", "problem", PROBLEM,

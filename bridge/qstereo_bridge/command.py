@@ -17,7 +17,8 @@ from .failure import BAD_INPUT, IO, USAGE, Failure, InputError, io
 
 
 def call(folder, *words):
-    """Run qstereo in `folder`. What it refuses is an InputError or Failure with its sentence."""
+    """Run qstereo in `folder`: what it prints. What it refuses is an InputError or Failure with its
+    sentence."""
     found = shutil.which(os.environ.get("QSTEREO") or "qstereo")
     if not found:
         raise Failure(IO, "the command qstereo is needed and was not found: put it on the PATH, or "
@@ -26,7 +27,7 @@ def call(folder, *words):
         done = subprocess.run([os.path.abspath(found), *words], cwd=folder, capture_output=True,
                               stdin=subprocess.DEVNULL, text=True, errors="replace")
     if done.returncode == 0:
-        return
+        return done.stdout
     said = re.sub(r"^qstereo [a-z]+: | \(help: [^)]*\)$", "", done.stderr.strip())
     if done.returncode in (USAGE, BAD_INPUT):
         raise InputError(said)

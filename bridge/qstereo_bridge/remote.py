@@ -128,7 +128,7 @@ def solve_all(options):
             task.said, count = [], f"[{number}/{len(tasks)}] "
             try:
                 with failing(task.problem), explained():
-                    _one_of_many(task, session)
+                    solve_one(task, session)
             except Error as error:
                 failed.append(task.problem)
                 tell(f"{count}{error}")
@@ -163,7 +163,7 @@ def _tasks(options):
     return tasks
 
 
-def _one_of_many(task, session):
+def solve_one(task, session=None):
     """Skip what is done, collect what an earlier run sent and did not wait for, solve the rest."""
     path = jobs.path_of(task.output, b"")
     if _is_there(task):

@@ -76,6 +76,19 @@ def test_a_reduced_picture_window_by_window(run, pairs):
     assert run("qstereo", "validate", "core.qcf", "s.qsf", "--json")["energies_agree"]
 
 
+def test_windows_begin_from_what_reduce_knows(run, pairs):
+    """Without a proof the bound is still known; with one nothing is left to ask."""
+    pairs(RENDERED, "40,20,40,30", "p.qcf")
+    for words in ("--target", 100), ():
+        facts = run("qstereo", "reduce", "p.qcf", "-o", "core.qcf", "--encoding", "domain-wall",
+                    "--samples", "start.qsf", "--json", *words)
+        told = run("qstereo-bridge", "solve", "core.qcf", "-o", f"{len(words)}.qsf", "--windows",
+                   200, "--start", "start.qsf", "--seed", 1, "--calls", 2, "--json")
+        assert told["lower_bound"] == facts["lower_bound"] <= told["energy"]
+        assert told["energy"] <= facts["upper_bound"]
+        assert (told["calls"] > 0) == (facts["upper_bound"] > facts["lower_bound"])
+
+
 def test_a_picture_that_is_not_reduced_gets_no_windows(run, pairs):
     pairs(RENDERED, "40,20,20,10", "p.qcf")
     run("qstereo-bridge", "solve", "p.qcf", "-o", "s.qsf", "--windows", 100, status=3)

@@ -1,0 +1,284 @@
+"""The command `frames`: many pairs of pictures on the workers of dask.distributed.
+
+Each pair is three tasks: encode and reduce, solve, decode and score. What a task makes is in the
+output folder, beside the key of what it was made from. So a second run goes on from there, and so
+does a task whose worker has died. All workers see the same folders.
+"""
+
+import contextlib
+import csv
+import functools
+import hashlib
+import json
+import os
+import shlex
+import sys
+import tempfile
+import time
+from io import StringIO
+from pathlib import Path
+
+from . import calls, cli, command, registry, remote, runner
+from .failure import BAD_INPUT, NO, OK, SERVICE, USAGE, Error, Failure, failing, io
+from .output import save
+from .problem import load_samples
+from .text import lines
+
+STEPS = "encode", "reduce", "solve", "decode", "score"
+COLUMNS = ("name", "variables", "variables_left", "energy", "lower_bound", "gap", "proven_optimal",
+           "rms", "bad_0_5", "bad_1_0", "seconds", "charge", "error")
+
+
+def pairs(place):
+    """The pairs of a folder or of a list: (name, left, right, truth or None), paths."""
+    place, found = Path(place).absolute(), []
+    with io(place, "read"):
+        if place.is_dir():
+            for left in sorted(place.glob("left_*.png")):
+                name = left.stem.removeprefix("left_")
+                truth = place / f"truth_{name}.png"
+                found.append((name, left, place / f"right_{name}.png",
+                              truth if truth.exists() else None))
+        else:
+            said = place.read_text(encoding="utf-8", errors="surrogateescape").splitlines()
+            for number, line in enumerate(said, 1):
+                words = _split(line, f"{place}: line {number}", comments=True)
+                if len(words) not in (0, 2, 3):
+                    raise Failure(BAD_INPUT, f"{place}: line {number} has {len(words)} words; a "
+                                             "line is `left right` or `left right truth`")
+                if words:
+                    left, right, truth = [place.parent / word for word in words] + [None] * (
+                        3 - len(words))
+                    found.append((f"{number:04}", left, right, truth))
+    if not found:
+        raise Failure(BAD_INPUT, f"{place}: there is no pair; a folder holds left_NAME.png and "
+                                 "right_NAME.png, a list `left right` on each line")
+    return found
+
+
+def _split(text, place, **options):
+    try:
+        return shlex.split(text, **options)
+    except ValueError as error:
+        raise Failure(BAD_INPUT, f"{place}: {error}") from None
+
+
+def _key(*parts):
+    """What a step is made from, in short. Of a Path its file counts."""
+    found = hashlib.sha256()
+    for part in parts:
+        with io(part, "read"):
+            data = part.read_bytes() if isinstance(part, Path) else json.dumps(part).encode()
+        found.update(b"%d:" % len(data) + data)
+    return found.hexdigest()
+
+
+def _value(words, option, default):
+    """The number that the words give to an option."""
+    for at, word in enumerate(words):
+        name, equals, value = word.partition("=")
+        if name == option:
+            return float(value if equals else words[at + 1])
+    return default
+
+
+def _step(frame, name, key, ends, work):
+    """The facts of a step, from the frame's .json where they are made from the same and the files
+    are there. Else what work(folder) returns, `folder` being one that is removed."""
+    path, files = Path(f"{frame['base']}.json"), [Path(frame["base"] + end) for end in ends]
+    try:
+        state = json.loads(path.read_bytes())
+    except (FileNotFoundError, ValueError):
+        state = {}
+    if state.get(name, {}).get("key") == key and all(file.exists() for file in files):
+        return state[name]
+    if state.pop(name, None):
+        # Samples without these facts are those of a run that was interrupted, and are kept.
+        for file in [*files, *(Path(f"{file}.journal") for file in files)]:
+            file.unlink(missing_ok=True)
+        save(path, json.dumps(state).encode())
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="qstereo-") as folder:
+        facts = work(folder)
+    state[name] = {"key": key, **facts, "seconds": round(time.monotonic() - began, 3)}
+    save(path, json.dumps(state, indent=1).encode())
+    return state[name]
+
+
+def _task(work):
+    """A task's errors as one of Python's own, which every worker can send."""
+    @functools.wraps(work)
+    def run(*arguments):
+        try:
+            with failing(None):
+                return work(*arguments)
+        except Error as error:
+            raise RuntimeError(str(error)) from None
+    return run
+
+
+@_task
+def reduced(frame):
+    """Encode and reduce: the facts of the step."""
+    words = frame["words"]
+
+    def work(folder):
+        command.call(folder, "encode", str(frame["left"]), str(frame["right"]), "-o", "p.qcf",
+                     *words["encode"])
+        said = json.loads(command.call(folder, "reduce", "p.qcf", "-o", "core.qcf", "--samples",
+                                       "start.qsf", "--json", *words["reduce"]))
+        for end, made in ((".qcf", "core.qcf"), (".start.qsf", "start.qsf")):
+            save(frame["base"] + end, Path(folder, made).read_bytes())
+        return {"variables": said["variables_before"], "variables_left": said["variables_after"],
+                "lower_bound": said["lower_bound"]}
+    key = _key(frame["left"], frame["right"], words["encode"], words["reduce"])
+    return _step(frame, "reduce", key, (".qcf", ".start.qsf"), work)
+
+
+def solving(base, words):
+    """The options of `solve` for a frame. Raises click.UsageError, Failure."""
+    given = cli.options_of("solve", [f"{base}.qcf", "-o", f"{base}.qsf", "--quiet", *words])
+    if given.windows and not given.start:
+        given.start = f"{base}.start.qsf"
+    for option, wrong in (("-o", given.output != f"{base}.qsf"), ("--no-wait", given.no_wait),
+                          ("--dry-run", given.dry_run)):
+        if wrong:
+            raise Failure(USAGE, f"--solve does not take {option}: each frame's samples are "
+                                 "written, and decoded")
+    given.said = []
+    return given
+
+
+@_task
+def solved(frame, before):
+    """Solve what is left: the facts of the step. What was sent already is collected."""
+    given = solving(frame["base"], frame["words"]["solve"])
+
+    def work(folder):
+        if given.windows:
+            calls.solve(given)
+        else:
+            remote.solve_one(given)
+        info = load_samples(given.output).info
+        charges = [call["charge_seconds"] for call in info.get("calls", [])]
+        bounds = [bound for bound in (before["lower_bound"], info.get("lower_bound"))
+                  if bound is not None]
+        return {"lower_bound": max(bounds, default=None),
+                "charge": sum(charges) if charges else calls.charged(info)}
+    return _step(frame, "solve", _key(before["key"], frame["words"]["solve"]), (".qsf",), work)
+
+
+@_task
+def finished(frame, before, solving):
+    """Decode and score: the frame as the summary has it."""
+    words, truth, base = frame["words"], frame["truth"], frame["base"]
+    scale = _value(words["decode"], "--scale", 8)
+
+    def work(folder):
+        said = json.loads(command.call(folder, "decode", f"{base}.qcf", f"{base}.qsf", "-o",
+                                       "map.png", "--json", *words["decode"]))
+        facts = {"energy": said["energy"]}
+        if truth:
+            said = json.loads(command.call(folder, "score", "map.png", str(truth), "--json",
+                                           f"--scale={scale:g}", *words["score"]))
+            facts |= {key: said[key] for key in ("rms", "bad_0_5", "bad_1_0")}
+        for made in Path(folder).glob("map*.png"):
+            save(base + made.name.removeprefix("map"), made.read_bytes())
+        return facts
+    key = _key(solving["key"], words["decode"], words["score"], *([truth] if truth else []))
+    facts, bound = _step(frame, "decode", key, (".png",), work), solving["lower_bound"]
+    result = {"solver": frame["solver"], "map": f"{Path(base).name}.png", **facts,
+              "gap": None if bound is None else facts["energy"] - bound,
+              "proven_optimal": facts["energy"] == bound, "charge": solving["charge"],
+              "seconds": round(sum(one["seconds"] for one in (before, solving, facts)), 3)}
+    del result["key"]
+    near = {side: frame[side] and os.path.relpath(frame[side], Path(base).parent)
+            for side in ("left", "right", "truth")}
+    return {"name": frame["name"], **near, "scale": scale,
+            "truth_scale": _value(words["score"], "--truth-scale", 8),
+            **{key: before[key] for key in ("variables", "variables_left")},
+            "lower_bound": bound, "results": [result]}
+
+
+@contextlib.contextmanager
+def _client(options, paid):
+    """The Client of the scheduler, or of a cluster of this machine."""
+    from dask.distributed import Client, LocalCluster
+    with contextlib.ExitStack() as stack:
+        if options.scheduler is None:
+            place = stack.enter_context(LocalCluster(
+                n_workers=options.workers, threads_per_worker=1, resources={"qpu": 1},
+                dashboard_address="127.0.0.1:0"))
+        else:
+            place = options.scheduler
+        try:
+            client = stack.enter_context(Client(place))
+        except (OSError, ValueError) as error:
+            raise Failure(SERVICE, f"{place}: cannot reach this scheduler: {error}") from None
+        workers = client.scheduler_info(n_workers=-1)["workers"].values()
+        if paid and not any(worker.get("resources", {}).get("qpu") for worker in workers):
+            raise Failure(SERVICE, f"{place}: no worker has the resource qpu, which paid calls "
+                                   "need; start one with `dask worker ... --resources qpu=1`")
+        yield client
+
+
+def _summary(folder, problems, failed):
+    """Writes summary.json and summary.csv."""
+    said = {"schema": 1, "problems": problems, "failed": [
+        {"name": name, "error": error} for name, error in failed.items()]}
+    save(folder / "summary.json", json.dumps(said, indent=1).encode())
+    table = StringIO()
+    rows = csv.DictWriter(table, COLUMNS, extrasaction="ignore")
+    rows.writeheader()
+    rows.writerows([{**one, **one["results"][0]} for one in problems] + said["failed"])
+    save(folder / "summary.csv", table.getvalue().encode("utf-8", "surrogateescape"))
+
+
+def frames(options):
+    """The command `frames`."""
+    began, folder = time.monotonic(), Path(options.out_dir).absolute()
+    words = {step: _split(getattr(options, step), f"--{step}") for step in STEPS}
+    solver, found = solving("frame", words["solve"]).solver, pairs(options.pairs)
+    paid = bool(registry.find(solver).kind)
+
+    def tell(text):
+        if not options.quiet:
+            print(lines(f"qstereo-bridge frames: {text}"), file=sys.stderr, flush=True)
+    with io(folder, "make"):
+        folder.mkdir(parents=True, exist_ok=True)
+    problems, failed, tasks = [], {}, {}
+    with _client(options, paid) as client:
+        from dask.distributed import as_completed
+        tell(f"dashboard at {client.dashboard_link}")
+        for name, left, right, truth in found:
+            frame = {"name": name, "left": left, "right": right, "truth": truth, "words": words,
+                     "solver": solver, "base": str(folder / f"frame_{name}")}
+            # Pure tasks would be those of another run with this scheduler.
+            first = client.submit(reduced, frame, pure=False)
+            second = client.submit(solved, frame, first, pure=False,
+                                   resources={"qpu": 1} if paid else None)
+            tasks[client.submit(finished, frame, first, second, pure=False)] = name
+        for number, task in enumerate(as_completed(tasks), 1):
+            error = task.exception()
+            if error is not None:
+                failed[tasks[task]] = str(error)
+            else:
+                problems.append(task.result())
+            tell(f"[{number}/{len(tasks)}] {tasks[task]}: " + (
+                str(error) if error is not None else _told(problems[-1])))
+    problems.sort(key=lambda problem: problem["name"])
+    _summary(folder, problems, failed)
+    text = f"{len(problems)} of {len(found)} frames, {time.monotonic() - began:.1f} s"
+    text += f"; failed: {', '.join(sorted(failed))}" * bool(failed)
+    runner.show(options, f"{text}\n{folder / 'summary.json'}: written", {
+        "frames": len(found), "done": len(problems), "failed": sorted(failed),
+        "seconds": round(time.monotonic() - began, 3)})
+    return NO if failed else OK
+
+
+def _told(problem):
+    """A frame in one line."""
+    result = problem["results"][0]
+    proven = " (proven optimal)" * result["proven_optimal"]
+    rms = f", rms {result['rms']:.2f}" if "rms" in result else ""
+    return f"energy {result['energy']:,}{proven}{rms}, {result['seconds']:.1f} s"
