@@ -76,6 +76,12 @@ class Source:
     def digest(self):
         return _digest(self.graph)
 
+    def part(self, variables):
+        """The Source of some variables, numbered anew: the same for parts of one shape."""
+        graph = nx.relabel_nodes(self.graph.subgraph(variables),
+                                 {variable: at for at, variable in enumerate(variables)})
+        return Source(graph_of(graph, graph.edges), np.arange(len(variables) + 1))
+
     def times(self, copies):
         """Copies side by side: variable v of copy c is c * n + v."""
         return Source(nx.disjoint_union_all([self.graph] * copies), None)

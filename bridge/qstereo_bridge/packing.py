@@ -18,18 +18,6 @@ from . import tiles
 ROOM, LARGE = 2, 150
 
 
-def _parts(source):
-    """(variables, Source) of each connected part, the largest first. A Source has its variables in
-    the order of the whole, and is the same for parts of one shape."""
-    for part in sorted(map(sorted, nx.connected_components(source.graph)), key=len, reverse=True):
-        shape = nx.Graph()
-        shape.add_nodes_from(range(len(part)))
-        number = {variable: at for at, variable in enumerate(part)}
-        shape.add_edges_from(sorted(tuple(sorted((number[v], number[w])))
-                                    for v, w in source.graph.subgraph(part).edges))
-        yield part, dataclasses.replace(source, graph=shape, starts=np.arange(len(part) + 1))
-
-
 class _Board:
     """What is taken of a chip."""
 
@@ -67,10 +55,6 @@ class _Board:
         graph.remove_nodes_from([q for q in self.chip.graph if not self.free[q]])
         return dataclasses.replace(self.chip, graph=graph)
 
-    def take(self, chains):
-        self.free[[q for chain in chains for q in chain]] = False
-        return chains
-
 
 def _of_shape(source, chip, small, obtain):
     """(small chip, chains) of a part on the smallest chip, `small` of its size, that takes it; None
@@ -89,13 +73,14 @@ def lay_out(source, chip, obtain, find, progress=lambda text: None):
     obtain, find    functions of a Source and a Chip to {variable: [qubits]} or None, one for what
                     is worth to be kept, one for what is left of this chip
     """
-    parts = list(_parts(source))
+    parts = sorted(map(sorted, nx.connected_components(source.graph)), key=len, reverse=True)
     if len(parts) < 2 or tiles.tiling(chip) is None:
         return None
     board, known, chains = _Board(chip), {}, {}
     small = functools.cache(lambda size: chip.named(f"{chip.family}:{size}"))
-    for number, (part, shape) in enumerate(parts):
-        progress(f"part {number + 1} of {len(parts)}")
+    for number, part in enumerate(parts, 1):
+        progress(f"part {number} of {len(parts)}")
+        shape = source.part(part)
         if shape.digest not in known:
             known[shape.digest] = _of_shape(shape, chip, small, obtain)
         found = known[shape.digest] and board.place(*known[shape.digest])
@@ -103,6 +88,7 @@ def lay_out(source, chip, obtain, find, progress=lambda text: None):
             rest = find(shape, board.rest())
             if not rest:
                 return None
-            found = board.take([rest[v] for v in range(len(part))])
+            found = [rest[v] for v in range(len(part))]
+            board.free[sum(found, [])] = False
         chains.update(zip(part, found))
     return chains
