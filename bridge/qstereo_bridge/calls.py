@@ -10,23 +10,21 @@ import base64
 import contextlib
 import copy
 import dataclasses
+import functools
 import hashlib
 import itertools
 import math
 import os
-import sys
 import time
 
 import numpy as np
 
-from . import embedding, hybrid, jobs, merging, registry, remote, runner, windows
+from . import embedding, jobs, merging, registry, remote, runner, windows
 from .failure import BAD_INPUT, Failure, failing, io
 from .journal import Journal
 from .output import Output
 from .problem import load_samples, made
 from .qsf import NO_CHAINS, RECORD, Samples
-from .services import connect
-from .text import lines
 
 UNREDUCED = ("windows of a picture that is not reduced gain nothing. Reduce it, then give the "
              "windows of what is left:\n"
@@ -45,7 +43,7 @@ class _Run:
     """A run: the problem, the best state known, and the bound; energies in the file's units."""
 
     def __init__(self, options):
-        self.options = options
+        self.options, self.session, self.tell = options, None, runner.progress(options)
         self.p = made(runner.read(options), options.digest, options.memory_limit)
         problem = self.p.coefficients
         if len(self.p) > options.windows and not _reduced(problem):
@@ -80,15 +78,10 @@ class _Run:
         return runner.real(energy, self.p.scale)
 
     def calls(self):
-        """(number, whether it is the last of its pass, its variables), at most --calls."""
-        options, number = self.options, 0
-        for turn in itertools.count() if len(self.p) else ():
-            found = windows.passes(self.p, options.windows, turn, options.seed or 0)
-            for at, variables in enumerate(found, 1):
-                if number == options.calls:
-                    return
-                yield number, at == len(found), variables
-                number += 1
+        """(number, (variables, whether it is the last of its pass)), at most --calls."""
+        options = self.options
+        return enumerate(itertools.islice(
+            windows.calls(self.p, options.windows, options.seed or 0), options.calls))
 
     def head(self):
         options = self.options
@@ -99,25 +92,30 @@ class _Run:
     def window(self, variables):
         return windows.window(self.p, self.bits, variables)
 
-    def embed(self, solver, tell):
-        """Look for an embedding of the whole problem, side by side in its parts: that of each
-        window is a part of it. Sets `whole`, None where the chip is too small for it; without an
-        account the chip is a Zephyr of twelve tiles each way."""
-        self.chip = (embedding.Chip.named("zephyr:12") if solver is None else
-                     embedding.Chip.of_solver(solver))
-        self.whole, source = None, embedding.Source.of(self.p.coefficients, self.p.memory_limit)
+    @functools.cached_property
+    def chip(self):
+        """That of the solver; without an account a Zephyr of twelve tiles each way."""
+        return (embedding.Chip.of_solver(self.session.solver) if self.session else
+                embedding.Chip.named("zephyr:12"))
+
+    @functools.cached_property
+    def whole(self):
+        """An Embedding of the whole problem, of which that of each window is a part; None where the
+        chip is too small for it."""
+        source = embedding.Source.of(self.p.coefficients, self.p.memory_limit)
         if 2 * len(source.graph) <= len(self.chip.graph):
             with contextlib.suppress(embedding.NoEmbedding):
-                self.whole = embedding.obtain(source, self.chip, progress=tell)
+                return embedding.obtain(source, self.chip, progress=self.tell)
+        return None
 
-    def embedded(self, part, variables, tell):
+    def embedded(self, part, variables):
         """The Embedding of a window, which is kept for its call. Raises NoEmbedding."""
         source = embedding.Source.of(part.coefficients, self.p.memory_limit)
         if self.whole:
             chains = {at: self.whole.chains[v] for at, v in enumerate(variables.tolist())}
             embedding.keep(dataclasses.replace(self.whole, problem=source.digest, chains=chains),
                            source, self.chip)
-        return embedding.obtain(source, self.chip, progress=tell)
+        return embedding.obtain(source, self.chip, progress=self.tell)
 
     def samples(self, lines):
         """The Samples for the file: the best state known, and what each call was."""
@@ -143,9 +141,9 @@ def _options_of(options, number, part):
 
 def _ask(call, part, session, tell):
     """(Answer to the window of a call, a context that removes its job)."""
-    solver, problem = registry.find(call.solver), part.coefficients
-    if not solver.kind:
-        return solver.run(call.solver, problem, call, tell), contextlib.nullcontext()
+    problem = part.coefficients
+    if session is None:
+        return runner.here(call, problem, tell)
     path = jobs.path_of(call.output, call.digest)
     job = jobs.Job.load(path, whatever=True)
     if job and job.facts.get("problem_digest") == call.digest.hex() and jobs.was_sent(job):
@@ -181,57 +179,49 @@ def _bits(line, n):
 
 def solve(options):
     """Solve by windows, write the samples, print."""
-    began, tell = time.monotonic(), runner.progress(options)
+    began = time.monotonic()
     with io(options.output, "write"), Output(options.output, last=False):
         run = _Run(options)
     if not len(run.p):
         # Nothing is left to decide.
         return runner.solve(options)
-    with contextlib.ExitStack() as stack:
-        journal = stack.enter_context(Journal(f"{options.output}.journal", run.head()))
-        session = None
-        if registry.find(options.solver).kind:
-            session = stack.enter_context(connect(options.solver, options.solver_name))
-            if options.solver == "qpu":
-                run.embed(session.solver, tell)
-            if options.max_charge is not None:
-                remote.check_charge(options, _plans(run, session, tell))
-        _calls(run, journal, session, tell)
-        tell(None)
+    with (Journal(f"{options.output}.journal", run.head()) as journal,
+          remote.account(options) as run.session):
+        if options.max_charge is not None:
+            remote.check_charge(options, _plans(run))
+        _calls(run, journal)
+        run.tell(None)
         return _deliver(run, journal, time.monotonic() - began)
 
 
-def _forget(options, number):
-    """Remove the job file of a call whose answer is in the journal."""
-    with contextlib.suppress(FileNotFoundError):
-        os.remove(jobs.path_of(f"{options.output}.call-{number + 1}", b""))
-
-
-def _calls(run, journal, session, tell):
+def _calls(run, journal):
     """The calls that are still to be made, each into journal and samples file."""
     options, before = run.options, run.energy if run.options.start else None
-    for number, last, variables in run.calls():
+    for number, (variables, last) in run.calls():
         known = bool(number or options.start)
         if known and run.energy == run.bound:
             return
         if number < len(journal.lines):
             run.bits = _bits(journal.lines[number], len(run.p))
-            _forget(options, number)
+            # The job file of an answer that is in the journal.
+            with contextlib.suppress(FileNotFoundError):
+                os.remove(jobs.path_of(f"{options.output}.call-{number + 1}", b""))
         else:
             part = run.window(variables)
             call = _options_of(options, number, part)
             if options.solver == "qpu":
-                run.embedded(part, variables, tell)
-            answer, kept = _ask(call, part, session,
-                                lambda text: tell(text and f"call {number + 1}, {text}"))
+                run.embedded(part, variables)
+            answer, kept = _ask(call, part, run.session,
+                                lambda text: run.tell(text and f"call {number + 1}, {text}"))
             with kept:
                 runner.checked(call, part.coefficients, answer)
                 run.bits = windows.improved(run.p, run.bits, variables, answer.bits, known)
                 run.check()
                 journal.append(_line(run, number, variables, answer, run.bits))
                 run.samples(journal.lines).save(options.output)
-            tell(None)
-            _tell(run, journal)
+            run.tell(None)
+            if not options.quiet and not options.json:
+                runner.say(options, f"call {len(journal.lines)}: {_state(run, journal)}")
         # A pass that gains nothing is the last.
         if last and run.energy == before:
             return
@@ -253,13 +243,6 @@ def _state(run, journal):
         registry.find(run.options.solver).kind)
 
 
-def _tell(run, journal):
-    """One line of progress after each call."""
-    if not run.options.quiet and not run.options.json:
-        print(lines(f"qstereo-bridge solve: call {len(journal.lines)}: {_state(run, journal)}"),
-              file=sys.stderr, flush=True)
-
-
 def _deliver(run, journal, seconds):
     """Write the samples file once more: the last call's may be missing; print the result."""
     options, done = run.options, journal.lines
@@ -279,36 +262,26 @@ def _deliver(run, journal, seconds):
         "charge_seconds": _charge(done), "seconds": round(seconds, 3)})
 
 
-def _plans(run, session, tell):
-    """What each call would send, at most: dicts. On a chip, with its embedding, which is looked
-    for and kept; without an account on a Zephyr of twelve tiles each way."""
+def _plans(run):
+    """What each call would send, at most: dicts. On a chip with its embedding, which is kept."""
     options, plans = run.options, []
-    for number, _, variables in run.calls():
-        part = run.window(variables)
-        call, solver = _options_of(options, number, part), registry.find(options.solver)
-        if not solver.kind:
-            plans.append({"variables": int(variables.size)})
-            continue
-        chains = {}
+    for number, (variables, _) in run.calls():
+        part, chains = run.window(variables), {}
         if options.solver == "qpu":
-            figures = run.embedded(part, variables, tell).figures()
+            figures = run.embedded(part, variables).figures()
             chains = {"embedded_qubits": figures.pop("qubits"), **figures, "fits": True}
-        by = ([hybrid.PUBLISHED[options.solver]] if session is None else
-              [session.properties, session.solver])
-        plans.append({**solver.run(call.solver, part.coefficients, call).plan(*by), **chains})
+        call = _options_of(options, number, part)
+        plans.append({**remote.plan(call, run.session, part.coefficients), **chains})
     return plans
 
 
 def dry_run(options):
     """The command `solve --windows --dry-run`."""
-    run, service = _Run(options), bool(registry.find(options.solver).kind)
-    tell = runner.progress(options)
-    with remote.account(options) as session:
-        if options.solver == "qpu":
-            run.embed(session and session.solver, tell)
-        plans = _plans(run, session, tell)
-        tell(None)
-    charge = remote.charge_of(plans) if service else 0
+    run = _Run(options)
+    with remote.account(options) as run.session:
+        plans = _plans(run)
+        run.tell(None)
+    charge = remote.charge_of(plans) if registry.find(options.solver).kind else 0
     said = []
     for number, found in enumerate(plans, 1):
         chains = (f", {found['embedded_qubits']:,} qubits, chains of {found['mean_chain']:.2f} on "
@@ -316,9 +289,6 @@ def dry_run(options):
         each = found.get("charge_seconds")
         said.append(f"call {number}: {found['variables']:,} variables{chains}"
                     + (f", estimated charge {each:,.3f} s" if each else ""))
-    bill = ("runs on this machine; nothing is charged" if not service else
-            "what is charged, the service tells to an account" if charge is None else
-            f"estimated charge in all {charge:,.3f} s")
-    said.append(f"{options.solver}: at most {len(plans):,} calls; {bill}; nothing was sent")
+    said.append(f"{options.solver}: at most {len(plans):,} calls; {remote.bill(options, charge)}")
     runner.show(options, "\n".join(said), {"solver": options.solver, "dry_run": True,
                                            "calls": plans, "charge_seconds": charge})

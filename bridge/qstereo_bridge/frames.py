@@ -12,7 +12,6 @@ import hashlib
 import json
 import os
 import shlex
-import sys
 import tempfile
 import time
 from io import StringIO
@@ -22,7 +21,6 @@ from . import calls, cli, command, registry, remote, runner
 from .failure import BAD_INPUT, NO, OK, SERVICE, USAGE, Error, Failure, failing, io
 from .output import save
 from .problem import load_samples
-from .text import lines
 
 STEPS = "encode", "reduce", "solve", "decode", "score"
 COLUMNS = ("name", "variables", "variables_left", "energy", "lower_bound", "gap", "proven_optimal",
@@ -243,7 +241,7 @@ def frames(options):
 
     def tell(text):
         if not options.quiet:
-            print(lines(f"qstereo-bridge frames: {text}"), file=sys.stderr, flush=True)
+            runner.say(options, text)
     with io(folder, "make"):
         folder.mkdir(parents=True, exist_ok=True)
     problems, failed, tasks = [], {}, {}

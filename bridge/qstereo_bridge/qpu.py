@@ -1,10 +1,8 @@
 """D-Wave's quantum annealer: embedding, chain strength, parameters, samples from broken chains."""
 
-import sys
-
 import numpy as np
 
-from . import embedding, models
+from . import embedding, models, runner
 from .embedding import Chip
 from .failure import SolverError, failing, io
 from .hybrid import SMALLER, Request
@@ -135,10 +133,10 @@ class Qpu:
         if options.copies == "auto" and not options.quiet:
             progress(None)
             count = len(found.chains) // len(source.graph)
-            print(f"qstereo-bridge {options.command}: {count:,} copies found on "
-                  f"{line(chip.name)}: {options.num_reads * count:,} samples from "
-                  f"{options.num_reads:,} reads (searched {found.seconds:.1f} of "
-                  f"{embedding.TIMEOUT:g} s)", file=sys.stderr, flush=True)
+            runner.say(options, f"{count:,} copies found on {line(chip.name)}: "
+                                f"{options.num_reads * count:,} samples from "
+                                f"{options.num_reads:,} reads (searched {found.seconds:.1f} of "
+                                f"{embedding.TIMEOUT:g} s)")
         return found.chains
 
     def users(self, source, chip):

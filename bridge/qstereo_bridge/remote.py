@@ -4,14 +4,13 @@ solvers, and the dry run."""
 import contextlib
 import copy
 import os
-import sys
 
 from . import hybrid, jobs, models, registry, runner
 from .container import FormatError
 from .failure import BAD_INPUT, NO, OK, USAGE, Error, Failure, failing, io
 from .qsf import read_qsf
 from .services import NAMES, WANTED, NoAccount, client, configuration, connect, explained
-from .text import line, lines
+from .text import line
 
 
 def solve(options, session=None):
@@ -34,11 +33,8 @@ def send(options, problem, session, progress):
         earlier = jobs.check_earlier(options)
         stack.push(lambda kind, *error: kind and earlier and earlier.leave())
         stack.enter_context(explained())
-        if session is None:
-            # An account that there is not is told of before anything large is imported or built.
-            configuration()
-        kind = registry.find(options.solver).run(options.solver, problem, options)
         session = session or stack.enter_context(connect(options.solver, options.solver_name))
+        kind = registry.find(options.solver).run(options.solver, problem, options)
         if options.max_charge is not None and options.out_dir is None:
             check_charge(options, [kind.plan(session.properties, session.solver)])
         return jobs.solve(kind, options, progress, session, earlier)
@@ -115,13 +111,7 @@ def solve_all(options):
     with io(options.out_dir, "make"):
         os.makedirs(options.out_dir, exist_ok=True)
     tasks, failed, results = _tasks(options), [], []
-
-    def tell(text):
-        print(lines(f"qstereo-bridge solve: {text}"), file=sys.stderr, flush=True)
-    with contextlib.ExitStack() as stack:
-        session = None
-        if registry.find(options.solver).kind:
-            session = stack.enter_context(connect(options.solver, options.solver_name))
+    with account(options) as session:
         if options.max_charge is not None:
             check_charge(options, _plans(tasks, session))
         for number, task in enumerate(tasks, 1):
@@ -131,7 +121,7 @@ def solve_all(options):
                     solve_one(task, session)
             except Error as error:
                 failed.append(task.problem)
-                tell(f"{count}{error}")
+                runner.say(options, f"{count}{error}")
                 continue
             text, facts = task.said[-1]
             results.append({"problem": task.problem, "samples_file": task.output, **facts})
@@ -140,7 +130,7 @@ def solve_all(options):
     if options.json:
         runner.show(options, "", {"solver": options.solver, "problems": results, "failed": failed})
     if failed:
-        tell(f"{len(failed)} of {len(tasks)} failed: {', '.join(failed)}")
+        runner.say(options, f"{len(failed)} of {len(tasks)} failed: {', '.join(failed)}")
     return NO if failed else OK
 
 
@@ -223,12 +213,12 @@ def _described(solver):
 
 @contextlib.contextmanager
 def account(options):
-    """The Session of a service's solver; None without an account, and for a solver of this machine.
-    """
+    """The Session of a service's solver; None for a solver of this machine, and in a dry run
+    without an account."""
     with contextlib.ExitStack() as stack:
         session = None
         if registry.find(options.solver).kind:
-            with contextlib.suppress(NoAccount), explained():
+            with contextlib.suppress(*[NoAccount] * options.dry_run), explained():
                 configuration()
                 session = stack.enter_context(connect(options.solver, options.solver_name))
         yield session
@@ -236,7 +226,7 @@ def account(options):
 
 def dry_run(options):
     """The command `solve --dry-run`: what would be sent, and of several problems the bill."""
-    tasks, service = _tasks(options), bool(registry.find(options.solver).kind)
+    tasks = _tasks(options)
     with account(options) as session:
         plans = _plans(tasks, session)
     told, charge = {"solver": options.solver, "dry_run": True}, charge_of(plans)
@@ -250,12 +240,17 @@ def dry_run(options):
             "skipped, the samples are there" if found.get("skipped") else
             f"{found['variables']:,} variables" if cost is None else
             f"{found['variables']:,} variables, estimated charge {cost:,.3f} s"))
-    bill = ("runs on this machine; nothing is charged" if not service else
-            "the charge cannot be told" if charge is None else
-            f"estimated charge in all {charge:,.3f} s")
-    said.append(f"{options.solver}: {len(tasks):,} problems; {bill}; nothing was sent")
+    said.append(f"{options.solver}: {len(tasks):,} problems; {bill(options, charge)}")
     runner.show(options, "\n".join(said), {**told, "charge_seconds": charge, "problems": [
         {"problem": task.problem, **found} for task, found in zip(tasks, plans)]})
+
+
+def bill(options, charge):
+    """The end of a dry run of several problems, in words."""
+    sum_of = ("runs on this machine; nothing is charged" if not registry.find(options.solver).kind
+              else "the charge cannot be told" if charge is None else
+              f"estimated charge in all {charge:,.3f} s")
+    return f"{sum_of}; nothing was sent"
 
 
 def _plans(tasks, session):
@@ -265,13 +260,14 @@ def _plans(tasks, session):
     for task in tasks:
         with failing(task.problem):
             plans.append({"skipped": True, "charge_seconds": 0, "fits": True}
-                         if task.out_dir is not None and _is_there(task) else plan(task, session))
+                         if task.out_dir is not None and _is_there(task) else
+                         plan(task, session, runner.read(task)))
     return plans
 
 
-def plan(options, session):
+def plan(options, session, problem):
     """What would be sent for one problem: a dict."""
-    problem, solver = runner.read(options), registry.find(options.solver)
+    solver = registry.find(options.solver)
     found = {"variables": problem.linear.size, "quadratic_terms": 0}
     if not problem.linear.size:
         return {**found, "upload_bytes": 0, "charge_seconds": 0, "fits": True}

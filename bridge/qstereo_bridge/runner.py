@@ -40,6 +40,11 @@ def read(options):
     return problem
 
 
+def say(options, text):
+    """A message of the command."""
+    print(lines(f"qstereo-bridge {options.command}: {text}"), file=sys.stderr, flush=True)
+
+
 def show(options, text, facts):
     """A result: `text`, or with --json `facts`, on stdout, or on stderr where the samples go to
     stdout. One of several problems keeps it in `options.said`."""
@@ -127,7 +132,7 @@ def checked(options, problem, answer):
             raise SolverError(f"internal error: the solver says that sample {at} has energy "
                               f"{answer.energies[at]}, it has {expected[at]}; please report this")
     for warning in [] if options.quiet else answer.info.get("warnings", []):
-        print(f"qstereo-bridge {options.command}: warning: {line(str(warning))}", file=sys.stderr)
+        say(options, f"warning: {line(str(warning))}")
     return samples
 
 

@@ -76,6 +76,8 @@ class Session:
 def client(kind="base", wanted=None, solver_name=None, **options):
     """A client of D-Wave's, of its kind "base", "qpu" or "hybrid", with the user's configuration.
     Raises SolverError for a configuration that cannot be meant."""
+    # An account that there is not is told of before anything large is imported.
+    configured = configuration()
     from dwave.cloud.client import base, hybrid, qpu
 
     parent = {"base": base, "qpu": qpu, "hybrid": hybrid}[kind].Client
@@ -83,7 +85,7 @@ def client(kind="base", wanted=None, solver_name=None, **options):
         "create_session": lambda self: bounded(parent.create_session(self))})
     named = {"solver": solver_name} if solver_name else {}
     return made.from_config(client="base", defaults={"solver": wanted} if wanted else {},
-                            **configuration(), **named, **options)
+                            **configured, **named, **options)
 
 
 def configuration():

@@ -25,13 +25,19 @@ def plan(p, variables, call=0, seed=0):
     p           Problem
     variables   how many a call takes at most
     call        0, 1, 2 ..
-    Raises InputError where a group has more variables than a call takes.
+    Raises InputError for a problem without variables, and where a group has more of them than a
+    call takes.
     """
-    for number in itertools.count():
-        calls = passes(p, variables, number, seed)
-        if call < len(calls):
-            return calls[call]
-        call -= len(calls)
+    if not len(p):
+        raise InputError("this problem has no variables")
+    return next(itertools.islice(calls(p, variables, seed), call, None))[0]
+
+
+def calls(p, variables, seed=0):
+    """(variables, whether it is the last of its pass) of call after call, without end."""
+    for number in itertools.count() if len(p) else ():
+        found = passes(p, variables, number, seed)
+        yield from ((one, at == len(found)) for at, one in enumerate(found, 1))
 
 
 def passes(p, variables, number=0, seed=0):
