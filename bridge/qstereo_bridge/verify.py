@@ -227,8 +227,8 @@ class _Split:
 
 class _Part:
     """A part that is solved by elimination, in the order of its `sites`. Of each site: `left`,
-    which labels; `terms`, pairs of places, rising, and an array over their sites' labels; `table`,
-    the same for all terms together, over the places `sides`."""
+    which labels; `terms`, pairs of places, rising, and costs; `table`, of all terms, over `sides`.
+    """
 
     def __init__(self, p, stages, sites):
         stages.need(np.unique(sites).size == sites.size and (sites < p.fixed.size).all()
@@ -261,7 +261,9 @@ class _Part:
         """The least energy of the part."""
         self.table, self.sent, value = [], [], 0
         for sides, own in zip(self.sides, self.terms):
-            self.table.append(sum(_over(sides, *term) for term in own))
+            self.table.append(sum(np.expand_dims(costs, [
+                axis for axis, side in enumerate(sides) if side not in places])
+                for places, costs in own))
             self.sent.append(self.table[-1].min(0))
             if len(sides) > 1:
                 self.terms[sides[1]].append((sides[1:], self.sent[-1]))
@@ -284,23 +286,17 @@ class _Part:
         p.constant += value
 
 
-def _over(sides, places, array):
-    """An array over the sites at `places` with an axis for each of `sides`."""
-    size = iter(array.shape)
-    return array.reshape([next(size) if side in places else 1 for side in sides])
-
-
 def _solve_parts(p, stages):
-    count = int(stages.array("<u4", 1)[0])
+    (count,) = stages.unpack("<I")
     stages.need(count, "a stage of no parts")
     while count:
         stages.need(count <= MOST_SITES, "a part of too many sites")
-        value = int(stages.array("<i8", 1)[0])
+        (value,) = stages.unpack("<q")
         part = _Part(p, stages, stages.array("<u4", count).astype(int))
         if part.solve() != value:
             raise Invalid("a part has another least energy than it states")
         part.settle(value)
-        count = int(stages.array("<u4", 1)[0])
+        (count,) = stages.unpack("<I")
 
 
 def _goldstein(p, sets, claimed):
