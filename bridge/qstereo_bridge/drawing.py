@@ -100,50 +100,25 @@ def energies(results, bound):
     return figure
 
 
-def course(traces, bound):
-    """Energies and bounds over time. traces: name -> rows of `--trace`."""
+def course(traces, across, up, keys=("energy", "bound"), bound=None, scale="linear"):
+    """What `keys` name, the second dashed; None where no trace tells it. traces: name -> rows of
+    `--trace`, or the lines of a journal; `across` names their column of places, `up` the axis."""
     figure = Figure(figsize=(6, 2.8))
     axes = figure.subplots()
     for number, (name, rows) in enumerate(traces.items()):
-        for key, line in (("energy", "-"), ("bound", "--")):
-            points = [(float(row["seconds"]), float(row[key])) for row in rows if row.get(key)]
+        for key, line in zip(keys, ("-", "--")):
+            points = [(float(row[across]), float(row[key])) for row in rows
+                      if row.get(key) not in (None, "")]
             if points:
                 axes.step(*zip(*points), line, where="post", color=f"C{number % 10}",
-                          marker="." if len(points) == 1 else None,
-                          label=name if key == "energy" else None)
-    if bound is not None:
-        axes.axhline(bound, color=RED, lw=1, label="proven bound")
-    axes.set_xlabel("seconds")
-    axes.set_ylabel("energy; bound dashed")
-    axes.legend(frameon=False, fontsize=8, labelcolor=INK)
-    return figure
-
-
-def left_over(traces):
-    """Variables that are left over time, of the traces that tell them; None if none does."""
-    told = {name: [(float(row["seconds"]), float(row["variables"])) for row in rows
-                   if row.get("variables")] for name, rows in traces.items()}
-    if not any(told.values()):
+                          marker="." if len(points) < 100 else None,
+                          label=name if key == keys[0] else None)
+    if not axes.lines:
         return None
-    figure = Figure(figsize=(6, 2))
-    axes = figure.subplots()
-    for points in filter(None, told.values()):
-        axes.step(*zip(*points), where="post", color=BLUE)
-    axes.set_yscale("symlog")
-    axes.set_xlabel("seconds")
-    axes.set_ylabel("variables left")
-    return figure
-
-
-def calls(lines, bound):
-    """The energy after each call of a run in windows. lines: those of its journal."""
-    figure = Figure(figsize=(6, 2.8))
-    axes = figure.subplots()
-    axes.plot([line["call"] for line in lines], [line["energy"] for line in lines], ".-",
-              color=BLUE)
     if bound is not None:
         axes.axhline(bound, color=RED, lw=1, label="proven bound")
-        axes.legend(frameon=False, fontsize=8, labelcolor=INK)
-    axes.set_xlabel("calls")
-    axes.set_ylabel("energy")
+    axes.set_yscale(scale)
+    axes.set_xlabel(across)
+    axes.set_ylabel(up)
+    axes.legend(frameon=False, fontsize=8, labelcolor=INK)
     return figure

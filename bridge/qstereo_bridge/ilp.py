@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
-from scipy.sparse import coo_array, csgraph
+from scipy.sparse import coo_array
 
 from . import models
 from .container import check_memory
@@ -138,8 +138,7 @@ def split(form):
     """(The program of each variable, numbered from the smallest on, -1 at sites without products;
     how many connected parts there are.) Small parts share a program."""
     left, right = form.left % form.linear.size, form.right % form.linear.size
-    graph = coo_array((np.ones(left.size), (form.site[left], form.site[right])), 2 * form.hot.shape)
-    part = csgraph.connected_components(graph, directed=False)[1][form.site]
+    part = models.components(form.hot.size, form.site[left], form.site[right])[form.site]
     met = np.bincount(part[left], minlength=part.size)
     sizes = np.where(met > 0, met + np.bincount(part, minlength=part.size), 0)
     order = np.argsort(sizes, kind="stable")

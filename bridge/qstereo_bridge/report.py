@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from . import drawing as draw
+from . import drawing as draw, runner
 from .failure import InputError
 from .failure import io as reading
-from .output import Output
+from .output import save
 from .qsf import parse_qsf
 
 COLUMNS = {"solver": "method", "energy": "energy", "gap": "gap", "rms": "rms, pixels",
@@ -176,14 +176,15 @@ def all_maps(problem):
     found = [(one["solver"], levels(picture(problem, one.get("map")), scale))
              for one in problem["results"] if one.get("map")]
     truth = levels(known["truth"], problem.get("truth_scale", 8))
-    shape = found[0][1].shape if found else None
-    cut = window(found, shape) if found else (slice(None), slice(None))
-    pair = [(name, grey(known[name])) for name in ("left", "right", "confidence")
-            if known[name] is not None]
-    return ([(name, values[cut] if values.shape == shape else values) for name, values in found],
+    shape = found[0][1].shape if found else ()
+    cut = window(found, shape) if found else ()
+
+    def part(values):
+        return values[cut] if values.shape[:2] == shape else values
+    return ([(name, part(values)) for name, values in found],
             truth[cut] if truth is not None and truth.shape == shape else None,
-            [(name, values[cut] if values.shape[:2] == shape else values)
-             for name, values in pair])
+            [(name, part(grey(known[name]))) for name in ("left", "right", "confidence")
+             if known[name] is not None])
 
 
 def maps(problem, keep):
@@ -284,9 +285,11 @@ def section(problem, keep):
     bound, traces = problem.get("lower_bound"), traces_of(problem)
     answered = [one for one in problem["results"] if one.get("energy") is not None]
     drawn = {"energies": draw.energies(answered, bound) if answered else None,
-             "course": draw.course(traces, bound) if traces else None,
-             "left": draw.left_over(traces) if traces else None,
-             "calls": draw.calls(problem["calls"], bound) if problem.get("calls") else None}
+             "course": draw.course(traces, "seconds", "energy; bound dashed", bound=bound),
+             "left": draw.course(traces, "seconds", "variables left", ["variables"],
+                                 scale="symlog"),
+             "calls": draw.course({"calls": problem.get("calls", [])}, "call", "energy",
+                                  bound=bound)}
     page = f"<h2>{html.escape(str(problem['name']))}</h2>" + facts(problem)
     page += maps(problem, keep) + results_table(problem, keep)
     for name, figure in drawn.items():
@@ -317,25 +320,15 @@ def page_of(problems, title, before="", after="", parts=None):
             f"<h1>{html.escape(title)}</h1>{before}{body}{after}</body></html>\n")
 
 
-def save(files):
-    """Write files, {path: text}, each whole or not at all."""
-    for path, text in files.items():
-        with reading(path, "be written"), Output(str(path), last=False) as out:
-            out.write(text.encode())
-            out.keep()
-
-
 def command(options):
     problems, parts = load(options.results), {}
-    text = page_of(problems, options.title, parts=parts if options.parts else None)
+    page = page_of(problems, options.title, parts=parts if options.parts else None).encode()
     if options.parts:
         with reading(options.parts, "be made"):
             Path(options.parts).mkdir(parents=True, exist_ok=True)
-        save({Path(options.parts, name): part for name, part in parts.items()})
-    save({options.output: text})
-    if options.json:
-        print(json.dumps({"schema": 1, "output": options.output, "problems": len(problems),
-                          "bytes": len(text.encode()), "parts": sorted(parts)}))
-    elif not options.quiet and options.output != "-":
-        print(f"{options.output}: {len(problems)} problem{'s' * (len(problems) != 1)}, "
-              f"{len(text.encode()):,} bytes")
+        for name, part in parts.items():
+            save(Path(options.parts, name), part.encode())
+    save(options.output, page)
+    runner.show(options, f"{options.output}: {len(problems)} problem{'s' * (len(problems) != 1)}, "
+                f"{len(page):,} bytes", {"output": options.output, "problems": len(problems),
+                                    "bytes": len(page), "parts": sorted(parts)})

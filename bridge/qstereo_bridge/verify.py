@@ -1,5 +1,5 @@
-"""Checks certificates (.qpf, docs/FORMAT.md) by numpy alone: it shares no code with the C library,
-only this package's readers of files. docs/MATHS.md, section 19, has the mathematics.
+"""Checks certificates (.qpf, docs/FORMAT.md) by numpy alone: it shares no code with the C library.
+docs/MATHS.md, section 19, has the mathematics.
 
 The labelling problem is what the states of the .qcf say: sites are its groups, the labels of a site
 are its variables (in a domain wall the number of its variables that are 1), and their costs are the
@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from . import qcf, runner
+from . import models, qcf, runner
 from .container import DEFAULT_LIMIT, Corrupt, read_chunks, read_header, read_stream
 from .failure import NO, OK, InputError
 from .problem import File, load, load_samples, opened
@@ -124,6 +124,12 @@ class _Problem:
         a, b = labelling[self.first[edges]], labelling[self.second[edges]]
         return self.weight[edges] * self.tables[self.block[edges], a, b]
 
+    def edges_at(self, sites):
+        """(row, edge) of the edges that are alive: edge[k] has the end sites[row[k]]."""
+        row = np.repeat(np.arange(sites.size), self.degree[sites])
+        edge = self.near[self.near_start[sites][row] + qcf.places(self.degree[sites])]
+        return row[self.alive[edge]], edge[self.alive[edge]]
+
     def costs(self, edges):
         """(edges, labels, labels): what the labels cost on edges."""
         return self.tables[self.block[edges]] * self.weight[edges, None, None]
@@ -150,18 +156,6 @@ def _trimmed(problem, count):
     if width not in (1, 2, 4) or len(side) != 8 + count * width:
         raise Corrupt("chunk trnc: its length is not what it must be")
     return np.frombuffer(side, f"<u{width}", offset=8)
-
-
-def _parts(first, second, sites):
-    """Of each site the lowest site that edges join it to."""
-    part = np.arange(sites)
-    while (part[first] != part[second]).any():
-        low = np.minimum(part[first], part[second])
-        np.minimum.at(part, part[first], low)
-        np.minimum.at(part, part[second], low)
-        while (part != part[part]).any():
-            part = part[part]
-    return part
 
 
 class _Split:
@@ -193,7 +187,7 @@ class _Split:
         sums = np.add.reduceat(share, self.start, 0) if rows else share
         share[last] = scale * p.unary[~p.fixed] - sums
         self.share = np.where(p.kept[self.site], share, OUT)
-        self.part = _parts(self.first, self.second, count.size)
+        self.part = models.components(count.size, self.first, self.second)
 
     def bound(self):
         """The dynamic program of all chains, an edge of each at a time."""
@@ -233,15 +227,14 @@ class _Split:
 
 class _Part:
     """A part that is solved by elimination, in the order of its `sites`. Of each site: `left`,
-    which labels; `terms`, pairs of places, rising, and an array over their sites' labels; `table`,
-    the same for all terms together, over the places `sides`."""
+    which labels; `terms`, pairs of places, rising, and costs; `table`, of all terms, over `sides`.
+    """
 
     def __init__(self, p, stages, sites):
         stages.need(np.unique(sites).size == sites.size and (sites < p.fixed.size).all()
                     and not p.fixed[sites].any(), "sites that are no part")
         self.p, self.sites, self.left = p, sites, p.kept[sites]
-        near = np.concatenate([p.near[p.near_start[site]:p.near_start[site + 1]] for site in sites])
-        self.edges = np.unique(near[p.alive[near]])
+        self.edges = np.unique(p.edges_at(sites)[1])
         place = {site: at for at, site in enumerate(sites.tolist())}
         ends = [[place.get(site, -1) for site in end[self.edges].tolist()]
                 for end in (p.first, p.second)]
@@ -268,7 +261,9 @@ class _Part:
         """The least energy of the part."""
         self.table, self.sent, value = [], [], 0
         for sides, own in zip(self.sides, self.terms):
-            self.table.append(sum(_over(sides, *term) for term in own))
+            self.table.append(sum(np.expand_dims(costs, [
+                axis for axis, side in enumerate(sides) if side not in places])
+                for places, costs in own))
             self.sent.append(self.table[-1].min(0))
             if len(sides) > 1:
                 self.terms[sides[1]].append((sides[1:], self.sent[-1]))
@@ -291,23 +286,17 @@ class _Part:
         p.constant += value
 
 
-def _over(sides, places, array):
-    """An array over the sites at `places` with an axis for each of `sides`."""
-    size = iter(array.shape)
-    return array.reshape([next(size) if side in places else 1 for side in sides])
-
-
 def _solve_parts(p, stages):
-    count = int(stages.array("<u4", 1)[0])
+    (count,) = stages.unpack("<I")
     stages.need(count, "a stage of no parts")
     while count:
         stages.need(count <= MOST_SITES, "a part of too many sites")
-        value = int(stages.array("<i8", 1)[0])
+        (value,) = stages.unpack("<q")
         part = _Part(p, stages, stages.array("<u4", count).astype(int))
         if part.solve() != value:
             raise Invalid("a part has another least energy than it states")
         part.settle(value)
-        count = int(stages.array("<u4", 1)[0])
+        (count,) = stages.unpack("<I")
 
 
 def _goldstein(p, sets, claimed):
@@ -321,23 +310,15 @@ def _goldstein(p, sets, claimed):
         rest = rest[(sets[rest] & ~claimed[rest]).any(1)]
         changed = _goldstein_once(p, sets, rest[calls[rest]] if at == 0 else rest, others[at])
         calls[rest] = False
-        edges = p.near[_ranges(p.near_start[changed], p.degree[changed])]
+        edges = p.edges_at(changed)[1]
         calls[changed] = calls[p.first[edges]] = calls[p.second[edges]] = True
         at = 0 if changed.size else at + 1
-
-
-def _ranges(start, count):
-    """start[0], start[0] + 1, .. of count[0] numbers, then those of start[1] ..."""
-    return np.arange(count.sum()) + np.repeat(start - count.cumsum() + count, count)
 
 
 def _goldstein_once(p, sets, sites, other):
     """Applies the criterion at sites with one other label of each. Where labels leave."""
     sites = sites[p.kept[sites, other[sites]]]
-    gain, count = np.zeros((sites.size, p.most), np.int64), p.degree[sites]
-    row = np.repeat(np.arange(sites.size), count)
-    edge = p.near[_ranges(p.near_start[sites], count)]
-    row, edge = row[p.alive[edge]], edge[p.alive[edge]]
+    gain, (row, edge) = np.zeros((sites.size, p.most), np.int64), p.edges_at(sites)
     for piece in np.array_split(np.arange(edge.size), -(-edge.size * p.most**2 // CHUNK) or 1):
         own, edges = sites[row[piece]], edge[piece]
         turned, cost = p.second[edges] == own, p.costs(edges)
@@ -497,7 +478,7 @@ def command(options):
     scale = load(options.problem, options.memory_limit).scale
     facts = {**asdict(found), "proven_optimal": found.valid and found.energy == found.lower_bound}
     for key in ("energy", "lower_bound"):
-        facts[key] = facts[key] if scale == 1 or facts[key] is None else facts[key] / scale
+        facts[key] = runner.real(facts[key], scale)
     runner.show(options, f"valid: energy {facts['energy']}, lower bound {facts['lower_bound']}, "
                 f"{found.stages} stages" if found.valid else f"not valid: {found.why}", facts)
     return OK if found.valid else NO
