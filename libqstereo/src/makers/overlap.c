@@ -94,7 +94,7 @@ qs_status qs_overlap_problem(const qs_box *boxes, uint32_t count, void *workspac
     size_t edges = qs_overlap_edges(boxes, count, NULL, 0);
     qs_arena arena = {.base = workspace};
     chooser c = lay_out(&arena, count, edges);
-    if (!c.costs || !c.edges || workspace_size < qs_arena_size(&arena)) {
+    if (workspace_size < qs_arena_size(&arena)) {
         return QS_E_WORKSPACE;
     }
     for (uint32_t i = 0; i < count; i++) {
