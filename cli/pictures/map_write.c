@@ -100,17 +100,17 @@ static int write_pnm(const drawing *from, const picture *made, const char *path,
     size_t count = made->width * made->channels;
     uint16_t *samples = malloc(count * sizeof *samples);
     uint8_t *bytes = malloc(count * 2);
-    int status = samples != NULL && bytes != NULL ? DONE : fail_memory(path);
-    if (status == DONE) {
+    bool ready = samples != NULL && bytes != NULL;
+    if (ready) {
         (void)output_write(out, header, pnm_header(made, header));
     }
-    for (size_t y = 0; y < made->height && status == DONE; y++) {
+    for (size_t y = 0; y < made->height && ready; y++) {
         draw_row(from, y, samples);
         (void)output_write(out, bytes, pnm_pack(samples, count, made->maxval, bytes));
     }
     free(samples);
     free(bytes);
-    return status;
+    return ready ? DONE : fail_memory(path);
 }
 
 static int write_png(const drawing *from, picture *made, const char *path, output *out)
@@ -137,11 +137,11 @@ static int write_pfm(const pixel_map *map, const char *path, output *out)
     uint8_t header[HEADER_SIZE];
     float *values = malloc(map->width * sizeof *values);
     uint8_t *bytes = malloc((size_t)map->width * 4);
-    int status = values != NULL && bytes != NULL ? DONE : fail_memory(path);
-    if (status == DONE) {
+    bool ready = values != NULL && bytes != NULL;
+    if (ready) {
         (void)output_write(out, header, pfm_header(map->width, map->height, header));
     }
-    for (size_t y = map->height; y-- > 0 && status == DONE;) {
+    for (size_t y = map->height; y-- > 0 && ready;) {
         for (size_t x = 0; x < map->width; x++) {
             int32_t disparity = map->disparities[y * map->width + x];
             values[x] =
@@ -151,7 +151,7 @@ static int write_pfm(const pixel_map *map, const char *path, output *out)
     }
     free(values);
     free(bytes);
-    return status;
+    return ready ? DONE : fail_memory(path);
 }
 
 static int write_drawing(const drawing *from, bool png, const char *path, output *out)

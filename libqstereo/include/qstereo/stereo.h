@@ -1,5 +1,9 @@
 /* Stereo matching as a labelling problem: the sites are the pixels of the left
- * picture, the labels are disparities. */
+ * picture, the labels are disparities.
+ *
+ * The costs here are the paper's, absolute differences, computed in bytes with
+ * the code and memory that a camera has. matching.h has all other costs. It can
+ * do these too, and gives the same problem, but takes longer. */
 #ifndef QSTEREO_STEREO_H
 #define QSTEREO_STEREO_H
 

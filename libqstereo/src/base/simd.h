@@ -132,6 +132,7 @@ QS_WIDE uint16_t qs_lanes_first(const qs_loose *costs, uint32_t labels, qs_lanes
 
 #else
 #define QS_HAVE_AVX2 0
+#define QS_AVX2
 #endif
 
 /* Returns true if this processor and its system have AVX2. */

@@ -44,11 +44,6 @@ void qs_exact_take(qs_exact *x, qs_stated *stated, qs_arena *arena)
 
 /* ---- Laying out. ---- */
 
-static uint32_t other_end(const qs_stated_edge *edge, uint32_t site)
-{
-    return edge->first == site ? edge->second : edge->first;
-}
-
 static uint32_t *side_of(const qs_exact *x, uint32_t i)
 {
     return x->side + (size_t)i * QS_EXACT_SIDES;
@@ -94,7 +89,7 @@ static bool is_whole(const qs_exact *x)
         uint32_t p = x->sites[i];
         for (uint32_t n = s->near_start[p]; n < s->near_start[p + 1]; n++) {
             const qs_stated_edge *edge = &s->edges[s->near[n]];
-            if (edge->alive && x->place[other_end(edge, p)] == 0) {
+            if (edge->alive && x->place[qs_stated_other(edge, p)] == 0) {
                 return false;
             }
         }
@@ -120,7 +115,7 @@ static bool find_sides(qs_exact *x, uint32_t i)
     bool fits = add_side(x, i, i);
     for (uint32_t n = s->near_start[p]; n < s->near_start[p + 1]; n++) {
         const qs_stated_edge *edge = &s->edges[s->near[n]];
-        uint32_t place = edge->alive ? x->place[other_end(edge, p)] - 1 : 0;
+        uint32_t place = edge->alive ? x->place[qs_stated_other(edge, p)] - 1 : 0;
         fits = fits && (place <= i || add_side(x, i, place));
     }
     for (uint32_t k = 2; fits && k < x->sides[i]; k++) {
@@ -252,8 +247,7 @@ static void add_edge(const qs_exact *x, uint32_t i, const qs_stated_edge *edge, 
     int64_t *cell = x->one;
     for (uint32_t b = 0; b < rows; b++) {
         for (uint32_t a = 0; a < columns; a++) {
-            *cell++ = edge->first == p ? qs_stated_cost(s, edge, x->names[a], names[b])
-                                       : qs_stated_cost(s, edge, names[b], x->names[a]);
+            *cell++ = qs_stated_cost_from(s, edge, p, x->names[a], names[b]);
         }
     }
     combine(x, i, ADD, x->one, side, 2);
@@ -265,8 +259,8 @@ static void add_edges(const qs_exact *x, uint32_t i)
     uint32_t p = x->sites[i];
     for (uint32_t n = s->near_start[p]; n < s->near_start[p + 1]; n++) {
         const qs_stated_edge *edge = &s->edges[s->near[n]];
-        uint32_t place = edge->alive ? x->place[other_end(edge, p)] - 1 : 0;
-        if (edge->alive && place > i) {
+        uint32_t place = edge->alive ? x->place[qs_stated_other(edge, p)] - 1 : 0;
+        if (place > i) {
             add_edge(x, i, edge, place);
         }
     }

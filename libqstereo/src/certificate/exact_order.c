@@ -77,7 +77,7 @@ static bool join_all(qs_exact_order *o, const qs_exact *x)
         uint32_t p = o->given[i];
         for (uint32_t n = s->near_start[p]; fits && n < s->near_start[p + 1]; n++) {
             const qs_stated_edge *edge = &s->edges[s->near[n]];
-            uint32_t place = x->place[edge->first == p ? edge->second : edge->first];
+            uint32_t place = x->place[qs_stated_other(edge, p)];
             fits = !edge->alive || (place > 0 && join(o, i, place - 1));
         }
     }

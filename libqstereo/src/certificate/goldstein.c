@@ -15,14 +15,6 @@ static uint32_t count_set(const uint8_t *set, uint32_t count, uint32_t *only)
     return left;
 }
 
-/* What an edge costs with label a at `site` and b at the other one. */
-static int64_t cost_from(const qs_stated *stated, const qs_stated_edge *edge, uint32_t site,
-                         uint32_t a, uint32_t b)
-{
-    return edge->first == site ? qs_stated_cost(stated, edge, a, b)
-                               : qs_stated_cost(stated, edge, b, a);
-}
-
 /* The costs of a site's labels with what the edges to neighbours of one label add. */
 static void find_costs(const qs_stated *stated, const uint8_t *sets, uint32_t site, int64_t *costs)
 {
@@ -30,11 +22,11 @@ static void find_costs(const qs_stated *stated, const uint8_t *sets, uint32_t si
     memcpy(costs, stated->unary + stated->start[site], sizeof *costs * count);
     for (uint32_t n = stated->near_start[site]; n < stated->near_start[site + 1]; n++) {
         const qs_stated_edge *edge = &stated->edges[stated->near[n]];
-        uint32_t other = edge->first == site ? edge->second : edge->first;
+        uint32_t other = qs_stated_other(edge, site);
         if (edge->alive &&
             count_set(sets + stated->start[other], stated->count[other], &only) == 1) {
             for (uint32_t a = 0; a < count; a++) {
-                costs[a] += cost_from(stated, edge, site, a, only);
+                costs[a] += qs_stated_cost_from(stated, edge, site, a, only);
             }
         }
     }
@@ -54,7 +46,7 @@ static uint32_t cheapest(const int64_t *costs, const uint8_t *set, uint32_t coun
 static void add_gains(const qs_stated *stated, const uint8_t *sets, const qs_stated_edge *edge,
                       uint32_t site, uint32_t best, int64_t *gains)
 {
-    uint32_t other = edge->first == site ? edge->second : edge->first, only;
+    uint32_t other = qs_stated_other(edge, site), only;
     const uint8_t *own = sets + stated->start[site], *theirs = sets + stated->start[other];
     if (count_set(theirs, stated->count[other], &only) == 1) {
         return;
@@ -63,8 +55,8 @@ static void add_gains(const qs_stated *stated, const uint8_t *sets, const qs_sta
         int64_t most = INT64_MIN;
         for (uint32_t b = 0; own[d] && b < stated->count[other]; b++) {
             if (theirs[b]) {
-                most = qs_max_i64(most, cost_from(stated, edge, site, best, b) -
-                                            cost_from(stated, edge, site, d, b));
+                most = qs_max_i64(most, qs_stated_cost_from(stated, edge, site, best, b) -
+                                            qs_stated_cost_from(stated, edge, site, d, b));
             }
         }
         gains[d] += own[d] ? most : 0;
@@ -122,7 +114,7 @@ static void call_again(const qs_stated *stated, uint32_t site, uint8_t *due)
     due[site] = 1;
     for (uint32_t n = stated->near_start[site]; n < stated->near_start[site + 1]; n++) {
         const qs_stated_edge *edge = &stated->edges[stated->near[n]];
-        due[edge->first == site ? edge->second : edge->first] = 1;
+        due[qs_stated_other(edge, site)] = 1;
     }
 }
 

@@ -77,6 +77,20 @@ static inline int64_t qs_stated_cost(const qs_stated *stated, const qs_stated_ed
     return edge->weight * qs_stated_table(stated, edge)[a * columns + b];
 }
 
+/* The same, with label a at `site` and b at the other end. */
+static inline int64_t qs_stated_cost_from(const qs_stated *stated, const qs_stated_edge *edge,
+                                          uint32_t site, uint32_t a, uint32_t b)
+{
+    return edge->first == site ? qs_stated_cost(stated, edge, a, b)
+                               : qs_stated_cost(stated, edge, b, a);
+}
+
+/* The other end of an edge of a site. */
+static inline uint32_t qs_stated_other(const qs_stated_edge *edge, uint32_t site)
+{
+    return edge->first == site ? edge->second : edge->first;
+}
+
 /* After `kept` has changed: counts the labels left, and turns the edges of sites with one label
  * into costs. */
 void qs_stated_fold(qs_stated *stated);

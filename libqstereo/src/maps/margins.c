@@ -2,6 +2,7 @@
 #include "../base/arena.h"
 #include "../base/minmax.h"
 #include "../model/edge_value.h"
+#include "../model/neighbours.h"
 #include "../solve/messages.h"
 
 /* One row or column of the grid. */
@@ -102,16 +103,6 @@ static void back(const work *w, const chain *of, uint32_t *margins)
     }
 }
 
-static bool labels_exist(const qs_model *model, const uint16_t *labelling)
-{
-    for (uint32_t p = 0; p < model->sites; p++) {
-        if (labelling[p] >= model->labels) {
-            return false;
-        }
-    }
-    return true;
-}
-
 /* A message is at most what its edge can cost, so a sum is at most a unary cost and two edges; one
  * more edge is added while a message is made. */
 static bool fits(const qs_model *model)
@@ -129,7 +120,7 @@ static bool fits(const qs_model *model)
 qs_status qs_margins(const qs_model *model, const uint16_t *labelling, uint32_t apart,
                      void *workspace, size_t workspace_size, uint32_t *margins)
 {
-    if (!model || !labelling || !workspace || !margins || !labels_exist(model, labelling)) {
+    if (!model || !labelling || !workspace || !margins || !qs_labels_in_range(model, labelling)) {
         return QS_E_ARGUMENT;
     }
     if (model->width == 0) {

@@ -9,8 +9,7 @@ static int32_t least_of(int64_t before, int64_t own, int64_t after, int32_t part
         return 0;
     }
     int64_t twice = (before - after) * parts; /* of twice the bend, |.| <= bend * parts */
-    int64_t part = (2 * twice + (twice < 0 ? -2 * bend : 2 * bend)) / (4 * bend);
-    return (int32_t)part;
+    return (int32_t)((twice + (twice < 0 ? -bend : bend)) / (2 * bend));
 }
 
 /* Sixteenths of a pixel from the label to the least cost near it. */

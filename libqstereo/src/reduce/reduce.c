@@ -95,9 +95,10 @@ static bool tell(void *context, const qs_progress *progress)
     return !r->stopped;
 }
 
-static bool is_witnessed(const reducer *r)
+/* NULL = nobody asks for a proof. */
+static const qs_witness *witness_of(const reducer *r)
 {
-    return r->options && r->options->witness;
+    return r->options ? r->options->witness : NULL;
 }
 
 /* Returns true if it is time to find marginals: always at the end, unless only the answer counts;
@@ -106,7 +107,7 @@ static bool is_witnessed(const reducer *r)
 static bool is_due(reducer *r, const qs_trws_state *state, const qs_solution *so_far, bool stopped)
 {
     int64_t gap = so_far->energy - so_far->lower_bound;
-    bool answered = r->aim.answer && !is_witnessed(r);
+    bool answered = r->aim.answer && !witness_of(r);
     if (stopped) {
         return !answered && r->looked_at != so_far->iterations;
     }
@@ -133,7 +134,7 @@ static bool is_due(reducer *r, const qs_trws_state *state, const qs_solution *so
  * as they are: they wait in the memory of the marginals. */
 static void tell_split(reducer *r, const qs_trws_state *state)
 {
-    const qs_witness *witness = r->options ? r->options->witness : NULL;
+    const qs_witness *witness = witness_of(r);
     if (witness) {
         size_t size = sizeof *state->messages * (size_t)qs_trws_messages(state->model);
         memcpy(r->marginals, state->messages, size);
@@ -144,7 +145,7 @@ static void tell_split(reducer *r, const qs_trws_state *state)
 
 static void tell_end(reducer *r)
 {
-    const qs_witness *witness = r->options ? r->options->witness : NULL;
+    const qs_witness *witness = witness_of(r);
     if (witness) {
         witness->end(witness->context, r->sets.kept);
     }
@@ -190,7 +191,7 @@ static bool solve_parts(reducer *r, const qs_trws_state *state, const qs_solutio
                        2 * labels * labels * state->model->edges;
     r->work += qs_max_u64(iterations * numbers, LEAST_WORK);
     uint64_t share = qs_min_u64(r->work, AT_ONCE), left = share;
-    const qs_witness *witness = r->options ? r->options->witness : NULL;
+    const qs_witness *witness = witness_of(r);
     bool changed = qs_parts_solve(&r->sets, r->marginals, r->parts_size, &left, witness);
     r->work -= share - left;
     return changed;
@@ -493,7 +494,7 @@ qs_status qs_reduce_as(const qs_model *model, const qs_reduce_options *options,
     r.iterations = options && options->iterations > 0 ? options->iterations : ITERATIONS;
     r.target = options ? options->target : 0;
     qs_eliminate_lay(&r.sets, model, options && options->walls, kept, labelling);
-    if (!aim->answer || is_witnessed(&r)) {
+    if (!aim->answer || witness_of(&r)) {
         qs_model_winner(model, labelling);
         begin(&r);
     }

@@ -93,6 +93,16 @@ static int32_t below_of(const state *s, uint32_t y, uint32_t site)
     return y + 1 < s->height ? weight_of(s, s->problem->grid.down, site) : 0;
 }
 
+static int32_t left_of(const state *s, uint32_t x, uint32_t site)
+{
+    return x > 0 ? weight_of(s, s->problem->grid.right, site - 1) : 0;
+}
+
+static int32_t above_of(const state *s, uint32_t y, uint32_t site)
+{
+    return y > 0 ? weight_of(s, s->problem->grid.down, site - s->width) : 0;
+}
+
 /* Finds the finest messages for which all sums fit. */
 static bool choose_shift(state *s)
 {
@@ -151,9 +161,8 @@ static qs_trws16_visit visit_of(const state *s, uint32_t x, uint32_t y, bool for
 {
     uint32_t site = y * s->width + x;
     size_t labels = s->labels;
-    int32_t right = right_of(s, x, site), below = below_of(s, y, site),
-            left = x > 0 ? weight_of(s, s->problem->grid.right, site - 1) : 0,
-            above = y > 0 ? weight_of(s, s->problem->grid.down, site - s->width) : 0;
+    int32_t right = right_of(s, x, site), below = below_of(s, y, site), left = left_of(s, x, site),
+            above = above_of(s, y, site);
     int16_t *own = s->messages + 2 * labels * site, *before = own - 2 * labels,
             *over = own - 2 * labels * s->width + labels;
     int32_t row = forward ? right : left, column = forward ? below : above;
@@ -194,14 +203,19 @@ QS_KERNEL void fetch(const state *s, uint32_t site, bool forward)
 #endif
 }
 
+QS_KERNEL qs_trws16_rule rule_of(const state *s)
+{
+    return (qs_trws16_rule){s->labels, s->reach, (int16_t)(1 << s->shift), s->is_first, s->scratch};
+}
+
 QS_KERNEL int64_t pass_row(const state *s, uint32_t y, bool forward)
 {
-    const qs_trws16_rule rule = {s->labels, s->reach, (int16_t)(1 << s->shift), s->is_first,
-                                 s->scratch};
+    const qs_trws16_rule rule = rule_of(s);
     int64_t bound = 0;
     for (uint32_t i = 0; i < s->width; i++) {
-        qs_trws16_visit v = visit_of(s, forward ? i : s->width - 1 - i, y, forward);
-        fetch(s, y * s->width + (forward ? i : s->width - 1 - i), forward);
+        uint32_t x = forward ? i : s->width - 1 - i;
+        qs_trws16_visit v = visit_of(s, x, y, forward);
+        fetch(s, y * s->width + x, forward);
         bound += qs_trws16_visit_site(&rule, &v);
     }
     return bound;
@@ -212,17 +226,10 @@ static int64_t plain_row(const state *s, uint32_t y, bool forward)
     return pass_row(s, y, forward);
 }
 
-#if QS_HAVE_AVX2
 QS_AVX2 static int64_t wide_row(const state *s, uint32_t y, bool forward)
 {
     return pass_row(s, y, forward);
 }
-#else
-static int64_t wide_row(const state *s, uint32_t y, bool forward)
-{
-    return pass_row(s, y, forward);
-}
-#endif
 
 static bool looks_up(const state *s)
 {
@@ -272,27 +279,13 @@ typedef struct around {
 
 static around around_of(const state *s, uint32_t x, uint32_t y, const uint16_t *labelling)
 {
-    uint32_t site = y * s->width + x, width = s->width;
-    const qs_grid *grid = &s->problem->grid;
-    uint16_t own = labelling[site];
-    around near = {s->costs + (size_t)site * s->labels,
-                   {0, right_of(s, x, site), 0, below_of(s, y, site)},
-                   {own, own, own, own}};
-    if (x > 0) {
-        near.weights[0] = weight_of(s, grid->right, site - 1);
-        near.labels[0] = labelling[site - 1];
-    }
-    if (x + 1 < width) {
-        near.labels[1] = labelling[site + 1];
-    }
-    if (y > 0) {
-        near.weights[2] = weight_of(s, grid->down, site - width);
-        near.labels[2] = labelling[site - width];
-    }
-    if (y + 1 < s->height) {
-        near.labels[3] = labelling[site + width];
-    }
-    return near;
+    uint32_t site = y * s->width + x;
+    const uint16_t *own = labelling + site;
+    return (around){
+        s->costs + (size_t)site * s->labels,
+        {left_of(s, x, site), right_of(s, x, site), above_of(s, y, site), below_of(s, y, site)},
+        {own[x > 0 ? -1 : 0], own[x + 1 < s->width], *(y > 0 ? own - s->width : own),
+         own[y + 1 < s->height ? s->width : 0]}};
 }
 
 static int32_t cost_beside(const state *s, const around *near, uint16_t label)
@@ -336,8 +329,7 @@ static void improve(const state *s, uint16_t *labelling)
 
 QS_KERNEL void label_row(const state *s, uint32_t y, uint16_t *labelling)
 {
-    const qs_trws16_rule rule = {s->labels, s->reach, (int16_t)(1 << s->shift), s->is_first,
-                                 s->scratch};
+    const qs_trws16_rule rule = rule_of(s);
     for (uint32_t x = 0; x < s->width; x++) {
         uint32_t site = y * s->width + x;
         const qs_trws16_visit v = visit_of(s, x, y, false);
@@ -353,17 +345,10 @@ static void plain_labels(const state *s, uint32_t y, uint16_t *labelling)
     label_row(s, y, labelling);
 }
 
-#if QS_HAVE_AVX2
 QS_AVX2 static void wide_labels(const state *s, uint32_t y, uint16_t *labelling)
 {
     label_row(s, y, labelling);
 }
-#else
-static void wide_labels(const state *s, uint32_t y, uint16_t *labelling)
-{
-    label_row(s, y, labelling);
-}
-#endif
 
 /* A labelling in the order of the sites, each with the labels of those before it and the messages
  * of those after it. */
@@ -385,27 +370,26 @@ static void raise_bound(const state *s, int64_t bound, qs_solution *solution)
     solution->lower_bound = qs_max_i64(solution->lower_bound, whole + s->least_sum);
 }
 
-static bool is_stopped(const state *s)
+/* A pass forward and one back. Returns false if the watch has stopped them. */
+static bool iterate(state *s, qs_solution *solution)
 {
-    return s->look && s->look->stopped;
+    for (int way = 0; way < 2; way++) {
+        s->is_first = way == 0 && solution->iterations == 0;
+        int64_t bound = pass(s, way == 0);
+        if (s->look->stopped) {
+            return false;
+        }
+        raise_bound(s, bound, solution);
+    }
+    solution->iterations++;
+    return true;
 }
 
 static void solve(state *s, const qs_solve_options *options, uint16_t *labelling,
                   qs_solution *solution)
 {
     bool go = true;
-    while (go && !is_stopped(s)) {
-        for (int way = 0; way < 2 && !is_stopped(s); way++) {
-            s->is_first = way == 0 && solution->iterations == 0;
-            int64_t bound = pass(s, way == 0);
-            if (!is_stopped(s)) {
-                raise_bound(s, bound, solution);
-            }
-        }
-        if (is_stopped(s)) {
-            break;
-        }
-        solution->iterations++;
+    while (go && iterate(s, solution)) {
         go = qs_report_progress(options, solution) &&
              !qs_limit_reached(options, solution, DEFAULT_ITERATIONS);
     }

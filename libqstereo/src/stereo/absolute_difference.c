@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "../base/minmax.h"
+#include "window.h"
 
 /* Costs are computed for TILE pixels at a time, label by label: so the least cost of each pixel is
  * the minimum of some rows. Then they are transposed, to stand pixel by pixel. Both stay in the
@@ -161,30 +162,13 @@ static bool is_stereo(const qs_stereo *stereo)
            stereo->scale <= INT32_MAX / UINT8_MAX && stereo->weight >= 0;
 }
 
-/* The grid: the window without the pixels whose matches may leave the right picture. */
-static qs_status place_grid(const qs_stereo *stereo, qs_problem *problem)
+/* Pixel c has all its matches where 0 <= c - disparity_max and c - disparity_min < width. */
+static qs_status place_grid(const qs_stereo *of, qs_problem *problem)
 {
-    uint32_t width = (uint32_t)stereo->left.width, height = (uint32_t)stereo->left.height;
-    uint32_t x = stereo->x, y = stereo->y, w = stereo->width, h = stereo->height;
-    if (w == 0) {
-        x = y = 0;
-        w = width;
-        h = height;
-    }
-    if (stereo->right.width != width || stereo->right.height != height || x >= width ||
-        w > width - x || y >= height || h > height - y || h == 0) {
-        return QS_E_GEOMETRY;
-    }
-    /* Pixel c has all its matches where 0 <= c - disparity_max and c - disparity_min < width. */
-    int64_t from = stereo->disparity_max, end = (int64_t)width + stereo->disparity_min;
-    from = from > x ? from : x;
-    end = end < (int64_t)x + w ? end : (int64_t)x + w;
-    if (from >= end) {
-        return QS_E_GEOMETRY;
-    }
-    problem->grid = (qs_grid){.width = (uint32_t)(end - from), .height = h};
-    problem->frame = (qs_frame){width, height, (uint32_t)from, y, stereo->disparity_min};
-    return QS_OK;
+    qs_columns matched = {of->disparity_max, (int64_t)of->left.width + of->disparity_min};
+    problem->frame.first = of->disparity_min;
+    return qs_window_place(&of->left, &of->right, of->x, of->y, of->width, of->height, matched,
+                           problem);
 }
 
 qs_status qs_stereo_problem(const qs_stereo *stereo, void *workspace, size_t workspace_size,

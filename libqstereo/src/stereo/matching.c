@@ -4,6 +4,7 @@
 
 #include "../base/minmax.h"
 #include "match_term.h"
+#include "window.h"
 
 /* Costs are summed for TILE pixels at a time, label by label, so that the least cost of each pixel
  * is the minimum of some rows. Then they are turned, to stand pixel by pixel. */
@@ -155,32 +156,24 @@ static matcher *take(qs_arena *arena, const qs_matching *matching, const qs_grid
     return made;
 }
 
+/* The columns whose matches for a label lie in the right picture. */
+static qs_columns matched_by(const qs_matching *matching, int64_t label)
+{
+    return (qs_columns){-whole_of(matching, -label),
+                        (int64_t)matching->left.width + whole_of(matching, label)};
+}
+
 /* The window, without the pixels that the border leaves out. */
 static qs_status place_grid(const qs_matching *of, qs_problem *problem)
 {
-    uint32_t width = (uint32_t)of->left.width, height = (uint32_t)of->left.height;
-    uint32_t x = of->x, y = of->y, w = of->width, h = of->height;
-    uint32_t reach = reach_of(of), reach_right = reach_right_of(of);
-    if (w == 0) {
-        x = y = 0;
-        w = width;
-        h = height;
-    }
-    if (of->right.width != width || of->right.height != height || x >= width || w > width - x ||
-        y >= height || h > height - y || h == 0) {
-        return QS_E_GEOMETRY;
-    }
-    uint64_t begin = x, end = (uint64_t)x + w;
+    qs_columns placed = {0, (int64_t)of->left.width};
     if (of->border == QS_BORDER_LEAVE_OUT) {
-        begin = qs_max_u64(begin, reach);
-        end = reach_right < width ? qs_min_u64(end, width - reach_right) : 0;
+        placed = (qs_columns){matched_by(of, of->disparity_max).begin,
+                              matched_by(of, of->disparity_min).end};
     }
-    if (begin >= end) {
-        return QS_E_GEOMETRY;
-    }
-    problem->grid = (qs_grid){.width = (uint32_t)(end - begin), .height = h};
-    problem->frame = (qs_frame){width, height, (uint32_t)begin, y, of->disparity_min};
-    return QS_OK;
+    problem->frame.first = of->disparity_min;
+    return qs_window_place(&of->left, &of->right, of->x, of->y, of->width, of->height, placed,
+                           problem);
 }
 
 size_t qs_matching_workspace(const qs_matching *matching)
@@ -199,10 +192,9 @@ static void price_outside(const matcher *m, int64_t label, uint32_t x, uint32_t 
                           uint16_t *sum)
 {
     const qs_matching *matching = &m->matching;
-    int64_t first = -whole_of(matching, -label); /* the pixels that have a match */
-    int64_t end = (int64_t)matching->right.width + whole_of(matching, label);
+    qs_columns matched = matched_by(matching, label);
     for (uint32_t i = 0; i < count; i++) {
-        if (x + i < first || x + i >= end) {
+        if (x + i < matched.begin || x + i >= matched.end) {
             sum[i] = (uint16_t)outside_cost(matching);
         }
     }

@@ -30,6 +30,15 @@ static bool is_left(uint32_t site, uint32_t label)
     return request.kept[site][label];
 }
 
+static uint32_t left_count(uint32_t site)
+{
+    uint32_t count = 0;
+    for (uint32_t d = 0; d < t.problem.labels; d++) {
+        count += is_left(site, d);
+    }
+    return count;
+}
+
 static uint32_t site_count(void)
 {
     return qs_problem_sites(&t.problem);
@@ -69,11 +78,7 @@ static void assert_true_of_all_labellings(int64_t stated)
     do {
         size_t at = 0;
         for (uint32_t p = 0; p < site_count() && slow_energy(&t.problem, w) == least; p++) {
-            uint32_t count = 0;
-            for (uint32_t d = 0; d < t.problem.labels; d++) {
-                count += is_left(p, d);
-            }
-            for (uint32_t d = 0; count > 1 && d < t.problem.labels; d++) {
+            for (uint32_t d = 0; left_count(p) > 1 && d < t.problem.labels; d++) {
                 if (is_left(p, d)) {
                     assert_true(c.left[at++] || w[p] != d);
                 }
@@ -98,39 +103,34 @@ static void write_file(const qs_recorder *recorder, const qs_buffer *stages, int
 
 typedef qs_status made_by(const qs_witness *witness, uint64_t iterations);
 
-static qs_status by_trws(const qs_witness *witness, uint64_t iterations)
+typedef qs_status solver(const qs_model *model, const qs_solve_options *options, void *workspace,
+                         size_t workspace_size, uint16_t *labelling, qs_solution *solution);
+
+static qs_status by_solver(solver *solve, const qs_witness *witness, uint64_t iterations)
 {
     qs_solution solution;
     qs_solve_options options = {.iterations = iterations, .witness = witness};
-    qs_status status =
-        qs_trws(&model, &options, workspace, sizeof workspace, c.labelling, &solution);
+    qs_status status = solve(&model, &options, workspace, sizeof workspace, c.labelling, &solution);
     c.energy = solution.energy;
     c.bound = solution.lower_bound;
     return status;
+}
+
+static qs_status by_trws(const qs_witness *witness, uint64_t iterations)
+{
+    return by_solver(qs_trws, witness, iterations);
 }
 
 static qs_status by_best(const qs_witness *witness, uint64_t iterations)
 {
-    qs_solution solution;
-    qs_solve_options options = {.iterations = iterations, .witness = witness};
-    qs_status status =
-        qs_best(&model, &options, workspace, sizeof workspace, c.labelling, &solution);
-    c.energy = solution.energy;
-    c.bound = solution.lower_bound;
-    return status;
+    return by_solver(qs_best, witness, iterations);
 }
 
 static qs_status by_cut(const qs_witness *witness, uint64_t iterations)
 {
-    qs_solution solution;
-    qs_solve_options options = {.witness = witness};
     (void)iterations;
     qs_model_winner(&model, c.labelling);
-    qs_status status =
-        qs_min_cut(&model, &options, workspace, sizeof workspace, c.labelling, &solution);
-    c.energy = solution.energy;
-    c.bound = solution.lower_bound;
-    return status;
+    return by_solver(qs_min_cut, witness, 0);
 }
 
 static qs_status by_reduce(const qs_witness *witness, uint64_t iterations)
@@ -153,11 +153,7 @@ static qs_status by_part(const qs_witness *witness, uint64_t iterations)
     (void)iterations;
     sites_of_model(site);
     for (uint32_t p = 0; p < model.sites; p++) {
-        uint32_t labels = 0;
-        for (uint32_t d = 0; site[p] >= 0 && d < t.problem.labels; d++) {
-            labels += is_left((uint32_t)site[p], d);
-        }
-        if (labels > 1) {
+        if (site[p] >= 0 && left_count((uint32_t)site[p]) > 1) {
             part[count++] = p;
         }
     }
@@ -303,10 +299,7 @@ static void leaves_as_reduced(uint64_t *state)
     holds(state);
     sites_of_model(site);
     for (uint32_t p = 0; p < model.sites; p++) {
-        uint32_t count = 0;
-        for (uint32_t d = 0; site[p] >= 0 && d < t.problem.labels; d++) {
-            count += is_left((uint32_t)site[p], d);
-        }
+        uint32_t count = site[p] >= 0 ? left_count((uint32_t)site[p]) : 0;
         for (uint32_t d = 0; count > 1 && d < t.problem.labels; d++) {
             if (is_left((uint32_t)site[p], d)) {
                 assert_int_equal(c.left[at++], c.kept[p * t.problem.labels + d]);
@@ -342,11 +335,8 @@ static void is_solved(uint64_t *state)
     uint64_t labels = 0;
     size_t at = 0;
     for (uint32_t p = 0; p < site_count(); p++) {
-        uint32_t count = 0, stay = 0;
-        for (uint32_t d = 0; d < t.problem.labels; d++) {
-            count += is_left(p, d);
-        }
-        for (uint32_t d = 0; count > 1 && d < t.problem.labels; d++) {
+        uint32_t stay = 0;
+        for (uint32_t d = 0; left_count(p) > 1 && d < t.problem.labels; d++) {
             if (is_left(p, d)) {
                 assert_int_equal(c.left[at], is_in_one_of(c.verdict.lower_bound, p, d));
                 stay += c.left[at++];
@@ -372,12 +362,11 @@ static void lacks_a_label(uint64_t *state)
     slow_request fewer = request;
     memset(c.left, 1, sizeof c.left);
     for (uint32_t p = 0; p < site_count(); p++) {
-        uint32_t count = 0, label = 0;
+        uint32_t label = 0;
         for (uint32_t d = 0; d < t.problem.labels; d++) {
-            count += is_left(p, d);
             label = is_left(p, d) ? d : label;
         }
-        if (count > 1) {
+        if (left_count(p) > 1) {
             fewer.kept[p][label] = false;
             slow_encode(&fewer, &smaller);
             assert_false(qs_certificate_covers(&written.qubo, c.left, &smaller.qubo));

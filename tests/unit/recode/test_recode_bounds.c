@@ -75,6 +75,18 @@ static int64_t up_steps(const fixture *f, uint64_t state)
     return steps;
 }
 
+/* Writes walls with kappa as it must be and a gap of 1: the up-steps reach 0 with the gap gone, and
+ * neither before nor behind that. */
+static void assert_walls_are_tight(fixture *f)
+{
+    make_model(f);
+    assert_int_equal(recode(f, (qs_encode_options){.encoding = QS_DOMAIN_WALL, .gap = 1}, false),
+                     QS_OK);
+    assert_int_equal(margin(f, 1, up_steps), 0);
+    assert_true(margin(f, 0, up_steps) > 0);
+    assert_true(margin(f, 2, up_steps) < 0);
+}
+
 /* Costs (0, t, 0): at kappa = t + W every site in the pattern u = (0, 1) together reach 0. */
 static void wall_bounds_are_tight(void **unused)
 {
@@ -85,12 +97,7 @@ static void wall_bounds_are_tight(void **unused)
         for (uint32_t i = 0; i < width * 2 * 3; i++) {
             f.t.costs[i] = i % 3 == 1 ? 25 : 0;
         }
-        make_model(&f);
-        assert_int_equal(
-            recode(&f, (qs_encode_options){.encoding = QS_DOMAIN_WALL, .gap = 1}, false), QS_OK);
-        assert_int_equal(margin(&f, 1, up_steps), 0);
-        assert_true(margin(&f, 0, up_steps) > 0);
-        assert_true(margin(&f, 2, up_steps) < 0);
+        assert_walls_are_tight(&f);
     }
 }
 
@@ -110,12 +117,7 @@ static void value_bounds_are_tight(void **unused)
             f.t.costs[i] = i % labels % 2 == 1 ? 25 : 0;
         }
         f.t.problem.pairwise = (qs_pairwise){QS_TABLE, 0, f.t.table};
-        make_model(&f);
-        assert_int_equal(
-            recode(&f, (qs_encode_options){.encoding = QS_DOMAIN_WALL, .gap = 1}, false), QS_OK);
-        assert_int_equal(margin(&f, 1, up_steps), 0);
-        assert_true(margin(&f, 0, up_steps) > 0);
-        assert_true(margin(&f, 2, up_steps) < 0);
+        assert_walls_are_tight(&f);
     }
 }
 

@@ -118,22 +118,68 @@ static int64_t visit(plain *of, int x, int y, bool forward, int64_t *least_sum)
            send(of, weights[column], costs[1], near[column]);
 }
 
-static int64_t plain_bound(const task *given, int64_t unit, int iterations)
+static int64_t plain_bound(plain *of, int iterations)
 {
-    plain of = {.problem = &given->problem, .unit = unit};
-    int width = (int)given->problem.grid.width, sites = width * (int)given->problem.grid.height;
+    int width = (int)of->problem->grid.width, sites = width * (int)of->problem->grid.height;
     int64_t best = INT64_MIN;
     for (int pass = 0; pass < 2 * iterations; pass++) {
         int64_t bound = 0, least_sum = 0;
         for (int i = 0; i < sites; i++) {
             int site = pass % 2 == 0 ? i : sites - 1 - i;
-            bound += visit(&of, site % width, site / width, pass % 2 == 0, &least_sum);
+            bound += visit(of, site % width, site / width, pass % 2 == 0, &least_sum);
         }
-        int64_t whole = (bound + (bound > 0 ? unit - 1 : 0)) / unit + least_sum;
+        int64_t whole = (bound + (bound > 0 ? of->unit - 1 : 0)) / of->unit + least_sum;
         best = whole > best ? whole : best;
         best = best < least_sum ? least_sum : best;
     }
     return best;
+}
+
+/* What a label costs beside the labels to the left and above, and beside those to the right and
+ * below; those two count with their messages while they have no labels. */
+static int64_t label_cost(const plain *of, int x, int y, uint32_t label, const uint16_t *labelling,
+                          bool have_labels)
+{
+    const qs_problem *problem = of->problem;
+    int width = (int)problem->grid.width, site = y * width + x;
+    const int beside[4] = {site - 1, site + 1, site - width, site + width};
+    const int64_t weights[4] = {weight(of, 0, x - 1, y), weight(of, 0, x, y),
+                                weight(of, 1, x, y - 1), weight(of, 1, x, y)};
+    int64_t cost = of->unit * problem->costs[(size_t)site * problem->labels + label];
+    for (int i = 0; i < 4; i++) {
+        if (i % 2 == 1 && !have_labels) {
+            cost += of->messages[i / 2][site][label];
+        } else if (weights[i] > 0) {
+            cost += weights[i] * qs_pairwise_cost(problem, label, labelling[beside[i]]);
+        }
+    }
+    return cost;
+}
+
+/* Each site takes its cheapest label in turn, and then that of a neighbour if it is cheaper. */
+static void plain_labels(const plain *of, uint16_t *labelling)
+{
+    int width = (int)of->problem->grid.width, height = (int)of->problem->grid.height;
+    for (int p = 0; p < width * height; p++) {
+        int64_t least = INT64_MAX;
+        for (uint32_t d = 0; d < of->problem->labels; d++) {
+            int64_t cost = label_cost(of, p % width, p / width, d, labelling, false);
+            labelling[p] = cost < least ? (uint16_t)d : labelling[p];
+            least = cost < least ? cost : least;
+        }
+    }
+    for (int p = 0; p < width * height; p++) {
+        int x = p % width, y = p / width;
+        const bool exists[4] = {x > 0, x + 1 < width, y > 0, y + 1 < height};
+        const int beside[4] = {p - 1, p + 1, p - width, p + width};
+        int64_t least = label_cost(of, x, y, labelling[p], labelling, true);
+        for (int i = 0; i < 4; i++) {
+            uint16_t label = exists[i] ? labelling[beside[i]] : labelling[p];
+            int64_t cost = label_cost(of, x, y, label, labelling, true);
+            labelling[p] = cost < least ? label : labelling[p];
+            least = cost < least ? cost : least;
+        }
+    }
 }
 
 /* As the solver chooses it: the finest of 1/16 for which all sums fit. */
@@ -166,13 +212,17 @@ static void it_computes_as_a_plain_one(void **unused)
     uint64_t state = 11;
     task given;
     for (int round = 0; round < ROUNDS; round++) {
-        uint16_t labelling[SITES];
+        uint16_t labelling[SITES], expected[SITES];
         qs_solution found;
         int64_t energy;
         int iterations = 1 + round % 3;
         make_task(&state, &given);
         assert_int_equal(solve(&given, (uint64_t)iterations, labelling, &found), QS_OK);
-        assert_int_equal(found.lower_bound, plain_bound(&given, unit_of(&given), iterations));
+        plain of = {.problem = &given.problem, .unit = unit_of(&given)};
+        assert_int_equal(found.lower_bound, plain_bound(&of, iterations));
+        plain_labels(&of, expected);
+        assert_memory_equal(labelling, expected,
+                            sizeof *labelling * (size_t)qs_problem_sites(&given.problem));
         assert_int_equal(found.iterations, iterations);
         size_t size = qs_problem_workspace(&given.problem);
         assert_true(size <= sizeof memory);
@@ -200,11 +250,17 @@ static void a_chain_is_solved(void **unused)
     }
 }
 
+typedef struct seen {
+    int calls;
+    int64_t energy; /* at the first call */
+} seen;
+
 static bool stop_at_once(void *context, const qs_progress *progress)
 {
-    int *calls = context;
+    seen *so_far = context;
     assert_true(progress->lower_bound <= progress->energy);
-    ++*calls;
+    so_far->energy = so_far->calls == 0 ? progress->energy : so_far->energy;
+    so_far->calls++;
     return false;
 }
 
@@ -212,15 +268,19 @@ static void a_watch_sees_the_end(void **unused)
 {
     (void)unused;
     uint64_t state = 3;
-    int calls = 0;
-    uint16_t labelling[SITES];
+    int64_t energy;
+    seen saw = {0, 0};
+    uint16_t labelling[SITES], zeros[SITES] = {0};
     qs_solution found;
     task given;
     make_task(&state, &given);
-    qs_solve_options options = {.iterations = 9, .watch = stop_at_once, .context = &calls};
+    qs_solve_options options = {.iterations = 9, .watch = stop_at_once, .context = &saw};
     assert_int_equal(qs_trws16(&given.problem, &options, memory, sizeof memory, labelling, &found),
                      QS_OK);
-    assert_true(calls > 0 && found.iterations <= 1);
+    assert_true(saw.calls > 0 && found.iterations <= 1);
+    assert_int_equal(qs_problem_energy(&given.problem, zeros, memory, sizeof memory, &energy),
+                     QS_OK);
+    assert_int_equal(saw.energy, energy); /* until there are labels they are all 0 */
 }
 
 static void it_refuses_what_does_not_fit(void **unused)

@@ -200,6 +200,51 @@ static void costs_are_as_defined(void **unused)
     assert_in_range(in_bytes, 10, 140);
 }
 
+/* Absolute differences alone: both ways make the same problem. */
+static void plain_costs_are_those_of_stereo(void **unused)
+{
+    (void)unused;
+    uint64_t state = 17, other_memory[1 << 10];
+    for (int round = 0; round < 40; round++) {
+        static uint32_t other_row[WIDTH * MOST_LABELS];
+        int32_t least[WIDTH], other_least[WIDTH];
+        qs_matching m = pair();
+        qs_problem a, b;
+        draw(&state);
+        m.scale = 1 + tiny_random(&state, 3);
+        m.disparity_min = (int32_t)tiny_random(&state, 30) - 15;
+        m.disparity_max = m.disparity_min + (int32_t)tiny_random(&state, 20);
+        m.x = tiny_random(&state, 40);
+        m.y = tiny_random(&state, HEIGHT);
+        m.width = WIDTH - 40;
+        m.height = 1 + tiny_random(&state, HEIGHT - m.y);
+        const qs_stereo s = {.left = m.left,
+                             .right = m.right,
+                             .x = m.x,
+                             .y = m.y,
+                             .disparity_min = m.disparity_min,
+                             .disparity_max = m.disparity_max,
+                             .width = m.width,
+                             .height = m.height,
+                             .scale = m.scale,
+                             .weight = m.weight};
+        assert_int_equal(qs_matching_problem(&m, memory, sizeof memory, &a), QS_OK);
+        assert_int_equal(qs_stereo_problem(&s, other_memory, sizeof other_memory, &b), QS_OK);
+        assert_memory_equal(&a.frame, &b.frame, sizeof a.frame);
+        assert_int_equal(a.grid.width, b.grid.width);
+        assert_int_equal(a.grid.height, b.grid.height);
+        assert_int_equal(a.labels, b.labels);
+        assert_int_equal(a.source.bytes, b.source.bytes);
+        for (uint32_t y = 0; y < a.grid.height; y++) {
+            a.source.row(a.source.context, y, row, least);
+            b.source.row(b.source.context, y, other_row, other_least);
+            assert_memory_equal(row, other_row,
+                                (size_t)a.grid.width * a.labels * (size_t)a.source.bytes);
+            assert_memory_equal(least, other_least, a.grid.width * sizeof *least);
+        }
+    }
+}
+
 static void weights_follow_contrast(void **unused)
 {
     (void)unused;
@@ -290,6 +335,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(costs_are_as_defined),
+        cmocka_unit_test(plain_costs_are_those_of_stereo),
         cmocka_unit_test(weights_follow_contrast),
         cmocka_unit_test(refusals),
     };
