@@ -1,6 +1,7 @@
 #include "arrays/units.h"
 
 #include <inttypes.h>
+#include <string.h>
 
 #include "text/fail.h"
 
@@ -20,6 +21,10 @@ static int fail_element(const npy_array *array, uint64_t index, const units *as,
                     "%s is %s: only costs of labels can be infinite, which forbids the label", at,
                     value);
     case NPY_TOO_LARGE:
+        if (strcmp(value, "-inf") == 0) {
+            return fail(BAD_INPUT, array->name,
+                        "%s is -inf: inf forbids a label, and no cost is below all others", at);
+        }
         return fail(BAD_INPUT, array->name,
                     "%s is %s, in units beyond 2147483647: choose a smaller %s", at, value,
                     as->mend);

@@ -4,6 +4,7 @@
 
 #include "makers/labelling.h"
 #include "one_go.h"
+#include "pictures/picture_write.h"
 #include "text/fail.h"
 #include "text/json.h"
 #include "text/numbers.h"
@@ -142,6 +143,10 @@ static int run_label(job *at)
     score compared;
     const int32_t *truth = NULL;
     output *out;
+    const char *path = at->values[ONE_GO_OUTPUT];
+    if (!path_ends(path, ".npy") && !output_is_straight(path)) {
+        return fail_usage("-o %s: the name of an array ends in .npy", path);
+    }
     TRY(one_go_read(at, &run));
     TRY(one_go_open(at, &labelling_maker, &asked, &run));
     if (run.truth != NULL) {

@@ -32,7 +32,10 @@ static int read_radius(const char *text, qs_displace *displace)
 static int read_window(const char *text, uint32_t *window)
 {
     TRY(number_read("--window", text, 1, 255, window));
-    return *window % 2 == 1 ? DONE : fail_usage("--window %s is even: it has a middle pixel", text);
+    return *window % 2 == 1
+               ? DONE
+               : fail_usage("--window %s is even: it must be odd, so that a pixel is its middle",
+                            text);
 }
 
 static int read_truncation(const char *text, qs_displace *displace)

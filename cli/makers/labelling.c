@@ -475,10 +475,14 @@ static int fill_edge(const npy_array *array, const int32_t *ends, uint64_t e, ui
                     "%" PRIu32,
                     at, a, b, sites - 1);
     }
-    if (a >= b) {
+    if (a == b) {
+        return fail(BAD_INPUT, array->name,
+                    "the edge at %s joins %" PRId32 " with itself: an edge joins two sites", at, a);
+    }
+    if (a > b) {
         return fail(BAD_INPUT, array->name,
                     "the edge at %s joins %" PRId32 " and %" PRId32
-                    ": the first site of an edge has the lower number",
+                    ": put the lower number first, and transpose a table of its own",
                     at, a, b);
     }
     *edge = (qs_edge){(uint32_t)a, (uint32_t)b, weight};

@@ -32,12 +32,12 @@ int picture_format_read(const char *path, bool *png)
 {
     *png = path_ends(path, ".png");
     if (*png && !picture_library_writes_png()) {
-        return fail_usage("-o %s: this build writes only .pgm; for .png build qstereo with OpenCV "
+        return fail_usage("%s: this build writes only .pgm; for .png build qstereo with OpenCV "
                           "(make OPENCV=1)",
                           path);
     }
     if (!*png && !output_is_straight(path) && !path_ends(path, ".pgm")) {
-        return fail_usage("-o %s: the name of a picture ends in .png or .pgm", path);
+        return fail_usage("%s: the name of a picture ends in .png or .pgm", path);
     }
     return DONE;
 }

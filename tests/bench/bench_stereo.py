@@ -78,7 +78,7 @@ def padded(matcher, left, right, facts):
 def sgbm(left, right, facts):
     matcher = cv2.StereoSGBM_create(0, labels_of_sgbm(facts), 5, 200, 800, uniquenessRatio=5,
                                     speckleWindowSize=50, speckleRange=2)
-    return padded(matcher, left, right, facts)
+    return padded(matcher, *greys(left, right), facts)
 
 
 def matcher_of_hh(facts, p1, p2):
@@ -111,7 +111,7 @@ def uniqueness(left, right, facts):
     for ratio in range(0, 100, 3):
         matcher = cv2.StereoSGBM_create(0, labels_of_sgbm(facts), 5, 200, 800,
                                         uniquenessRatio=ratio)
-        found = padded(matcher, left, right, facts)
+        found = padded(matcher, *greys(left, right), facts)
         sure = np.where(found >= 0, ratio, sure)
         whole = found if ratio == 0 else whole
     return whole, sure

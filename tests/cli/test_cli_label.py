@@ -244,7 +244,7 @@ def changed(array, index, value):
 
 ERRORS = [
     ({"c": changed(GRID, (1, 2, 0), np.nan)}, [], ["c.npy", "[1, 2, 0]", "nan"]),
-    ({"c": changed(GRID, (0, 1, 1), -np.inf)}, [], ["[0, 1, 1]", "-inf"]),
+    ({"c": changed(GRID, (0, 1, 1), -np.inf)}, [], ["[0, 1, 1]", "-inf: inf forbids a label"]),
     ({"c": changed(GRID, (0, 1), np.inf)}, [], ["[0, 1]", "inf", "no label"]),
     ({"c": changed(GRID, (0, 1, 1), 3e9)}, [], ["[0, 1, 1]", "3e+09", "--scale"]),
     ({"c": GRID.astype("i8") + 2**31}, [], ["[0, 0, 0]", "2147483648"]),
@@ -268,7 +268,9 @@ ERRORS = [
     ({"c": GRID, "v": np.zeros((2, 2), "f4")}, ["--pairwise", "v.npy", "--lambda", "1.5"],
      ["v.npy", "--lambda"]),
     ({"c": GRID[0], "e": EDGES + 2}, ["--edges", "e.npy"], ["e.npy", "[0, 0]", "2 and 3"]),
-    ({"c": GRID[0], "e": EDGES[:, ::-1].copy()}, ["--edges", "e.npy"], ["1 and 0", "lower"]),
+    ({"c": GRID[0], "e": EDGES[:, ::-1].copy()}, ["--edges", "e.npy"],
+     ["1 and 0", "lower number first"]),
+    ({"c": GRID[0], "e": EDGES * 0}, ["--edges", "e.npy"], ["[0, 0]", "0 with itself"]),
     ({"c": GRID[0], "e": EDGES, "w": np.zeros(2, int)}, ["--edges", "e.npy", "--weights", "w.npy"],
      ["w.npy"]),
     ({"c": GRID, "m": np.zeros((2, 3), int)}, ["--mask", "m.npy"], ["m.npy", "no site"]),
@@ -316,3 +318,10 @@ def test_damaged_files(tmp_path):
 def test_usage(tmp_path, arguments, word):
     costs = save(tmp_path / "c.npy", np.zeros((2, 2, 2), np.uint8))
     assert word in label(tmp_path, costs, *arguments, status=2)
+
+
+def test_the_name_of_the_output_is_that_of_an_array(tmp_path):
+    costs = save(tmp_path / "c.npy", np.zeros((2, 2, 2), np.uint8))
+    done = run("label", costs, "-o", tmp_path / "out.png")
+    assert done.status == 2 and "ends in .npy" in done.err
+    assert not (tmp_path / "out.png").exists()

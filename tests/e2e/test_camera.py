@@ -32,7 +32,7 @@ def printed():
     """The commands of the sections that the sample is for."""
     part = PAGE.split("## 2.")[1].split("## Middlebury")[0]
     commands = re.findall(r"^    (qstereo (?:.*\\\n)*.*)", part, re.M)
-    assert len(commands) == 6
+    assert len(commands) == 7
     return [shlex.split(text.replace("\\\n", " ")) for text in commands]
 
 
