@@ -428,6 +428,63 @@ def test_by_files_it_is_the_same_answer(inputs, tmp_path, problem, way):
     assert refused.status == 2 and "--color goes with maps of disparities" in refused.err
 
 
+@pytest.mark.parametrize("problem, endings", [
+    ("restore", "greys: choose a name that ends in .png, .pgm or .npy"),
+    ("segment", "classes: choose a name that ends in .png, .pgm or .npy"),
+    ("flow", "displacements: choose a name that ends in .flo, .png or .npy"),
+    ("detect", "boxes to keep or drop: choose a name that ends in .csv or .npy"),
+])
+def test_decode_names_the_endings_of_its_labels(inputs, tmp_path, problem, endings):
+    names, options, *_ = inputs[problem]
+    file, samples, out = tmp_path / "p.qcf", tmp_path / "s.qsf", tmp_path / "o.tif"
+    facts_of("encode", "--problem", problem, *names, "-o", file, *options)
+    facts_of("solve", file, "-o", samples, "--solver", "icm")
+    done = run("decode", file, samples, "-o", out)
+    assert done.status == 2 and f"the labels of {file} are {endings}" in done.err
+    facts_of("decode", file, samples, "-o", tmp_path / "o.npy")
+    assert not out.exists() and (tmp_path / "o.npy").exists()
+
+
+def test_boxes_the_whole_way_to_their_score(boxes, tmp_path):
+    """The boxes that detect writes, those that decode writes, and its list of numbers: all of them
+    are scored, and alike."""
+    _, path = boxes
+    truth = write_boxes(tmp_path / "truth.csv", [["a", 10, 10, 30, 40], ["b", 0, 0, 20, 20]],
+                        "picture,x,y,width,height")
+    kept, listed, lines = (tmp_path / f"{name}.csv" for name in ("kept", "listed", "lines"))
+    file, samples = tmp_path / "p.qcf", tmp_path / "s.qsf"
+    said = facts_of("detect", path, "-o", kept, "--truth", truth)
+    facts_of("encode", "--problem", "detect", path, "-o", file)
+    facts_of("solve", file, "-o", samples)
+    facts_of("decode", file, samples, "-o", listed)
+    facts_of("decode", file, samples, "-o", lines, "--boxes", path)
+    assert lines.read_bytes() == kept.read_bytes()
+    score = ["score", listed, truth, "--as", "boxes"]
+    facts = facts_of(*score, "--boxes", path)
+    assert facts == facts_of("score", kept, truth, "--as", "boxes")
+    assert facts.items() <= said.items()
+    for words, arguments, status in [
+        ("give those with --boxes", score, 3),
+        ("does not begin with the line box,keep",
+         ["score", kept, truth, "--as", "boxes", "--boxes", path], 3),
+        ("give the file that the problem was made of", [*score, "--boxes", kept], 3),
+        ("--boxes goes with --as boxes", ["score", kept, kept, "--boxes", path], 2),
+        ("made of", ["decode", file, samples, "-o", lines, "--boxes", truth], 3),
+        ("--boxes goes with lists", ["decode", file, samples, "-o", "o.npy", "--boxes", path], 2),
+    ]:
+        done = run(*arguments)
+        assert done.status == status, done.err
+        assert words in done.err
+
+
+@pytest.mark.parametrize("line", ["1,2", "2,1", "x,1", "1", "1,1,0", ""])
+def test_lists_of_boxes_that_are_refused(boxes, tmp_path, line):
+    path = tmp_path / "list.csv"
+    path.write_text(f"box,keep\n{line}\n")
+    done = run("score", path, boxes[1], "--as", "boxes", "--boxes", boxes[1])
+    assert done.status == 3 and "line 2: " in done.err and "is not box 1 and 0 or 1" in done.err
+
+
 # ---- what is refused ----
 
 
