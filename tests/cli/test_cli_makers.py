@@ -488,6 +488,33 @@ def test_lists_of_boxes_that_are_refused(boxes, tmp_path, line):
 # ---- what is refused ----
 
 
+def test_restore_takes_grey_pictures_of_8_bits(noisy, tmp_path):
+    """R = G = B is grey; colours and more bits, of NOISY or of the truth, are refused."""
+    (grey, path), out = noisy, tmp_path / "o.pgm"
+    options = ["-o", out, "--step", "32", "--smoothness", "potts"]
+    facts_of("restore", path, *options)
+    expected = out.read_bytes()
+    size = f"{grey.shape[1]} {grey.shape[0]}"
+    same, colour, deep = (tmp_path / name for name in ("same.ppm", "colour.ppm", "deep.pgm"))
+    rgb = np.repeat(grey[..., None], 3, -1).astype(np.uint8)
+    same.write_bytes(f"P6\n{size}\n255\n".encode() + rgb.tobytes())
+    rgb[-1, -1, 2] ^= 1
+    colour.write_bytes(f"P6\n{size}\n255\n".encode() + rgb.tobytes())
+    write_pgm(deep, grey * 257, 65535)
+    facts_of("restore", same, *options)
+    assert out.read_bytes() == expected
+    out.unlink()
+    for arguments, words in [
+        ([colour], f"{colour}: is a picture in colours: convert it to grey"),
+        ([deep], f"{deep}: has 65535 greys above black: convert it to 8 bits"),
+        ([path, "--truth", colour], f"{colour}: is a picture in colours"),
+    ]:
+        done = run("restore", *arguments, *options)
+        assert done.status == 3 and words in done.err
+        assert not out.exists()
+
+
+
 def test_pictures_that_do_not_fit(noisy, photo, moved, tmp_path):
     other = write_pgm(tmp_path / "other.pgm", np.zeros((3, 4)))
     out = tmp_path / "o.pgm"
