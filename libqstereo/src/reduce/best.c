@@ -123,8 +123,8 @@ static qs_status solve(const qs_model *model, const qs_solve_options *options, v
         cut_quickly(model, options, workspace, workspace_size, labelling, solution) == QS_OK) {
         return QS_OK;
     }
-    return qs_can_pack(model) ? pack_first(model, options, &r, labelling, solution)
-                              : reduce(model, options, &r, labelling, solution);
+    return r.packed ? pack_first(model, options, &r, labelling, solution)
+                    : reduce(model, options, &r, labelling, solution);
 }
 
 /* A solver that was stopped early, or that knows nothing of the start, may be above it. */
