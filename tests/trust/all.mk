@@ -48,10 +48,11 @@ check-units-%: $(UNIT_DIR)/%/cmocka/usr
 	        $(UNIT_DIR)/$*/unit/$$test >$(UNIT_DIR)/$*/$$(basename $$test).log 2>&1 || { tail -20 $(UNIT_DIR)/$*/$$(basename $$test).log; exit 1; }; \
 	done; echo "$*: $$(cat $(UNIT_DIR)/$*/*.log | grep -c '^\[       OK') unit tests pass"
 
-# ---- No warning of gcc and clang, at any level of optimisation, on 64 and 32 bits.
+# ---- No warning of gcc and clang, at any level of optimisation, on 64 and 32 bits. A row of options
+# names what it sets, and the rest is 0: clang warns of that, gcc does not.
 C_SOURCES := $(LIB_SRC) $(wildcard cli/*.c cli/*/*.c)
 WARN_ALL := -std=c99 -D_XOPEN_SOURCE=700 $(WARN) -Wsign-conversion -Wstrict-prototypes -Wmissing-prototypes -Wvla -Wundef -Wcast-align \
-    -Wwrite-strings -Wformat=2 -Werror
+    -Wwrite-strings -Wformat=2 -Wno-missing-field-initializers -Werror
 
 # $(call each,COMMAND): the command with each source in turn as its last word, JOBS at a time.
 JOBS ?= 2

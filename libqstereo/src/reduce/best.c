@@ -24,7 +24,8 @@ static size_t take(const qs_model *model, void *workspace, room *r)
     bool packs = qs_can_pack(model);
     r->rest_size = qs_reduce_workspace(model);
     if (packs) {
-        r->rest_size = qs_max_u64(r->rest_size, qs_pack_workspace(model));
+        size_t packing = qs_pack_workspace(model);
+        r->rest_size = packing > r->rest_size ? packing : r->rest_size;
     }
     r->kept = qs_arena_take(&arena, model->sites, model->labels);
     r->packed = packs ? qs_arena_take(&arena, model->sites, sizeof *r->packed) : NULL;
