@@ -34,9 +34,9 @@ static const option options[] = {
     [OUTPUT] = {"output", 'o', true, "SMALLER.qcf", NULL,
                 "QUBO file to write, - is standard output"},
     [CERTIFICATE] = CERTIFICATE_OPTION,
-    [SAMPLES] = {"samples", 0, false, "C.qsf", NULL,
+    [SAMPLES] = {"samples", 0, false, "CORE.qsf", NULL,
                  "also write the best labelling known, as a sample of SMALLER.qcf"},
-    [ANSWER] = {"answer", 0, false, "S.qsf", NULL,
+    [ANSWER] = {"answer", 0, false, "ANSWER.qsf", NULL,
                 "also write it as a sample of P.qcf, with the lower bound"},
     [START] = START_OPTION,
     [TRACE] = TRACE_OPTION,
@@ -204,7 +204,7 @@ const command cmd_reduce = {
                 "When the lower bound meets the energy, only labels that may tie are left. With "
                 "--target the reduction stops earlier, at a hard problem of that size for an "
                 "annealer.\n\n"
-                "--time-limit ends the search for labels to leave out, S seconds after the "
+                "--time-limit ends the search for labels to leave out, that long after the "
                 "command began. "
                 "Then SMALLER.qcf, and the certificate, are made and written whole, which takes "
                 "longer the more is left: the limit does not cut that short.\n\n"
