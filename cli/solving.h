@@ -9,9 +9,10 @@
 /* The options that say how long a solver may search: rows for a table, one behind the other. */
 enum { SEARCH_TIME_LIMIT, SEARCH_ITERATIONS, SEARCH_SEED, SEARCH_OPTIONS };
 #define SEARCH_OPTION_ROWS                                                                         \
-    {"time-limit", 0,                                                                              \
-     false,        "S",                                                                            \
-     NULL,         "stop a solver after S seconds and take its best so far (default no limit)"},   \
+    {                                                                                              \
+        "time-limit", 0,                                                                           \
+        false,        "SECONDS",                                                                   \
+        NULL,         "stop a solver after SECONDS and take its best so far (default no limit)"},  \
         {"iterations", 0,    false,                                                                \
          "N",          NULL, "stop a solver after N iterations (default its own limit)"},          \
         {"seed", 0,   false,                                                                       \

@@ -7,8 +7,8 @@
 
 /* A row for a table of options. */
 #define START_OPTION                                                                               \
-    {"start", 0,    false,                                                                         \
-     "S.qsf", NULL, "samples of P.qcf: begin with the best one; the answer is not above it"}
+    {"start",     0,    false,                                                                     \
+     "START.qsf", NULL, "samples of P.qcf: begin with the best one; the answer is not above it"}
 
 /* Reads the samples of the problem that is open and laid out, and takes the best feasible one.
  *

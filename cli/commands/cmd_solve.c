@@ -102,7 +102,7 @@ static int solve_certified(job *at, request *asked, const laid_out *laid, solved
 {
     output *out;
     certifying proof;
-    TRY(job_open_output(at, at->values[CERTIFICATE], &out));
+    TRY(job_open_beside(at, "certificate", at->values[CERTIFICATE], &out));
     TRY(certifying_begin(laid, &at->limit, out, &proof));
     asked->how.witness = &proof.witness;
     int status = solve_plainly(at, asked, laid, found);

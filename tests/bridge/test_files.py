@@ -461,7 +461,7 @@ def test_blocks_of_runs_do_not_fall():
 
 
 def test_labl_twice():
-    with pytest.raises(Corrupt, match="labl: it is there twice"):
+    with pytest.raises(Corrupt, match="each may be there once"):
         qcf.parse_qcf(pack_qcf(everything(), sides=everything().sides * 2))
 
 
