@@ -89,10 +89,11 @@ static bool is_wider(const void *context, uint32_t a, uint32_t b)
 /* Begins with a part. Returns false if it is too large. */
 static bool begin_part(trial *t, uint32_t site)
 {
+    uint32_t most = qs_min_u32(t->e->model.sites, NODES);
     t->arena = (qs_arena){.base = t->probes->memory};
-    t->all = qs_arena_take(&t->arena, NODES, sizeof *t->all);
-    t->turn = qs_arena_take(&t->arena, NODES, sizeof *t->turn);
-    t->sites = qs_arena_take(&t->arena, NODES, sizeof *t->sites);
+    t->all = qs_arena_take(&t->arena, most, sizeof *t->all);
+    t->turn = qs_arena_take(&t->arena, most, sizeof *t->turn);
+    t->sites = qs_arena_take(&t->arena, most, sizeof *t->sites);
     t->unary = qs_arena_take(&t->arena, t->e->model.labels, sizeof *t->unary);
     if (qs_arena_size(&t->arena) > t->probes->size) {
         return false;
