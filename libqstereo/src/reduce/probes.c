@@ -219,8 +219,8 @@ static bool is_open(const qs_elimination *e, uint32_t site, uint32_t label)
     return e->labelling[site] != label && e->kept[(size_t)site * e->model.labels + label];
 }
 
-/* Tries the next labels of a site but that of the labelling, until one leaves. Returns false if none
- * does. */
+/* Tries the next labels of a site but that of the labelling, until one leaves. Returns false if
+ * none does. */
 static bool try_site(trial *t, uint32_t site, uint32_t *label)
 {
     bool leaves = false;
