@@ -435,7 +435,9 @@ const command cmd_match = {
                 "number that is there to the first one that is missing. Without a number an input "
                 "is a stream of binary PGM, PPM or YUV4MPEG2 frames, and - is standard input. "
                 "Maps stay where a later frame fails. --time-limit is that of each frame, and "
-                "--json prints an object for each.\n",
+                "--json prints an object for each.\n\nA proof of the energy (--certificate) is "
+                "about a "
+                "file, so it takes qstereo encode, solve --certificate and decode.\n",
             OPTIONS(options),
             .examples = "  qstereo match left.png right.png -o disparity.png\n"
                         "  qstereo match left.png right.png -o disparity.png --disparity 0:19 \\\n"
