@@ -213,13 +213,14 @@ SOLVE = [
     _flag("--dry-run", "send nothing; say what would be sent, and which limits apply"),
     NO_POSTPROCESS,
     _option("--windows", WHOLE, "N", "solve a reduced problem in calls of at most N variables, "
-            "each merged into the best state known. After an interruption the same command goes "
-            "on, by its journal, S.qsf.journal"),
+            "each merged into the best state known, at first the one that the file of `qstereo "
+            "reduce` carries. After an interruption the same command goes on, by its journal, "
+            "S.qsf.journal"),
     _option("--calls", WHOLE, "K", "with --windows: at most K calls (default 10)"),
-    _option("--start", str, "S0.qsf", "with --windows: begin from the best sample of S0.qsf; a "
-            "lower bound in it (of `qstereo reduce --samples`) ends the calls"),
-    _option("--bound", Number(float, -1e15, 1e15), "E", "with --windows: end at this proven lower "
-            "bound, in real units; `qstereo reduce` prints one")]
+    _option("--start", str, "S0.qsf", "with --windows: begin from the best sample of S0.qsf, and "
+            "end at the lower bound that S0.qsf states"),
+    _option("--bound", Number(float, -1e15, 1e15), "E", "with --windows: end at this lower bound, "
+            "in real units, which you know to be proven (default the one that the file states)")]
 
 
 @click.group(no_args_is_help=False, subcommand_metavar="COMMAND ...",
