@@ -38,6 +38,8 @@ def read(options):
         problem, data = read_qcf(stream, options.memory_limit)
     options.digest = hashlib.sha256(data).digest()
     models.check_known(problem)
+    if getattr(options, "alone", False):
+        problem.known = problem.stated_bound = None
     return problem
 
 

@@ -164,6 +164,10 @@ def test_what_the_file_carries_is_where_it_begins_and_ends(core, carried, tmp_pa
     assert not told["proven_optimal"]
     info = qb.load_samples(tmp_path / "s.qsf").info
     assert (info["lower_bound"], info["bound_of"]) == (least, str(path))
+    status, out, _ = main("solve", path, "-o", tmp_path / "a.qsf", "--windows", 12, "--alone",
+                          *LOCAL, "--json")
+    told = json.loads(out)
+    assert told["calls"] > 0 and told["lower_bound"] is told["bound_of"] is None
     status, out, _ = main("solve", path, "-o", tmp_path / "t.qsf", "--windows", 5, *LOCAL)
     assert status == 0 and f"bound {least:,} (stated by {path}), gap 0" in out
     assert "proven" not in out
@@ -217,6 +221,9 @@ def test_every_solver_merges_with_what_the_file_carries(core, carried, tmp_path,
     assert main("solve", path, "-o", tmp_path / "r.qsf", "--no-postprocess", *poor)[0] == 0
     raw = qb.load_samples(tmp_path / "r.qsf")
     assert raw.records.size == 1 and "result" not in raw.info
+    status, out, _ = main("solve", path, "-o", tmp_path / "a.qsf", "--alone", *poor)
+    assert status == 0 and "carries" not in out
+    assert "known" not in qb.load_samples(tmp_path / "a.qsf").info["result"]
 
 
 def test_another_run_is_refused(core, tmp_path, main):
