@@ -142,8 +142,8 @@ static int measure(const laid_out *problem, size_t form, bool truncate, const bu
 {
     const qs_labels *labels = &problem->labels;
     qs_encoding encoding = forms[form].encoding;
-    const qs_recode_options options = {
-        {encoding, forms[form].penalty, 0, labels->gap}, truncate, NULL};
+    const qs_recode_options options = {.encode = {encoding, forms[form].penalty, 0, labels->gap},
+                                       .truncate = truncate};
     file_bytes file = {NULL, 0};
     memset(measured, 0, sizeof *measured);
     if (!qs_encoding_holds(encoding, &labels->pairwise, labels->labels)) {

@@ -182,13 +182,14 @@ def best_of(problem, samples):
     return int(order[0]) if order.size else None
 
 
-def finished(problem, samples, limit):
+def finished(problem, samples, limit, known=None):
     """The Samples with the result of descent and merging: as one more sample, the last, where it
-    is better than all others. INFO's "result" says how many reads there are and which sample is the
-    result.
+    is better than all others. INFO's "result" says how many reads there are, which sample is the
+    result, and whether a state known before was merged, too.
 
     problem     qcf.Problem
     limit       bytes that the work may take
+    known       u8 array (n,): a state to merge with the samples, or None
     Raises OverLimit.
     """
     bits, records, reads = samples.bits, samples.records, samples.records.size
@@ -197,13 +198,15 @@ def finished(problem, samples, limit):
     n = bits.shape[1]
     check_memory(ENTRY_BYTES * min(n * reads, max(BLOCK, n)), limit,
                  f"descent of {reads:,} samples of {n:,} variables")
-    result = merged(problem, bits)[None]
+    others = bits[:0] if known is None else known[None]
+    result = merged(problem, np.append(bits, others, axis=0))[None]
     energy, best = models.energies(problem, result), best_of(problem, samples)
     sound, was_sound = (models.feasible(problem, one)[0] for one in (result, bits[[best]]))
     if (not sound, energy[0]) < (not was_sound, records["energy"][best]):
         best, bits = reads, np.append(bits, result, axis=0)
         records = np.append(records, np.array([(energy[0], 1, NO_CHAINS)], RECORD))
-    info = {**samples.info, "result": {"reads": reads, "sample": best}}
+    info = {**samples.info, "result": {"reads": reads, "sample": best,
+                                       **({} if known is None else {"known": True})}}
     return Samples(samples.digest, samples.solver, records, bits, info, samples.sides)
 
 

@@ -4,7 +4,7 @@ import functools
 
 import numpy as np
 
-from .container import DEFAULT_LIMIT, check_memory
+from .container import DEFAULT_LIMIT, Corrupt, check_memory
 from .qcf import Block, places
 
 # Terms expanded at a time: enough for numpy, few enough to keep temporary arrays out of the peak.
@@ -165,6 +165,17 @@ def energies(problem, bits, penalties=True):
 def _ones(problem, bits):
     """i64 array (samples, groups): how many variables of each group are 1."""
     return np.add.reduceat(bits, problem.starts[:-1], axis=1, dtype=np.int64)
+
+
+def check_known(problem):
+    """Raises Corrupt where the labelling that the file carries is below the bound that it
+    states."""
+    if problem.known is not None and problem.stated_bound is not None:
+        energy = int(energies(problem, problem.known[None])[0])
+        if energy < problem.stated_bound:
+            raise Corrupt(f"chunk best: it states the lower bound {problem.stated_bound:,}, but "
+                          f"its labelling has {energy:,}, in integer units: one of them is wrong, "
+                          "so reduce the problem again")
 
 
 def feasible(problem, bits):

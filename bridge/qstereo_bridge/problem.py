@@ -148,6 +148,17 @@ class Problem:
         """int: energy units in one real unit."""
         return self.coefficients.scale
 
+    @property
+    def known(self) -> NDArray[np.uint8] | None:
+        """u8 array (n,): the best labelling known that the file carries, or None."""
+        return self.coefficients.known
+
+    @property
+    def stated_bound(self) -> int | None:
+        """int: the lower bound of H that the file states, or None. It is a claim: only a
+        certificate proves one."""
+        return self.coefficients.stated_bound
+
     def to_bqm(self) -> dimod.BinaryQuadraticModel:
         """dimod.BinaryQuadraticModel of H, penalties folded in. Raises OverLimit."""
         return models.to_bqm(self.coefficients, self.memory_limit)

@@ -17,13 +17,14 @@ from .container import (DEFAULT_LIMIT, MAX_COUNT, Corrupt, check_memory, read_ch
 
 MAGIC = b"\x89QCF\r\n\x1a\n"
 FIELDS = struct.Struct("<IIQ20s")
-SIDES = ["labl", "mean", "kept", "trnc"]
+SIDES = ["labl", "mean", "kept", "trnc", "best"]
 REQUIRED = ["GRPS", "BLKS", "CPLS", "LINR", "PNLT", "OFFS"]
 MAX_ENERGY = 2**53
 WIDTHS = (1, 2, 4, 8)
-LABL_SIZE, LABL_ENCODING, LABL_SCALE, LABL_GRID, LABL_MASK = 64, 0, 16, 32, 60
+LABL_SIZE, LABL_ENCODING, LABL_LABELS, LABL_SCALE, LABL_GRID, LABL_MASK = 64, 0, 12, 16, 32, 60
 COUPLINGS_PER_BYTE = 16
-ONE_HOT_ENCODINGS = (1, 2)
+ONE_HOT_ENCODINGS, DOMAIN_WALL = (1, 2), 3
+NO_BOUND = -2**63
 
 
 def places(lengths):
@@ -102,6 +103,8 @@ class Problem:
     sides           list of (type, bytes): side chunks
     scale           integer units in one real unit
     encoding        the number of the encoding, None where the file does not tell it
+    known           u8 array (n,): the best labelling known, or None where the file carries none
+    stated_bound    the lower bound of H that the file states beside it, or None: a claim
     """
 
     sizes: np.ndarray
@@ -114,6 +117,8 @@ class Problem:
     sides: list = field(default_factory=list)
     scale: int = 1
     encoding: int = None
+    known: np.ndarray = None
+    stated_bound: int = None
 
     @functools.cached_property
     def starts(self):
@@ -285,11 +290,11 @@ def _check_side_order(sides):
 
 
 def _labl(sides):
-    """(scale, number of the encoding) of the side chunk labl: (1, None) without one."""
+    """(scale, number of the encoding, labels) of the side chunk labl: (1, None, 0) without one."""
     _check_side_order(sides)
     found = dict(sides).get("labl")
     if found is None:
-        return 1, None
+        return 1, None, 0
     numbers = struct.unpack_from("<16I", found) if len(found) >= LABL_SIZE else 16 * [0]
     scale, width, height, masked = (numbers[at // 4] for at in (
         LABL_SCALE, LABL_GRID, LABL_GRID + 4, LABL_MASK))
@@ -299,7 +304,29 @@ def _labl(sides):
     if masked == 1 and (not cells or len(found) != LABL_SIZE + (cells + 7) // 8):
         raise Corrupt("chunk labl, byte 60: a mask without a grid, or of another size than the "
                       "grid")
-    return scale, numbers[LABL_ENCODING // 4]
+    return scale, numbers[LABL_ENCODING // 4], numbers[LABL_LABELS // 4]
+
+
+def _best(sides, sizes, encoding, labels):
+    """(known, stated_bound) of the side chunk best: (None, None) without one."""
+    found = dict(sides).get("best")
+    if found is None:
+        return None, None
+    part, wall = Payload("best", found), encoding == DOMAIN_WALL
+    part.need(names.index("best") == len(names) - 1 and "labl" in names,
+              "it is there twice, or not behind the other side chunks")
+    part.need(sizes.size and (wall or encoding in ONE_HOT_ENCODINGS),
+              "problems of this encoding, or without variables, have none")
+    bound, width, zero = part.unpack("<qII")
+    part.need(width == (1 if labels <= 255 else 2) and zero == 0
+              and (bound == NO_BOUND or abs(bound) <= MAX_ENERGY),
+              "a width or bound out of range, or a reserved field in use")
+    label = part.array(f"<u{width}", sizes.size).astype(np.int64)
+    part.need(part.at == len(part.view), f"{len(part.view) - part.at} bytes too many")
+    part.need((label < sizes + wall).all(), "a label that its site does not have")
+    place, label = places(sizes), np.repeat(label, sizes)
+    return ((place < label if wall else place == label).astype(np.uint8),
+            None if bound == NO_BOUND else bound)
 
 
 def parse_qcf(data, limit=DEFAULT_LIMIT):
@@ -312,7 +339,7 @@ def parse_qcf(data, limit=DEFAULT_LIMIT):
     check_memory(header.size + 16 * n + 64 * groups + 96 * couplings, limit,
                  f"{n:,} variables, {groups:,} groups and {couplings:,} couplings")
     chunks, sides = read_chunks(data, header, REQUIRED)
-    labl = _labl(sides)
+    scale, encoding, labels = _labl(sides)
     if couplings // COUPLINGS_PER_BYTE > len(data):
         raise Corrupt(f"byte 32: {couplings:,} couplings are more than a file of {len(data):,} "
                       "bytes may name")
@@ -327,7 +354,8 @@ def parse_qcf(data, limit=DEFAULT_LIMIT):
     problem = Problem(
         sizes, blocks, read("CPLS", _couplings, len(blocks), groups, couplings),
         read("LINR", _linear, n), *read("PNLT", _penalties, groups),
-        read("OFFS", lambda part: part.unpack("<q")[0]), sides, *labl)
+        read("OFFS", lambda part: part.unpack("<q")[0]), sides, scale,
+        encoding, *_best(sides, sizes, encoding, labels))
     _check(problem)
     return problem
 

@@ -37,6 +37,9 @@ def read(options):
     with io(name, "read"), open(0 if name == "-" else name, "rb", closefd=name != "-") as stream:
         problem, data = read_qcf(stream, options.memory_limit)
     options.digest = hashlib.sha256(data).digest()
+    models.check_known(problem)
+    if getattr(options, "alone", False):
+        problem.known = problem.stated_bound = None
     return problem
 
 
@@ -99,7 +102,8 @@ def solve(options, ask=here):
             with kept:
                 samples = checked(options, problem, answer)
                 if not getattr(options, "no_postprocess", False) and answer.lower_bound is None:
-                    samples = merging.finished(problem, samples, options.memory_limit)
+                    samples = merging.finished(problem, samples, options.memory_limit,
+                                               problem.known)
                 told = _summary(options, problem, answer, samples, time.monotonic() - began)
                 deliver(_sound(qsf.pack_qsf(samples)), *told)
 
@@ -169,8 +173,10 @@ def _summary(options, problem, answer, samples, seconds):
     best = ("`qstereo validate` says which samples are labellings" if not told else
             f"{good.size} feasible, best energy of these {figures['best_energy']}" if good.size else
             "none feasible")
-    samples = "1 sample" if energies.size == 1 else f"{energies.size} samples"
-    return (f"{options.solver}: {samples}, best energy {figures['energy']}{bounded}; {best}; "
+    count = "1 sample" if energies.size == 1 else f"{energies.size} samples"
+    if samples.info.get("result", {}).get("known"):
+        count += f" (merged with the labelling that {options.problem} carries)"
+    return (f"{options.solver}: {count}, best energy {figures['energy']}{bounded}; {best}; "
             f"{seconds:.1f} s\n{options.output}: written",
             {"solver": options.solver, **figures, "proven_optimal": proven if told else None,
              "iterations": answer.iterations, "seconds": round(seconds, 3),

@@ -435,9 +435,10 @@ def test_compare_on_a_reduced_problem(folder, pair):
     best = [result for result in compared["results"] if result["solver"] == "best"][0]
     assert best["energy"] == whole["energy"]
     icm = [result["energy"] for result in compared["results"] if result["solver"] == "icm"]
-    assert (
-        len(icm) == 2 and icm[0] == icm[1] and all(result["map"] for result in compared["results"])
-    )
+    # That of solve began with the labelling that the file carries, which is a row, too.
+    (known,) = [row["energy"] for row in compared["results"] if row["solver"] == "known"]
+    assert len(icm) == 2 and icm[1] <= min(icm[0], known)
+    assert all(result["map"] for result in compared["results"])
 
 
 WORDS = {
