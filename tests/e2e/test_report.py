@@ -68,6 +68,22 @@ def test_what_the_page_tells(folder):
     assert "3 calls, 0.75 seconds charged" in text
 
 
+def test_results_of_many_frames_are_first_told_together(tmp_path):
+    frames = [{"name": name, "variables": 90, "variables_left": 7, "lower_bound": 10, "results": [
+        {"solver": "anneal", "energy": energy, "gap": energy - 10, "charge": charge,
+         "proven_optimal": energy == 10}]} for name, energy, charge in
+        (("first", 10, 0.5), ("second", 12, 0.0))]
+    (tmp_path / "summary.json").write_text(json.dumps({"problems": frames}))
+    call(BRIDGE, "report", tmp_path / "summary.json", "-o", tmp_path / "r.html")
+    page = (tmp_path / "r.html").read_text()
+    table = page[:page.index("<h2>first")]
+    assert re.findall("<h2>(.*?)</h2>", page) == ["All results", "first", "second"]
+    assert [re.findall("<t[hd]>(.*?)</t", row) for row in table.split("<tr")[1:]] == [
+        ["name", "method", "energy", "gap", "charge, s"],
+        ["first", "anneal", "10", "0", "0.500"], ["second", "anneal", "12", "2", "0.000"]]
+    assert "90 variables, 7 variables left by proof" in page and "<svg" not in page
+
+
 def test_a_page_needs_nothing_but_itself(folder):
     page = (folder / "r.html").read_text()
     assert not re.search(r"""(src|href)=["'](?!data:|#)""", page)
