@@ -7,6 +7,7 @@ with S_g the sum of the variables of group g. All numbers are integers.
 """
 
 import functools
+import hashlib
 import struct
 from dataclasses import dataclass, field
 
@@ -89,8 +90,8 @@ class Block:
 
 
 @dataclass
-class Problem:
-    """One QUBO; arrays are of i64.
+class Coefficients:
+    """One QUBO as its file has it; arrays are of i64.
 
     sizes           the number of variables of each group
     blocks          list of Block
@@ -101,6 +102,9 @@ class Problem:
     sides           list of (type, bytes): side chunks
     scale           integer units in one real unit
     encoding        the number of the encoding, None where the file does not tell it
+    digest          SHA-256 of the file, 32 bytes, by which samples know their problem
+    data            the file's bytes, None where there is no file
+    memory_limit    bytes that the problem and its models may take
     """
 
     sizes: np.ndarray
@@ -113,11 +117,24 @@ class Problem:
     sides: list = field(default_factory=list)
     scale: int = 1
     encoding: int = None
+    digest: bytes = b""
+    data: bytes = None
+    memory_limit: int = DEFAULT_LIMIT
 
     @functools.cached_property
     def starts(self):
         """The first variable of each group, and n at the end."""
         return np.concatenate(([0], np.cumsum(self.sizes)))
+
+    @functools.cached_property
+    def group(self):
+        """The group of each variable."""
+        return self.of_variables(np.arange(self.sizes.size))
+
+    @property
+    def edges(self):
+        """Array (2, ..): the groups that couplings join, those of weight 0 left out."""
+        return self.couplings[:2, self.couplings[3] != 0]
 
     @property
     def one_hot(self):
@@ -293,7 +310,7 @@ def _labl(sides):
 
 
 def parse_qcf(data, limit=DEFAULT_LIMIT):
-    """The Problem in `data`, the bytes of a whole .qcf. Raises FormatError."""
+    """The Coefficients in `data`, the bytes of a whole .qcf. Raises FormatError."""
     header = read_header(data, MAGIC, ".qcf", len(data))
     n, groups, couplings, zero = FIELDS.unpack(header.fields)
     if not (groups <= n <= MAX_COUNT and (groups == 0) == (n == 0) and couplings <= MAX_COUNT
@@ -314,15 +331,15 @@ def parse_qcf(data, limit=DEFAULT_LIMIT):
         return found
 
     sizes, blocks = read("GRPS", _groups, n, groups), read("BLKS", _blocks, limit)
-    problem = Problem(
+    problem = Coefficients(
         sizes, blocks, read("CPLS", _couplings, len(blocks), groups, couplings),
         read("LINR", _linear, n), *read("PNLT", _penalties, groups),
-        read("OFFS", lambda part: part.unpack("<q")[0]), sides, *labl)
+        read("OFFS", lambda part: part.unpack("<q")[0]), sides, *labl,
+        hashlib.sha256(data).digest(), data, limit)
     _check(problem)
     return problem
 
 
 def read_qcf(stream, limit=DEFAULT_LIMIT):
-    """(Problem, the file's bytes) of a .qcf in a binary stream. Raises FormatError, OSError."""
-    data = read_stream(stream, MAGIC, ".qcf", limit)
-    return parse_qcf(data, limit), data
+    """The Coefficients in a .qcf in a binary stream. Raises FormatError, OSError."""
+    return parse_qcf(read_stream(stream, MAGIC, ".qcf", limit), limit)

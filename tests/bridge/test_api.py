@@ -76,7 +76,7 @@ def test_parts_share_no_coupling(seed):
     of = np.empty(len(p), int)
     for k, part in enumerate(parts):
         of[part] = k
-    _, (rows, columns, _), _ = models.expand(p.coefficients)
+    _, (rows, columns, _), _ = models.expand(p)
     assert (of[rows] == of[columns]).all()
 
 

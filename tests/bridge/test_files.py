@@ -295,7 +295,7 @@ def test_memory_limits():
 
     with pytest.raises(OverLimit):
         qcf.read_qcf(Pipe(with_header(data, size=2**60)))
-    assert qcf.read_qcf(Pipe(data))[1] == data
+    assert qcf.read_qcf(Pipe(data)).data == data
 
 
 def run(**fields):
