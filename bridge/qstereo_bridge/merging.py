@@ -23,14 +23,13 @@ class States:
     """Some states of a problem.
 
     bits        u8 array (states, n)
-    fields      i64 array (states, n): what H changes by where the variable becomes 1, the penalty
-                of its group left out
+    fields      i64 array (states, n): what H changes by where the variable becomes 1
     """
 
     def __init__(self, problem, bits):
-        self.problem, self.terms = problem, models.Terms(problem, penalties=False, both=True)
+        self.problem, self.terms = problem, models.Terms(problem, both=True)
         self.bits = np.zeros(bits.shape, np.uint8)
-        self.fields = np.tile(problem.linear, (bits.shape[0], 1))
+        self.fields = np.tile(models.linear_terms(problem), (bits.shape[0], 1))
         self.flip(*np.nonzero(bits))
 
     def flip(self, state, variable):
@@ -52,13 +51,12 @@ class States:
         another. The moves of all other groups are flips.
         """
         problem, bits, fields = self.problem, self.bits, self.fields
-        ones = models.ones(problem, bits)
-        exchanges = (ones == 1) & problem.one_hot
+        exchanges = (models.ones(problem, bits) == 1) & problem.one_hot
         hot = np.add.reduceat(bits * fields, problem.starts[:-1], axis=1)
-        on, off = problem.b * ones - problem.a, problem.a - problem.b * (ones - 1)
-        spread = problem.of_variables
-        flips = np.where(bits == 0, fields + spread(on), spread(off) - fields)
-        deltas = np.where(spread(exchanges), fields - spread(hot), flips)
+        # What an exchange brings to 1 no longer pays for the one that leaves.
+        exchanged = np.where(bits == 0, fields - problem.of_variables(hot + problem.b), 0)
+        deltas = np.where(problem.of_variables(exchanges), exchanged,
+                          np.where(bits == 0, fields, -fields))
         return deltas, np.minimum.reduceat(deltas, problem.starts[:-1], axis=1), exchanges
 
 
@@ -127,29 +125,15 @@ class Merger(States):
         label = models.components(differ.size, np.append(at, same), np.append(there, same + 1))
         gains = sign * self.fields[0, differ]
         np.add.at(gains, at, value * sign[at] * sign[there])
-        lost = self._penalties(other, differ, group, gains)
         total, spoilt = np.zeros(differ.size, np.int64), np.zeros(differ.size, bool)
         np.add.at(total, label, gains)
-        np.logical_or.at(spoilt, label, lost)
+        # A group with one variable at 1 keeps that.
+        lost = problem.one_hot & (models.ones(problem, self.bits)[0] == 1) & (
+            models.ones(problem, other[None])[0] != 1)
+        np.logical_or.at(spoilt, label, lost[group])
         taken = differ[(total < 0)[label] & ~spoilt[label]]
         self.flip(np.zeros(taken.size, np.int64), taken)
         return taken.size > 0
-
-    def _penalties(self, other, differ, group, gains):
-        """Adds what a group's penalty changes to the gain of the first of its variables that
-        differ; where a group would cease to be feasible: bool array as `differ`."""
-        problem, first = self.problem, np.flatnonzero(np.diff(group, prepend=-1))
-        before, after = (np.bincount(group, state[differ], problem.sizes.size)[group[first]]
-                         .astype(np.int64) for state in (self.bits[0], other))
-        common = np.add.reduceat(self.bits[0] & other, problem.starts[:-1],
-                                 dtype=np.int64)[group[first]]
-        before, after, which = before + common, after + common, group[first]
-        a, b = problem.a[which], problem.b[which]
-        gains[first] += (a * (before - after) + b * (after * (after - 1) // 2
-                                                     - before * (before - 1) // 2))
-        lost = np.zeros(differ.size, bool)
-        lost[first] = problem.one_hot[which] & (before == 1) & (after != 1)
-        return lost
 
 
 def merged(problem, bits):

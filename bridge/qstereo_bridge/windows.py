@@ -107,9 +107,9 @@ def window(p, bits, variables):
     if not np.array_equal(np.flatnonzero(p.of_variables(inside)), variables):
         raise InputError("a window takes whole groups, their variables sorted")
     rest = bits * ~p.of_variables(inside)
-    fields = merging.States(p, rest[None]).fields[0, variables]
-    g, h, block, weight = p.couplings[:, inside[p.couplings[:2]].all(axis=0)]
     # The penalties of the groups outside are in the offset, those of the groups inside are not.
+    fields = merging.States(p, rest[None]).fields[0, variables] + p.of_variables(p.a)[variables]
+    g, h, block, weight = p.couplings[:, inside[p.couplings[:2]].all(axis=0)]
     offset = int(p.energies(rest)[0] - p.a[groups].sum())
     said = b"".join(array.astype("<i8").tobytes() for array in (groups, fields))
     return made(Coefficients(
