@@ -12,7 +12,7 @@ import numpy as np
 
 from .container import check_memory
 from .failure import InputError
-from .qcf import Block, places
+from .qcf import ENTRY_BYTES, places
 
 if TYPE_CHECKING:
     import dimod
@@ -45,10 +45,11 @@ class Terms:
         if penalties:
             own = np.flatnonzero((problem.b != 0) & (sizes > 1))
             own_sizes, of_size = np.unique(sizes[own], return_inverse=True)
+            check_memory(ENTRY_BYTES * int((own_sizes**2).sum()), problem.memory_limit,
+                         f"the quadratic terms of a group of {own_sizes.max(initial=0):,} variables")
             g, h, weight, block = (np.append(*pair) for pair in (
                 (g, own), (h, own), (weight, problem.b[own]), (block, len(blocks) + of_size)))
-            blocks += [Block((size, size), np.ones(2 * size - 1, np.int32))
-                       for size in own_sizes.tolist()]
+            blocks += [np.ones((size, size), np.int32) for size in own_sizes.tolist()]
         # What a block serves as: 0 itself, 1 its part above the diagonal, 2 transposed, 3 mirrored.
         kind = (g == h).astype(np.int64)
         if both:
@@ -61,10 +62,11 @@ class Terms:
         order = order[weight[order] != 0]
         self.g, self.h, self.weight = g[order], h[order], weight[order]
         used, self.pattern = np.unique(4 * block[order] + kind[order], return_inverse=True)
-        ways = (lambda block: block, lambda block: block, Block.transposed, Block.mirrored)
-        self.patterns = [(ways[key % 4](blocks[key // 4]), key % 4 == 1) for key in used.tolist()]
+        ways = (lambda block: block, lambda block: np.triu(block, 1), np.transpose,
+                lambda block: np.triu(block, 1) + np.triu(block, 1).T)
+        self.patterns = [ways[key % 4](blocks[key // 4]) for key in used.tolist()]
         again = (self.g[1:] == self.g[:-1]) & (self.h[1:] == self.h[:-1])
-        of_pattern = np.array([block.count_nonzero(upper) for block, upper in self.patterns], int)
+        of_pattern = np.array([np.count_nonzero(block) for block in self.patterns], int)
         self.terms_of_coupling = of_pattern[self.pattern]
         self.count = int(self.terms_of_coupling.sum())
         self.repeated = self.count > 0 and bool(again.any())
@@ -74,10 +76,12 @@ class Terms:
         """Of all patterns' rows one after another: the number of entries, where they begin, their
         columns and values; then the first row of each coupling, and of each group the number of its
         couplings and the first of them."""
-        entries = [block.entries(upper) for block, upper in self.patterns]
-        lengths, columns, values = (np.concatenate(parts) for parts in zip(*entries))
-        rows_of_patterns = np.array([entry[0].size for entry in entries])
-        first_row = (np.cumsum(rows_of_patterns) - rows_of_patterns)[self.pattern]
+        entries = [np.nonzero(block) for block in self.patterns]
+        rows = np.array([block.shape[0] for block in self.patterns])
+        lengths, columns, values = (np.concatenate(parts) for parts in zip(*(
+            (np.bincount(row, minlength=len(block)), column.astype(np.int32), block[row, column])
+            for block, (row, column) in zip(self.patterns, entries))))
+        first_row = (np.cumsum(rows) - rows)[self.pattern]
         partners = np.bincount(self.g, minlength=self.starts.size - 1)
         return (lengths, np.cumsum(lengths) - lengths, columns, values, first_row, partners,
                 np.cumsum(partners) - partners)
@@ -278,7 +282,7 @@ def _nl_labels(model, problem, limit):
         these = np.flatnonzero((block == number) & (weight != 0))
         if these.size:
             padded = np.zeros((most, most))
-            padded[:content.shape[0], :content.shape[1]] = content.dense()
+            padded[:content.shape[0], :content.shape[1]] = content
             table = model.constant(padded)
             costs = table[label[model.constant(g[these])], label[model.constant(h[these])]]
             alike = (weight[these] == weight[these[0]]).all()

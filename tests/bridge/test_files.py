@@ -87,7 +87,7 @@ def test_a_qcf_is_read_as_it_was_written(seed):
     assert list(map(tuple, read.couplings.T)) == expected
     for block, written in zip(read.blocks, raw.blocks):
         assert (
-            block.dense()
+            block
             == [[written.entry(i, j) for j in range(block.shape[1])] for i in range(block.shape[0])]
         ).all()
 
