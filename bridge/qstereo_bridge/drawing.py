@@ -20,18 +20,12 @@ matplotlib.rcParams.update({
     "axes.spines.top": False, "axes.spines.right": False, "svg.hashsalt": "qstereo"})
 
 
-def image(values):
-    """The address of a picture that holds it: H x W x 3, or H x W, bytes."""
+def image(values, colours="gray", low=0, high=255):
+    """The address of a picture that holds it: H x W x 3 bytes, or H x W values from `low` to
+    `high`, in colours, without any where a value is NaN."""
     out = io.BytesIO()
-    matplotlib.image.imsave(out, values, format="png", cmap="gray", vmin=0, vmax=255)
+    matplotlib.image.imsave(out, values, format="png", cmap=colours, vmin=low, vmax=high)
     return "data:image/png;base64," + base64.b64encode(out.getvalue()).decode()
-
-
-def coloured(values, low, high):
-    """A map in colours, white where it has no value: H x W x 3, bytes."""
-    shown = matplotlib.colormaps["turbo"](np.clip((values - low) / max(high - low, 1), 0, 1))
-    shown[np.isnan(values)] = 1
-    return (255 * shown[..., :3]).astype(np.uint8)
 
 
 def svg(figure):
@@ -57,7 +51,7 @@ def bar(low, high):
     figure = Figure(figsize=(3.2, 0.45))
     axes = figure.add_axes((0, 0.5, 1, 0.5))
     axes.imshow(np.linspace(0, 1, 256)[None], aspect="auto", cmap="turbo",
-                extent=(low, max(high, low + 1), 0, 1))
+                extent=(low, high, 0, 1))
     axes.set_yticks([])
     axes.set_xlabel("disparity, pixels")
     return figure

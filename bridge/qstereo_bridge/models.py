@@ -76,11 +76,10 @@ class Terms:
         """Of all patterns' rows one after another: the number of entries, where they begin, their
         columns and values; then the first row of each coupling, and of each group the number of its
         couplings and the first of them."""
-        entries = [np.nonzero(block) for block in self.patterns]
-        rows = np.array([block.shape[0] for block in self.patterns])
         lengths, columns, values = (np.concatenate(parts) for parts in zip(*(
-            (np.bincount(row, minlength=len(block)), column.astype(np.int32), block[row, column])
-            for block, (row, column) in zip(self.patterns, entries))))
+            (np.count_nonzero(block, axis=1), np.nonzero(block)[1].astype(np.int32),
+             block[block != 0]) for block in self.patterns)))
+        rows = np.array([len(block) for block in self.patterns])
         first_row = (np.cumsum(rows) - rows)[self.pattern]
         partners = np.bincount(self.g, minlength=self.starts.size - 1)
         return (lengths, np.cumsum(lengths) - lengths, columns, values, first_row, partners,

@@ -26,14 +26,17 @@ COLUMNS = {"solver": "method", "energy": "energy", "gap": "gap", "rms": "rms, pi
 DIGITS = {"rms": 2, "bad_0_5": 2, "bad_1_0": 2, "seconds": 3, "charge": 3}
 # What says nothing where it is the same in all rows.
 USUAL = {"feasible": 1, "samples": 1, "charge": 0}
-# What is told of a problem where its file has it. Shares are shown in percent.
-FACTS = {"width": "columns", "height": "rows", "labels": "labels", "variables": "variables",
-         "variables_before": "variables", "variables_after": "variables left by proof",
-         "variables_left": "variables left by proof",
-         "decided": "of the sites decided by proof", "quadratic_terms": "quadratic terms",
-         "penalty_max": "the largest penalty of a site", "pair_penalty_max": "that of a pair",
-         "qubits": "qubits", "calls_done": "calls", "charge_seconds": "seconds charged",
-         "lower_bound": "proven lower bound", "upper_bound": "best energy known"}
+# What is told of a problem where its file has it.
+FACTS = {
+    "width": "{:,} columns", "height": "{:,} rows", "labels": "{:,} labels",
+    "variables": "{:,} variables", "variables_before": "{:,} variables",
+    "variables_after": "{:,} variables left by proof",
+    "variables_left": "{:,} variables left by proof",
+    "decided": "{:.2%} of the sites decided by proof", "quadratic_terms": "{:,} quadratic terms",
+    "penalty_max": "the largest penalty of a site: {:,.12g}",
+    "pair_penalty_max": "that of a pair: {:,.12g}", "qubits": "{:,} qubits",
+    "calls_done": "{:,} calls", "charge_seconds": "{:,.12g} seconds charged",
+    "lower_bound": "proven lower bound: {:,.12g}", "upper_bound": "best energy known: {:,.12g}"}
 TRACE = ["solver", "seconds", "iteration", "energy", "bound", "variables"]
 NOTE = "Black: more than one pixel off; grey: more than half a pixel; white: right, or unknown."
 
@@ -168,9 +171,10 @@ def maps(problem):
     # The truth's range, where there is one: a few wrong pixels would take the colours of all.
     known = np.concatenate([values[~np.isnan(values)]
                             for _, values in (shown if truth is None else shown[:1])])
-    low, high = (known.min(), known.max()) if known.size else (0, 1)
+    low = known.min() if known.size else 0
+    high = max(known.max(initial=0), low + 1)
     grids.append({"bar": draw.drawing(draw.bar(low, high)), "pictures": [
-        (name, f"map of {name}", draw.image(draw.coloured(values, low, high)))
+        (name, f"map of {name}", draw.image(values, "turbo", low, high))
         for name, values in shown]})
     if truth is not None:
         grids.append({"head": "Errors", "note": NOTE, "pictures": [
@@ -232,14 +236,8 @@ def told_of(rows, columns):
 
 def facts(problem):
     """What is known of a problem, as a sentence."""
-    told = []
-    for key, text in FACTS.items():
-        value = problem.get(key)
-        if value is not None:
-            number = f"{100 * value:.4g} %" if key == "decided" else f"{value:,.12g}"
-            told.append(f"{text}: {number}" if "bound" in key or "penalty" in key
-                        else f"{number} {text}")
-    said = ", ".join(told)
+    said = ", ".join(text.format(problem[key]) for key, text in FACTS.items()
+                     if problem.get(key) is not None)
     return f"{said[:1].upper()}{said[1:]}." if said else ""
 
 

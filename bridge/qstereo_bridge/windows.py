@@ -53,21 +53,17 @@ def passes(p, variables, number=0, seed=0):
     rng = np.random.default_rng([*np.frombuffer(p.digest, "<u4"), seed, number])
     calls, rooms = [], []
     for part in p.parts():
-        if part.size > variables:
-            found = _cut(p, np.unique(p.group[part]), variables, rng)
-            calls += [[window] for window in found]
-            rooms += [variables - sum(p.sizes[window]) for window in found]
-            continue
-        at = next((at for at, room in enumerate(rooms) if room >= part.size), len(calls))
-        if at == len(calls):
-            calls.append([])
-            rooms.append(variables)
-        calls[at].append(np.unique(p.group[part]))
-        rooms[at] -= part.size
-    inside = np.zeros((len(calls), p.sizes.size), bool)
-    for at, call in enumerate(calls):
-        inside[at, np.concatenate(call)] = True
-    return [np.flatnonzero(p.of_variables(one)) for one in inside]
+        groups = np.unique(p.group[part])
+        for one in [groups] if part.size <= variables else _cut(p, groups, variables, rng):
+            size = p.sizes[one].sum()
+            at = next((at for at, room in enumerate(rooms) if room >= size), len(calls))
+            if at == len(calls):
+                calls.append([])
+                rooms.append(variables)
+            calls[at].append(one)
+            rooms[at] -= size
+    every = np.arange(p.sizes.size)
+    return [np.flatnonzero(p.of_variables(np.isin(every, np.concatenate(call)))) for call in calls]
 
 
 def _cut(p, part, variables, rng):

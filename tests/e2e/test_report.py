@@ -1,6 +1,8 @@
 """qstereo-bridge report: what the page tells, and how a browser shows it."""
 
+import base64
 import html
+import io
 import json
 import re
 import shutil
@@ -10,6 +12,7 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 from library import BRIDGE, QSTEREO, ROOT
+from PIL import Image
 
 pytest.importorskip("matplotlib")
 SAMPLE = ROOT / "samples" / "rendered"
@@ -118,8 +121,10 @@ def test_maps_are_cut_and_coloured_in_one_scale(folder):
         result = {one["solver"]: one for one in problem["results"]}[name]
         off = report.errors(values, truth)
         assert abs(100 * (off == 0).mean() - result["bad_1_0"]) < 1e-9
-    shown = drawing.coloured(np.array([[2.0, 14.0, np.nan]]), 2, 14)[0]
-    assert shown[2].tolist() == [255] * 3 and shown[0].tolist() != shown[1].tolist()
+    address = drawing.image(np.array([[2.0, 14.0, np.nan]]), "turbo", 2, 14)
+    shown = Image.open(io.BytesIO(base64.b64decode(address.partition(",")[2])))
+    first, last, none = (shown.getpixel((x, 0)) for x in range(3))
+    assert first != last and (first[3], last[3], none[3]) == (255, 255, 0)
 
 
 @pytest.mark.parametrize("content, said", [
