@@ -40,16 +40,16 @@ class Terms:
     """
 
     def __init__(self, problem, penalties=True, both=False):
-        self.starts, sizes, blocks = problem.starts, problem.sizes, list(problem.blocks)
+        self.starts, self.limit = problem.starts, problem.memory_limit
+        sizes, blocks = problem.sizes, list(problem.blocks)
         g, h, block, weight = problem.couplings
         if penalties:
             own = np.flatnonzero((problem.b != 0) & (sizes > 1))
             own_sizes, of_size = np.unique(sizes[own], return_inverse=True)
-            check_memory(ENTRY_BYTES * int((own_sizes**2).sum()), problem.memory_limit,
-                         f"the quadratic terms of a group of {own_sizes.max(initial=0):,} variables")
             g, h, weight, block = (np.append(*pair) for pair in (
                 (g, own), (h, own), (weight, problem.b[own]), (block, len(blocks) + of_size)))
-            blocks += [np.ones((size, size), np.int32) for size in own_sizes.tolist()]
+            ones = np.int32(1)
+            blocks += [np.broadcast_to(ones, (size, size)) for size in own_sizes.tolist()]
         # What a block serves as: 0 itself, 1 its part above the diagonal, 2 transposed, 3 mirrored.
         kind = (g == h).astype(np.int64)
         if both:
@@ -62,11 +62,9 @@ class Terms:
         order = order[weight[order] != 0]
         self.g, self.h, self.weight = g[order], h[order], weight[order]
         used, self.pattern = np.unique(4 * block[order] + kind[order], return_inverse=True)
-        ways = (lambda block: block, lambda block: np.triu(block, 1), np.transpose,
-                lambda block: np.triu(block, 1) + np.triu(block, 1).T)
-        self.patterns = [ways[key % 4](blocks[key // 4]) for key in used.tolist()]
+        self.blocks = [(blocks[key // 4], key % 4) for key in used.tolist()]
         again = (self.g[1:] == self.g[:-1]) & (self.h[1:] == self.h[:-1])
-        of_pattern = np.array([np.count_nonzero(block) for block in self.patterns], int)
+        of_pattern = np.array([_count(*one) for one in self.blocks], int)
         self.terms_of_coupling = of_pattern[self.pattern]
         self.count = int(self.terms_of_coupling.sum())
         self.repeated = self.count > 0 and bool(again.any())
@@ -76,10 +74,15 @@ class Terms:
         """Of all patterns' rows one after another: the number of entries, where they begin, their
         columns and values; then the first row of each coupling, and of each group the number of its
         couplings and the first of them."""
+        entries = sum(block.size for block, _ in self.blocks)
+        check_memory(ENTRY_BYTES * entries, self.limit, f"blocks of {entries:,} entries")
+        ways = (lambda block: block, lambda block: np.triu(block, 1), np.transpose,
+                lambda block: np.triu(block, 1) + np.triu(block, 1).T)
+        patterns = [ways[kind](block) for block, kind in self.blocks]
         lengths, columns, values = (np.concatenate(parts) for parts in zip(*(
             (np.count_nonzero(block, axis=1), np.nonzero(block)[1].astype(np.int32),
-             block[block != 0]) for block in self.patterns)))
-        rows = np.array([len(block) for block in self.patterns])
+             block[block != 0]) for block in patterns)))
+        rows = np.array([len(block) for block in patterns])
         first_row = (np.cumsum(rows) - rows)[self.pattern]
         partners = np.bincount(self.g, minlength=self.starts.size - 1)
         return (lengths, np.cumsum(lengths) - lengths, columns, values, first_row, partners,
@@ -117,6 +120,15 @@ class Terms:
             row = np.arange(low, high)
             at, columns, values = self.of_rows(row)
             yield row[at], columns, values
+
+
+def _count(block, kind):
+    """How many entries a pattern has; of a penalty's, whose block is one 1, without its entries."""
+    if kind in (0, 2):
+        return np.count_nonzero(block)
+    above = (len(block) * (len(block) - 1) // 2 if block.strides == (0, 0) else
+             np.count_nonzero(np.triu(block, 1)))
+    return above * (2 if kind == 3 else 1)
 
 
 def expand(problem, penalties=True, limit=None):

@@ -20,7 +20,7 @@ from problems import (
     pack_qcf,
     random_problem,
 )
-from qstereo_bridge import models
+from qstereo_bridge import merging, models
 from qstereo_bridge.container import OverLimit
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -183,8 +183,11 @@ def test_memory_limits():
     small = make([300] * 2, [table], [{"weight": 1, "h": 1}], np.zeros(600), [(1, 1)] * 2)
     with pytest.raises(OverLimit, match="179,700 quadratic terms would need .* MiB, the limit is"):
         models.to_bqm(small, 1 << 20)
-    with pytest.raises(OverLimit, match="a group of 1,048,576 variables would need 16,777,216 MiB"):
+    with pytest.raises(OverLimit, match="549,755,289,600 quadratic terms would need"):
         models.to_bqm(make([2**20], [], [], np.zeros(2**20), [(1, 1)]))
+    with pytest.raises(OverLimit, match="blocks of 1,600,000,000 entries would need"):
+        merging.descend(make([40_000], [], [], np.zeros(40_000), [(1, 1)]),
+                        np.zeros((1, 40_000), np.uint8) + (np.arange(40_000) < 1))
     with pytest.raises(OverLimit, match="blocks of 1,099,511,627,776 entries would need"):
         make([2**20] * 2, [Toeplitz((2**20, 2**20), 1, 0, np.empty(0, "<i4"))],
              [{"weight": 1, "h": 1}], np.zeros(2**21), [(1, 1)] * 2)
