@@ -404,12 +404,12 @@ def _best_energy(p, problem, samples):
 
 def _label_sets(problem):
     """(sites, labels) bool: the labels that the chunk kept leaves; without one, all."""
-    sides = dict(problem.sides)
+    sides = dict(problem.coefficients.sides)
     labels = int.from_bytes(sides["labl"][12:16], "little")
     kept = sides.get("kept")
     sites, width = np.frombuffer(kept[:8], "<u4").tolist() if kept else (0, 0)
     if not width:
-        return np.ones((problem.sizes.size, labels), bool)
+        return np.ones((problem.coefficients.sizes.size, labels), bool)
     fixed = np.frombuffer(kept, f"<u{width}", sites, 8).astype(int)
     sets = np.arange(labels) == fixed[:, None]
     packed = np.frombuffer(kept, np.uint8, offset=8 + sites * width).reshape(-1, -(-labels // 8))
@@ -420,7 +420,7 @@ def _label_sets(problem):
 def _check_reduced(p, left, problem, smaller):
     """Every label that the certificate leaves must be in the reduced problem."""
     sets, others = _label_sets(problem), _label_sets(smaller)
-    undecided = sets.sum(1) > 1 if "kept" in dict(problem.sides) else slice(None)
+    undecided = sets.sum(1) > 1 if "kept" in dict(problem.coefficients.sides) else slice(None)
     inside = sets[undecided]
     inside[inside] = left
     sets[undecided] = inside
@@ -440,7 +440,7 @@ def verify(problem: File, other: File, certificate: File,
     whole = load(problem, memory_limit)
     with opened(certificate) as stream:
         proof = parse_qpf(read_stream(stream, MAGIC, ".qpf", memory_limit))
-    p, why, energy = _Problem(whole), None, proof.energy
+    p, why, energy = _Problem(whole.coefficients), None, proof.energy
     try:
         if proof.digest != whole.digest:
             raise Invalid("it is of another problem: the digests differ")
