@@ -15,7 +15,7 @@ import numpy as np
 from PIL import Image
 
 from . import drawing as draw, runner
-from .failure import InputError
+from .failure import Error, InputError
 from .failure import io as reading
 from .output import save
 from .qsf import parse_qsf
@@ -282,9 +282,15 @@ def page_of(sections, title, before=()):
 
 
 def command(options):
-    problems = load(options.results)
-    sections = sections_of(problems)
-    page, parts = page_of(sections, options.title).encode(), {}
+    problems, parts = load(options.results), {}
+    try:
+        sections = sections_of(problems)
+    except Error:
+        raise
+    except (ValueError, TypeError, AttributeError, KeyError) as error:
+        raise InputError(f"{options.results}: its results are not as qstereo writes them "
+                         f"({type(error).__name__}: {error})") from error
+    page = page_of(sections, options.title).encode()
     if options.parts:
         parts = parts_of(sections)
         with reading(options.parts, "be made"):

@@ -129,6 +129,9 @@ def test_maps_are_cut_and_coloured_in_one_scale(folder):
 
 @pytest.mark.parametrize("content, said", [
     ("{", "holds no results"), ("[]", "holds no results"), ("{}", "holds no results"),
+    ('{"results": [{"solver": "x", "energy": "low"}]}', "not as qstereo writes them"),
+    ('{"results": [{"energy": 1}, {"energy": 2}]}', "not as qstereo writes them (KeyError"),
+    ('{"results": [], "labels": "ten"}', "not as qstereo writes them"),
     ('{"results": [{"solver": "x", "map": "none.png"}]}', "none.png: cannot be read"),
     ('{"results": [{"solver": "x", "map": "r.json"}]}', "r.json: is no picture"),
 ])
