@@ -44,7 +44,7 @@ class _Run:
 
     def __init__(self, options):
         self.options, self.session, self.tell = options, None, runner.progress(options)
-        self.p = made(runner.read(options), options.digest, options.memory_limit)
+        self.p = made(runner.read(options))
         problem = self.p.coefficients
         if len(self.p) > options.windows and not _reduced(problem):
             raise Failure(BAD_INPUT, UNREDUCED.format(options.problem, options.output or "s.qsf",

@@ -400,7 +400,7 @@ def export(options):
 
 
 @_command("export", None, click.argument("samples", metavar="S.qsf"),
-          _option("--problem", str, "P.qcf", "the problem of the samples (required)"),
+          _option("--problem", str, "P.qcf", "the problem of the samples", required=True),
           _option("--embedding", str, "E.json", "its embedding (default the one in the samples)"),
           *COMMON)
 def inspect(options):

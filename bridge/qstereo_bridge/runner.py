@@ -1,7 +1,6 @@
 """One run of the command: read a problem, have it solved, check the answer, write and tell it."""
 
 import contextlib
-import hashlib
 import json
 import sys
 import time
@@ -32,11 +31,11 @@ def progress(options):
 
 
 def read(options):
-    """The Problem; its file's SHA-256 becomes `options.digest`."""
+    """The qcf.Coefficients; their digest becomes `options.digest`."""
     name = options.problem
     with io(name, "read"), open(0 if name == "-" else name, "rb", closefd=name != "-") as stream:
-        problem, data = read_qcf(stream, options.memory_limit)
-    options.digest = hashlib.sha256(data).digest()
+        problem = read_qcf(stream, options.memory_limit)
+    options.digest = problem.digest
     models.check_known(problem)
     if getattr(options, "alone", False):
         problem.known = problem.stated_bound = None
@@ -112,11 +111,11 @@ def merge(options):
     """The command `merge`."""
     with output_of(options) as deliver:
         began = time.monotonic()
-        problem = api.made(read(options), options.digest, options.memory_limit)
+        problem = api.made(read(options))
         found = merging.merge(problem, *(api.load_samples(name, options.memory_limit)
                                          for name in options.samples))
         deliver(_sound(qsf.pack_qsf(found)), *_summary(
-            options, problem.coefficients, Answer(found.bits), found, time.monotonic() - began))
+            options, problem, Answer(found.bits), found, time.monotonic() - began))
 
 
 def checked(options, problem, answer):

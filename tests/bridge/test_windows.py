@@ -1,5 +1,6 @@
 """Windows: plans, folded problems, and runs of many calls that go on after any end."""
 
+import dataclasses
 import io
 import itertools
 import json
@@ -25,7 +26,7 @@ LOCAL = ["--num-reads", 3, "--num-sweeps", 20, "--seed", 1]
 
 
 def problem_of(coefficients):
-    return made(coefficients, bytes(range(32)))
+    return made(dataclasses.replace(coefficients, digest=bytes(range(32))))
 
 
 def labl(encoding, *kept):
