@@ -182,7 +182,7 @@ def explained():
     except (Error, MemoryError):
         raise
     except Exception as error:
-        raise SolverError(explain(error)) from None
+        raise SolverError(explain(error), getattr(error, "error_code", None)) from None
 
 
 LATER = "({}); try again later"
