@@ -286,7 +286,8 @@ def _plans(run):
             figures = run.embedded(part, variables).figures()
             chains = {"embedded_qubits": figures.pop("qubits"), **figures, "fits": True}
         call = _options_of(options, number, part)
-        plans.append({**remote.plan(call, run.session, part.coefficients), **chains})
+        plans.append({"call": number + 1, **remote.plan(call, run.session, part.coefficients),
+                      **chains})
     return plans
 
 
@@ -296,14 +297,4 @@ def dry_run(options):
     with remote.account(options) as run.session:
         plans = _plans(run)
         run.tell(None)
-    charge = remote.charge_of(plans) if registry.find(options.solver).kind else 0
-    said = []
-    for number, found in enumerate(plans, 1):
-        chains = (f", {found['embedded_qubits']:,} qubits, chains of {found['mean_chain']:.2f} on "
-                  f"average and {found['longest_chain']} at most" if "mean_chain" in found else "")
-        each = found.get("charge_seconds")
-        said.append(f"call {number}: {found['variables']:,} variables{chains}"
-                    + (f", estimated charge {each:,.3f} s" if each else ""))
-    said.append(f"{options.solver}: at most {len(plans):,} calls; {remote.bill(options, charge)}")
-    runner.show(options, "\n".join(said), {"solver": options.solver, "dry_run": True,
-                                           "calls": plans, "charge_seconds": charge})
+    remote.show_plans(options, "calls", plans)

@@ -251,28 +251,36 @@ def dry_run(options):
     tasks = _tasks(options)
     with account(options) as session:
         plans = _plans(tasks, session)
-    told, charge = {"solver": options.solver, "dry_run": True}, charge_of(plans)
     if options.out_dir is None:
-        return runner.show(options, "\n".join(planned(options, plans[0])), {**told, **plans[0]})
-    said = []
-    for task, found in zip(tasks, plans):
-        cost = found.get("charge_seconds")
-        said.append(f"{task.problem}: " + (
-            f"does not fit: {found['reason']}" if found.get("fits") is False else
-            "skipped, the samples are there" if found.get("skipped") else
-            f"{found['variables']:,} variables" if cost is None else
-            f"{found['variables']:,} variables, estimated charge {cost:,.3f} s"))
-    said.append(f"{options.solver}: {len(tasks):,} problems; {bill(options, charge)}")
-    runner.show(options, "\n".join(said), {**told, "charge_seconds": charge, "problems": [
-        {"problem": task.problem, **found} for task, found in zip(tasks, plans)]})
+        runner.show(options, "\n".join(planned(options, plans[0])), {
+            "solver": options.solver, "dry_run": True, **plans[0]})
+    else:
+        show_plans(options, "problems", [{"problem": task.problem, **found}
+                                         for task, found in zip(tasks, plans)])
 
 
-def bill(options, charge):
-    """The end of a dry run of several problems, in words."""
-    sum_of = ("runs on this machine; nothing is charged" if not registry.find(options.solver).kind
-              else "the charge cannot be told" if charge is None else
-              f"estimated charge in all {charge:,.3f} s")
-    return f"{sum_of}; nothing was sent"
+def show_plans(options, what, plans):
+    """The dry run of several problems, calls or frames: a line for each, and the bill. `plans` are
+    dicts, whose first value names each."""
+    charge, said = charge_of(plans), []
+    for found in plans:
+        (kind, name), cost = next(iter(found.items())), found.get("charge_seconds")
+        said.append(f"{name}: " if kind == "problem" else f"{kind} {name}: ")
+        said[-1] += (f"does not fit: {found['reason']}" if found.get("fits") is False else
+                     "skipped, the samples are there" if found.get("skipped") else
+                     f"{found['variables']:,} variables")
+        if "mean_chain" in found:
+            said[-1] += (f", {found['embedded_qubits']:,} qubits, chains of "
+                         f"{found['mean_chain']:.2f} on average and {found['longest_chain']} at "
+                         "most")
+        if cost:
+            said[-1] += f", estimated charge {cost:,.3f} s"
+    bill = ("runs on this machine; nothing is charged" if not registry.find(options.solver).kind
+            else "the charge cannot be told" if charge is None else
+            f"estimated charge in all {charge:,.3f} s")
+    runner.show(options, "\n".join([*said, f"{options.solver}: {len(plans):,} {what}; {bill}; "
+                                           "nothing was sent"]),
+                {"solver": options.solver, "dry_run": True, "charge_seconds": charge, what: plans})
 
 
 def _plans(tasks, session):
