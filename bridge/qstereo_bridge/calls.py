@@ -293,8 +293,13 @@ def _plans(run):
 
 def dry_run(options):
     """The command `solve --windows --dry-run`."""
+    remote.show_plans(options, "calls", plans(options))
+
+
+def plans(options):
+    """What each call would send, at most: dicts."""
     run = _Run(options)
     with remote.account(options) as run.session:
-        plans = _plans(run)
-        run.tell(None)
-    remote.show_plans(options, "calls", plans)
+        found = _plans(run)
+    run.tell(None)
+    return found

@@ -269,6 +269,8 @@ def show_plans(options, what, plans):
         said[-1] += (f"does not fit: {found['reason']}" if found.get("fits") is False else
                      "skipped, the samples are there" if found.get("skipped") else
                      f"{found['variables']:,} variables")
+        if found.get("calls"):
+            said[-1] += f" in at most {found['calls']:,} calls"
         if "mean_chain" in found:
             said[-1] += (f", {found['embedded_qubits']:,} qubits, chains of "
                          f"{found['mean_chain']:.2f} on average and {found['longest_chain']} at "
@@ -281,6 +283,12 @@ def show_plans(options, what, plans):
     runner.show(options, "\n".join([*said, f"{options.solver}: {len(plans):,} {what}; {bill}; "
                                            "nothing was sent"]),
                 {"solver": options.solver, "dry_run": True, "charge_seconds": charge, what: plans})
+
+
+def plans(options):
+    """What would be sent for one problem, as a list of dicts."""
+    with account(options) as session:
+        return _plans([options], session)
 
 
 def _plans(tasks, session):
