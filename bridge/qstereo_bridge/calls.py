@@ -118,9 +118,6 @@ class _Run:
                 "windows": options.windows, "seed": options.seed or 0, "solver": options.solver,
                 "begins_from": hashlib.sha256(self.bits.tobytes()).hexdigest()}
 
-    def window(self, variables):
-        return windows.window(self.p, self.bits, variables)
-
     @functools.cached_property
     def chip(self):
         """That of the solver; without an account a Zephyr of twelve tiles each way."""
@@ -171,8 +168,7 @@ def _options_of(options, number, part):
 def charged(info):
     """Seconds that the service has charged, by its own timing."""
     timing = info.get("timing", {})
-    return timing.get("qpu_access_time", 0) / 1e6 if "charge_time" not in timing else (
-        timing["charge_time"] / 1e6)
+    return timing.get("charge_time", timing.get("qpu_access_time", 0)) / 1e6
 
 
 def _line(run, number, variables, answer, found):
@@ -221,7 +217,7 @@ def _calls(run, journal):
             with contextlib.suppress(FileNotFoundError):
                 os.remove(jobs.path_of(f"{options.output}.call-{number + 1}", b""))
         else:
-            part = run.window(variables)
+            part = windows.window(run.p, run.bits, variables)
             call = _options_of(options, number, part)
             if options.solver == "qpu":
                 run.embedded(part, variables)
@@ -281,7 +277,7 @@ def _plans(run):
     """What each call would send, at most: dicts. On a chip with its embedding, which is kept."""
     options, plans = run.options, []
     for number, (variables, _) in run.calls():
-        part, chains = run.window(variables), {}
+        part, chains = windows.window(run.p, run.bits, variables), {}
         if options.solver == "qpu":
             figures = run.embedded(part, variables).figures()
             chains = {"embedded_qubits": figures.pop("qubits"), **figures, "fits": True}
