@@ -355,8 +355,8 @@ def merge(options):
                   "(default one for this run, with workers on this machine)"),
           _option("--workers", WHOLE, "N", "without --scheduler: how many workers (default one "
                   "for each core)"),
-          _option("--max-charge", POSITIVE, "S", "send nothing if the charge of all frames together "
-                  "may be above S seconds"),
+          _option("--max-charge", POSITIVE, "S", "send nothing if the charge of all frames "
+                  "together may be above S seconds"),
           _flag("--dry-run", "encode and reduce, send nothing; say how many calls each frame "
                 "takes, and what all of them may be charged"),
           *(_option(f"--{step}", str, "WORDS", f"options for `{program}`{default and ' '}"
