@@ -34,9 +34,14 @@ class InputError(Error, ValueError):
 
 
 class SolverError(Error):
-    """The solver failed, refused the problem, or answered something that cannot be."""
+    """The solver failed, refused the problem, or answered something that cannot be. `code` is the
+    status of HTTP, where a service said one."""
 
     status = SERVICE
+
+    def __init__(self, message, code=None):
+        super().__init__(message)
+        self.code = code
 
 
 @contextlib.contextmanager

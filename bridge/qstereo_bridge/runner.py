@@ -77,28 +77,21 @@ def output_of(options, last=True):
         yield deliver
 
 
-def here(options, problem, tell):
-    """The Answer of a solver of this machine."""
-    solver = registry.find(options.solver)
-    return solver.run(options.solver, problem, options, tell), contextlib.nullcontext()
-
-
-def solve(options, ask=here):
+def solve(options, ask):
     """Solve, check, write, show.
 
-    ask(options, problem, progress) -> (Answer, a context in which the answer is written); without
-    an Answer nothing is.
+    ask(problem, progress) -> a context of the Answer in which it is written; of None, where nothing
+    is.
     """
-    with output_of(options, last=not hasattr(options, "said")) as deliver:
+    with (output_of(options, last=not hasattr(options, "said")) as deliver,
+          contextlib.ExitStack() as stack):
         problem = read(options)
         began, tell = time.monotonic(), progress(options)
-        try:
-            answer, kept = ((nothing_to_decide(problem), contextlib.nullcontext())
-                            if problem.linear.size == 0 else ask(options, problem, tell))
-        finally:
+        stack.callback(tell, None)
+        with (contextlib.nullcontext(nothing_to_decide(problem)) if problem.linear.size == 0 else
+              ask(problem, tell)) as answer:
             tell(None)
-        if answer is not None:
-            with kept:
+            if answer is not None:
                 samples = checked(options, problem, answer)
                 if not getattr(options, "no_postprocess", False) and answer.lower_bound is None:
                     samples = merging.finished(problem, samples, options.memory_limit,

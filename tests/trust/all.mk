@@ -1,14 +1,19 @@
 # Everything that takes longer than a check before each commit should. Included by the Makefile.
 
-.PHONY: check-all check-browser check-units check-warnings check-analysis check-valgrind check-threads coverage
+.PHONY: check-all check-browser check-kills check-units check-warnings check-analysis check-valgrind check-threads coverage
 
-check-all: check check-units check-warnings check-analysis check-valgrind check-threads coverage check-packages docs check-browser ## check, and every unit test on every target, all compilers and analysers, valgrind, coverage
+check-all: check check-units check-warnings check-analysis check-valgrind check-threads coverage check-packages docs check-browser check-kills ## check, and every unit test on every target, all compilers and analysers, valgrind, coverage
 
 # ---- The pages of the bridge in a browser; make check leaves this out where there is none.
 check-browser: all $(ENV)
 	$(call need,chromium --version,chromium)
 	@QSTEREO=$(abspath $(BUILD))/qstereo QSTEREO_BRIDGE=$(abspath $(BIN))/qstereo-bridge \
 	    $(BIN)/python -m pytest -q tests/e2e/test_report.py
+
+# ---- Fifty kills -9 of paid runs, at random moments; make check has a few.
+check-kills: $(ENV) ## kill paid runs at fifty random moments: each call is charged once
+	@QSTEREO_KILLS=50 $(BIN)/python -m pytest -q tests/bridge/test_windows.py \
+	    tests/bridge/test_interruptions.py -k killed
 
 # ---- Every unit test on every target: 32 and 64 bits, little- and big-endian, emulated.
 # NAME, compiler, Debian's name of the architecture, emulator.
