@@ -12,10 +12,11 @@ import google_crc32c
 import numpy as np
 import pytest
 from qstereo_bridge import container
-from qstereo_bridge import verify as checker
+from qstereo_bridge import certificate as checker
+from qstereo_bridge.certificate import FIELDS, MAGIC
 from qstereo_bridge.container import FormatError
 from qstereo_bridge.failure import Error
-from qstereo_bridge.verify import FIELDS, MAGIC, verify
+from qstereo_bridge.verify import verify
 
 ROOT = Path(__file__).parents[2]
 QSTEREO = os.environ.get("QSTEREO_PNM") or os.environ.get("QSTEREO", str(ROOT / "build/qstereo"))
@@ -97,8 +98,8 @@ def test_a_solver_that_solves_parts(tmp_path, monkeypatch):
                "--lambda", "3", "--encoding", "one-hot-sparse")
     assert done.returncode == 0, done.stderr
     done = run("solve", problem, "-o", samples, "--certificate", proof, "--json")
-    facts, solve, parts = json.loads(done.stdout), checker._Part.solve, []
-    monkeypatch.setattr(checker._Part, "solve", lambda part: parts.append(part) or solve(part))
+    facts, solve, parts = json.loads(done.stdout), checker._solve_part, []
+    monkeypatch.setattr(checker, "_solve_part", lambda *part: parts.append(part) or solve(*part))
     assert facts["proven_optimal"] and facts["lower_bound"] == facts["energy"]
     assert by_numpy(problem, samples, proof) == by_c(problem, samples, proof)
     assert by_c(problem, samples, proof) == (True, facts["energy"]) and parts
