@@ -7,8 +7,8 @@ The frames are those of samples/camera/generate.py, four times as large, and bet
 frames there are four more. They are rectified once, before anything is measured. The time of match
 is that of the whole command on all frames, files read and written; the time of StereoSGBM is that
 of its calls alone. Beside the frames a second, which depend on what else the machine does, there
-are the seconds of CPU for a frame. Errors are in percent of all pixels with x at least 63 that are off by more than
-1, over all frames.
+are the seconds of CPU for a frame. Errors are in percent of all pixels with x at least 63 that are
+off by more than 1, or a half, over all frames.
 
 --frames  keeps the rendered frames there, and takes them from there the next time
 """

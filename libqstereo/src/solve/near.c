@@ -80,8 +80,8 @@ static int64_t weight_at(const state *s, const int32_t *weights, size_t site)
     return weights ? weights[site] : s->problem->weight;
 }
 
-/* Label i of a site, of NEAR. The first and the last one of the problem have a neighbour less: it is
- * the label itself. */
+/* Label i of a site, of NEAR. The first and the last one of the problem have a neighbour less: that
+ * is the label itself. */
 static uint16_t label_of(const state *s, size_t site, int i)
 {
     int32_t label = s->middle[site] + i - 1;
