@@ -2,10 +2,11 @@
 
 #include <string.h>
 
+#include "halves.h"
 #include "pictures/picture_write.h"
 #include "text/fail.h"
 
-static const char *const step_names[] = {"refine", "check", "fill", "median"};
+static const char *const step_names[] = {"halves", "refine", "check", "fill", "median"};
 enum { STEPS = sizeof step_names / sizeof step_names[0] };
 
 /* Reads names with commas between, each at most once and in the order of the steps. */
@@ -30,20 +31,48 @@ static bool read_steps(const char *text, bool wanted[STEPS])
     return false;
 }
 
+/* Those of the preset, without halves where the labels are half pixels already. */
+static const char *preset_steps(const pair *asked)
+{
+    static const char first[] = "halves,";
+    const char *steps = asked->from->after;
+    bool have_halves = strncmp(steps, first, strlen(first)) == 0;
+    return asked->stereo.parts > 1 && have_halves ? steps + strlen(first) : steps;
+}
+
+/* Whether half pixels can be made of the labels. */
+static int check_halves(const pair *asked, const after *read)
+{
+    if (!read->halves) {
+        return DONE;
+    }
+    if (asked->stereo.parts > 1) {
+        return fail_usage("--after halves goes with whole pixels: give --disparity no step, or "
+                          "--after without halves");
+    }
+    if (asked->pairwise.smoothness == QS_TRUNCATED_QUADRATIC) {
+        return fail_usage("--after halves goes with --smoothness potts or linear: give --after "
+                          "without halves");
+    }
+    return read->refine ? fail_usage("--after has halves and refine: choose one") : DONE;
+}
+
 int after_read(const char *const *values, const pair *asked, after *read)
 {
     bool wanted[STEPS];
     memset(read, 0, sizeof *read);
-    read->steps = values[AFTER_STEPS] != NULL ? values[AFTER_STEPS] : asked->from->after;
+    read->steps = values[AFTER_STEPS] != NULL ? values[AFTER_STEPS] : preset_steps(asked);
     if (!read_steps(read->steps, wanted)) {
-        return fail_usage("--after %s is not none, nor some of refine,check,fill,median in this "
-                          "order",
+        return fail_usage("--after %s is not none, nor some of halves,refine,check,fill,median in "
+                          "this order",
                           read->steps);
     }
-    read->refine = wanted[0];
-    read->check = wanted[1];
-    read->fill = wanted[2];
-    read->median = wanted[3];
+    read->halves = wanted[0];
+    read->refine = wanted[1];
+    read->check = wanted[2];
+    read->fill = wanted[3];
+    read->median = wanted[4];
+    TRY(check_halves(asked, read));
     read->confidence = values[AFTER_CONFIDENCE];
     read->mask = values[AFTER_MASK];
     if (read->check && asked->stereo.border != QS_BORDER_KEEP) {
@@ -64,14 +93,8 @@ int after_open(after *asked, job *at)
     return asked->mask != NULL ? job_open_beside(at, "mask", asked->mask, &asked->files[1]) : DONE;
 }
 
-/* The map of a labelling, in sixteenths of a pixel if it is to be refined. */
-static int make_map(const after *asked, const laid_out *laid, const solved *found, budget *limit,
-                    pixel_map *map)
+static int refine(const laid_out *laid, const solved *found, pixel_map *map)
 {
-    TRY(map_of_labelling(laid->name, &laid->labels, found->labelling, limit, map));
-    if (!asked->refine) {
-        return DONE;
-    }
     int32_t finer = QS_REFINED_UNIT / (int32_t)map->unit;
     if (map->most > INT32_MAX / finer - 1 || map->least < -(INT32_MAX / finer)) {
         return fail(BAD_INPUT, laid->name, "its disparities are too large to be refined");
@@ -82,6 +105,33 @@ static int make_map(const after *asked, const laid_out *laid, const solved *foun
     map->least *= finer;
     map->most *= finer;
     return status == QS_OK ? DONE : fail_status(laid->name, status);
+}
+
+/* A map of half pixels. */
+static int make_halves(const qs_matching *stereo, const qs_pairwise *pairwise, const laid_out *laid,
+                       const solved *found, budget *limit, pixel_map *map)
+{
+    halves finer;
+    budget aside = budget_inside(limit);
+    int status = halves_make(laid->name, stereo, pairwise, found->labelling, &aside, &finer);
+    if (status == DONE) {
+        status = map_of_labelling(laid->name, &finer.labels, finer.labelling, limit, map);
+    }
+    budget_free(&aside);
+    return status;
+}
+
+/* The map of a labelling, in sixteenths of a pixel if it is to be refined.
+ *
+ * stereo  what the problem was made of */
+static int make_map(const after *asked, const qs_matching *stereo, const laid_out *laid,
+                    const solved *found, budget *limit, pixel_map *map)
+{
+    if (asked->halves) {
+        return make_halves(stereo, &laid->problem->pairwise, laid, found, limit, map);
+    }
+    TRY(map_of_labelling(laid->name, &laid->labels, found->labelling, limit, map));
+    return asked->refine ? refine(laid, found, map) : DONE;
 }
 
 /* Solves the right picture's problem, unless that is done. */
@@ -115,7 +165,7 @@ static int compare(const after *asked, const pair *of, const right_side *confirm
                    pixel_map *map)
 {
     pixel_map right;
-    TRY(make_map(asked, &confirming->laid, &confirming->found, limit, &right));
+    TRY(make_map(asked, &confirming->stereo, &confirming->laid, &confirming->found, limit, &right));
     uint32_t tolerance = map->unit > 1 ? map->unit / 2 : 1;
     mirror_rows(&right);
     qs_status checked = qs_map_check(map->disparities, right.disparities, map->width, map->height,
@@ -227,7 +277,7 @@ int after_labels(const after *asked, const pair *of, const laid_out *laid, const
                  const solver *by, const search *how, budget *limit, right_side *right,
                  pixel_map *map)
 {
-    TRY(make_map(asked, laid, found, limit, map));
+    TRY(make_map(asked, &of->stereo, laid, found, limit, map));
     if (asked->check) {
         TRY(check(asked, of, by, how, limit, right, map));
     }

@@ -17,7 +17,7 @@ enum { AFTER_STEPS, AFTER_CONFIDENCE, AFTER_MASK, AFTER_OPTIONS };
      false,                                                                                        \
      "LIST",                                                                                       \
      NULL,                                                                                         \
-     "what follows the labels: refine, check, fill, median in this order, or none "                \
+     "what follows the labels: halves or refine, check, fill, median in this order, or none "      \
      "(paper: none)"},                                                                             \
         {"confidence", 0,                                                                          \
          false,        "C",                                                                        \
@@ -31,7 +31,7 @@ enum { AFTER_STEPS, AFTER_CONFIDENCE, AFTER_MASK, AFTER_OPTIONS };
 
 typedef struct after {
     const char *steps; /* as given, or as the preset says */
-    bool refine, check, fill, median;
+    bool halves, refine, check, fill, median;
     const char *confidence, *mask; /* names of pictures; NULL = not wanted */
     bool confidence_png, mask_png;
     output *files[2]; /* of these, after after_open */

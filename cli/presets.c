@@ -28,7 +28,7 @@ const preset presets[PRESETS] = {
     {"accurate", "0.5", "bt:40+2*census:7x7", "10,3", "keep", "linear", TUNED, "28", "trws", "20",
      "check,fill"},
     {"fast", "1", "bt:40+2*census:7x7", "10,3", "keep", "linear", TUNED, "28", "trws16", "1",
-     "check,fill"},
+     "halves,check,fill"},
 };
 
 const char *preset_at(size_t index)

@@ -40,14 +40,15 @@ static void mirror_window(qs_matching *of)
 int right_side_make(const pair *of, const solver *by, bool straight, budget *limit,
                     right_side *right)
 {
-    qs_matching mirrored = of->stereo;
+    qs_matching *mirrored = &right->stereo;
     made_problem *made = &right->made;
     qs_status status;
     *made = (made_problem){.name = input_name(of->right), .mend = "--lambda or --truncation"};
-    TRY(mirror(made->name, &of->stereo.right, limit, &mirrored.left));
-    TRY(mirror(made->name, &of->stereo.left, limit, &mirrored.right));
-    mirror_window(&mirrored);
-    TRY(pair_problem(&mirrored, made->name, limit, &made->problem, &status));
+    *mirrored = of->stereo;
+    TRY(mirror(made->name, &of->stereo.right, limit, &mirrored->left));
+    TRY(mirror(made->name, &of->stereo.left, limit, &mirrored->right));
+    mirror_window(mirrored);
+    TRY(pair_problem(mirrored, made->name, limit, &made->problem, &status));
     if (status != QS_OK) {
         return made_fail(made, "choose a smaller --roi or --disparity", status);
     }

@@ -8,6 +8,7 @@
 #include "pair.h"
 
 typedef struct right_side {
+    qs_matching stereo; /* the mirrored pictures */
     made_problem made;
     laid_out laid;
     solved found;

@@ -4,6 +4,7 @@
 #include "after.h"
 #include "camera/frames.h"
 #include "command.h"
+#include "halves.h"
 #include "hints.h"
 #include "pair.h"
 #include "pictures/disparity_map.h"
@@ -217,10 +218,11 @@ static int write_found(job *at, request *asked, const laid_out *laid, const solv
 }
 
 /* What making and writing the map takes, after the solver's work is freed. */
-static uint64_t map_need(const request *asked, const qs_frame *frame)
+static uint64_t map_need(const request *asked, const qs_problem *problem)
 {
-    const qs_labels labels = {.frame = *frame};
-    return map_bytes(&asked->map, &labels);
+    const qs_labels labels = {.frame = problem->frame};
+    return bytes_sum(map_bytes(&asked->map, &labels),
+                     asked->after.halves ? halves_bytes(problem) : 0);
 }
 
 /* Whether the solver takes the problem itself, and nothing after it needs a model. */
@@ -241,7 +243,7 @@ static bool is_in_two(const request *asked)
  * is written. */
 static uint64_t later_need(const request *asked, const qs_problem *problem, uint64_t work)
 {
-    uint64_t map = map_need(asked, &problem->frame);
+    uint64_t map = map_need(asked, problem);
     uint64_t model = is_straight(asked) ? 0 : qs_model_of_problem_workspace(problem);
     uint64_t right = asked->after.check ? bytes_sum(model, work) : 0;
     return bytes_sum(bytes_sum(map, right), is_in_two(asked) ? work : 0);

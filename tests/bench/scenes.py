@@ -19,8 +19,8 @@ DISPARITIES = {"tsukuba": (0, 15), "venus": (0, 19), "bull": (0, 19), "sawtooth"
 LAMBDA, WINDOW = 20, 100
 
 
-def arguments(description):
-    """The options of every benchmark, parsed."""
+def arguments(description, **more):
+    """The options of every benchmark, parsed. `more` names options of this one, with their help."""
     parser = argparse.ArgumentParser(description=description.splitlines()[0])
     parser.add_argument("--data", type=Path,
                         help="folder of scenes with left.png and right.png (default: the sample)")
@@ -29,6 +29,8 @@ def arguments(description):
     parser.add_argument("--build", type=Path, default=ROOT / "build",
                         help="where make has built (default build)")
     parser.add_argument("--bridge", type=Path, default=ROOT / ".venv" / "bin" / "qstereo-bridge")
+    for name, words in more.items():
+        parser.add_argument(f"--{name}", help=words)
     options = parser.parse_args()
     options.qstereo = options.build / "qstereo"
     return options

@@ -139,14 +139,14 @@ def moving(folder):
     return truth, paths
 
 
-@pytest.mark.parametrize("preset, step", [("accurate", .5), ("fast", 1)])
-def test_presets_find_a_square(tmp_path, preset, step):
+@pytest.mark.parametrize("preset, step, after", [("accurate", .5, "check,fill"),
+                                                 ("fast", 1, "halves,check,fill")])
+def test_presets_find_a_square(tmp_path, preset, step, after):
     truth, paths = moving(tmp_path)
     made, mask, sure = (tmp_path / name for name in ("m.pfm", "mask.pgm", "sure.pgm"))
     facts = json.loads(succeed("match", *paths, "-o", made, "--disparity", "0:8", "--preset",
                                preset, "--mask", mask, "--confidence", sure, "--json").out)
-    assert (facts["preset"], facts["disparity_step"], facts["after"]) == (preset, step,
-                                                                          "check,fill")
+    assert (facts["preset"], facts["disparity_step"], facts["after"]) == (preset, step, after)
     found = read_pfm(made.read_bytes())
     assert np.isfinite(found).all()
     assert (np.abs(found - truth)[:, 8:] < 1).mean() > .97
@@ -215,3 +215,60 @@ def test_a_window_alone_is_filled(tmp_path, preset):
             "--roi", "10,6,16,9")
     found = np.isfinite(read_pfm((tmp_path / "m.pfm").read_bytes()))
     assert found[6:15, 10:26].all() and found.sum() == 16 * 9
+
+
+HALF = ["--preset", "fast", "--disparity", "0:8", "--after"]
+
+
+def test_half_pixels_after_the_labels(tmp_path):
+    """A scene that is shifted by five half pixels: whole labels miss it, and halves find it."""
+    random = np.random.default_rng(4).random((40, 300))
+    samples = sum(random[:, i:i + 240] for i in range(7))
+    samples = 255 * (samples - samples.min()) / np.ptp(samples)
+    left, right = samples[:, 20:220:2], samples[:, 25:225:2]
+    paths = [write_pgm(tmp_path / f"{n}.pgm", p) for n, p in (("l", left), ("r", right))]
+
+    def found(steps):
+        succeed("match", *paths, "-o", tmp_path / "m.pfm", "--lambda", "2", *HALF, steps)
+        return read_pfm((tmp_path / "m.pfm").read_bytes())[:, 8:]
+
+    whole, halves = found("none"), found("halves")
+    assert np.isin(whole, [2, 3]).mean() > .9 and (halves == 2.5).mean() > .5
+    assert np.abs(halves - whole).max() <= .5
+
+
+def test_fast_with_half_pixel_labels_has_no_halves_after(tmp_path):
+    paths = random_pair(tmp_path, 20, 6)[2:]
+    for step, after in (("", "halves,check,fill"), (":0.5", "check,fill")):
+        done = succeed("match", *paths, "-o", tmp_path / "m.pfm", "--preset", "fast",
+                       "--disparity", f"0:3{step}", "--json")
+        assert json.loads(done.out)["after"] == after
+
+
+@pytest.mark.parametrize("options, message", [
+    (["--disparity", "0:8:0.5"], "--after halves goes with whole pixels"),
+    (["--smoothness", "quadratic", "--truncation", "4"],
+     "--after halves goes with --smoothness potts or linear"),
+    (["--after", "halves,refine"], "choose one"),
+    (["--after", "check,halves"], "in this order"),
+])
+def test_halves_that_cannot_be(tmp_path, options, message):
+    paths = random_pair(tmp_path, 20, 6)[2:]
+    done = run("match", *paths, "-o", tmp_path / "m.pfm", *HALF, "halves", *options)
+    assert (done.status, done.out) == (2, b"") and message in done.err
+
+
+@pytest.mark.parametrize("options", [["--cost", "ad:40"], ["--smoothness", "potts"],
+                                     ["--lambda", "7.5"], ["--border", "leave-out"],
+                                     ["--disparity", "-3:5"], ["--roi", "9,2,20,8"]])
+def test_halves_with_other_settings(tmp_path, options):
+    """The map has halves, none more than half a pixel from the map of whole pixels."""
+    paths = random_pair(tmp_path, 40, 12)[2:]
+    maps = []
+    for steps in ("none", "halves"):
+        succeed("match", *paths, "-o", tmp_path / "m.pfm", *HALF, steps, "--solver", "trws",
+                "--iterations", 5, *options)
+        maps.append(read_pfm((tmp_path / "m.pfm").read_bytes()))
+    known = np.isfinite(maps[0])
+    assert (known == np.isfinite(maps[1])).all() and (maps[1] != maps[0])[known].any()
+    assert np.abs(maps[1] - maps[0])[known].max() <= .5

@@ -67,7 +67,7 @@ def test_a_sequence_with_two_threads(shifted, tmp_path, monkeypatch):
 REFUSED = [
     (["--solver", "trws16", "--lambda", "9000"], 3, "its costs are too large for trws16"),
     (["--solver", "cut"], 3, "cut cannot be used with this pairwise cost"),
-    (["--solver", "trws16", "--smoothness", "quadratic"], 3,
+    (["--solver", "trws16", "--smoothness", "quadratic", "--after", "check"], 3,
      "trws16 is for Potts and linear smoothness"),
 ]
 

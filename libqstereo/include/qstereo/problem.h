@@ -65,12 +65,21 @@ typedef struct qs_edge {
 typedef void qs_cost_row(void *context, uint32_t row, void *costs,
                          int32_t *least);
 
+/* Computes the unary cost of one label for each cell of a row, masked ones too:
+ * what qs_cost_row writes for that label and has subtracted, together.
+ *
+ * labels  of each of the width cells; all below the problem's
+ * costs   out: width */
+typedef void qs_cost_pick(void *context, uint32_t row, const uint16_t *labels,
+                          int32_t *costs);
+
 /* Unary costs of a grid that are made when they are needed, so that no more
  * than one row of them is in memory. */
 typedef struct qs_cost_source {
     qs_cost_row *row;
-    void *context; /* of row */
+    void *context; /* of row and pick */
     unsigned bytes; /* of a cost that `row` writes: 1 or 4 */
+    qs_cost_pick *pick; /* NULL = none; it makes energies quicker to compute */
 } qs_cost_source;
 
 /* Computes the tables of the edges that begin in a row of a grid: V of the

@@ -66,6 +66,20 @@ static void add_made_costs(total *sum, void *workspace)
     }
 }
 
+/* The same without the costs of the other labels. */
+static void add_picked_costs(total *sum, int32_t *costs)
+{
+    const qs_problem *problem = sum->problem;
+    const qs_cost_source *source = &problem->source;
+    uint32_t width = problem->grid.width;
+    for (uint32_t y = 0; y < problem->grid.height; y++) {
+        source->pick(source->context, y, sum->labelling + (size_t)y * width, costs);
+        for (uint32_t x = 0; x < width; x++) {
+            add(sum, 1, costs[x]);
+        }
+    }
+}
+
 static void add_edges(void *context, const qs_edge_run *run)
 {
     total *sum = context;
@@ -129,6 +143,8 @@ qs_status qs_problem_energy(const qs_problem *problem, const uint16_t *labelling
     total sum = {.problem = problem, .labelling = labelling};
     if (problem->costs) {
         add_costs(&sum);
+    } else if (problem->source.pick && !problem->grid.mask) {
+        add_picked_costs(&sum, costs);
     } else {
         add_made_costs(&sum, costs);
     }

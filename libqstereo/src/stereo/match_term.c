@@ -104,6 +104,46 @@ static void add_census(const qs_match_row *left_row, size_t l, const qs_match_ro
     }
 }
 
+/* The symmetric difference of add_bt. */
+static uint32_t bt_of(const qs_match_row *left_row, size_t l, const qs_match_row *right_row,
+                      size_t r)
+{
+    int16_t a = outside(left_row->grey[l], right_row->low[r], right_row->high[r]);
+    int16_t b = outside(right_row->grey[r], left_row->low[l], left_row->high[l]);
+    return (uint32_t)(a < b ? a : b);
+}
+
+/* How many of the 48 bits differ: the bytes together are a word. */
+static uint32_t census_of(const qs_match_row *left_row, size_t l, const qs_match_row *right_row,
+                          size_t r)
+{
+    uint8_t bytes[8] = {0};
+    for (int b = 0; b < QS_CENSUS_BYTES; b++) {
+        bytes[b] = left_row->census[b][l] ^ right_row->census[b][r];
+    }
+    return (uint32_t)(bits_of_bytes(eight_bytes(bytes)) * 0x0101010101010101u >> 56);
+}
+
+static uint32_t cost_of(qs_match_cost cost, const qs_match_row *left_row, size_t l,
+                        const qs_match_row *right_row, size_t r)
+{
+    uint32_t off = apart(left_row->grey[l], right_row->grey[r]);
+    switch (cost) {
+    case QS_MATCH_AD: return off;
+    case QS_MATCH_SD: return off * off;
+    case QS_MATCH_BT: return bt_of(left_row, l, right_row, r);
+    case QS_MATCH_CENSUS: break;
+    }
+    return census_of(left_row, l, right_row, r);
+}
+
+uint32_t qs_match_term_one(const qs_match_term *term, const qs_match_row *left_row, size_t left,
+                           const qs_match_row *right_row, size_t right)
+{
+    uint32_t cost = cost_of(term->cost, left_row, left, right_row, right);
+    return term->weight * (term->truncation > 0 ? qs_min_u32(cost, term->truncation) : cost);
+}
+
 uint32_t qs_match_term_most(const qs_match_term *term)
 {
     switch (term->cost) {

@@ -13,6 +13,10 @@ enum { QS_MATCH_TILE = 64 };
 void qs_match_term_add(const qs_match_term *term, const qs_match_row *left_row, size_t left,
                        const qs_match_row *right_row, size_t right, uint16_t sum[QS_MATCH_TILE]);
 
+/* The same for one pixel: returns what is added. */
+uint32_t qs_match_term_one(const qs_match_term *term, const qs_match_row *left_row, size_t left,
+                           const qs_match_row *right_row, size_t right);
+
 /* The largest cost that a term can have, without weight and truncation. */
 uint32_t qs_match_term_most(const qs_match_term *term);
 

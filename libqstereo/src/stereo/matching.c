@@ -16,6 +16,7 @@ typedef struct matcher {
     qs_matching matching;
     qs_match_needs needs;
     uint32_t x, y, width, height, labels; /* of the grid */
+    size_t rows_read; /* 1 + the row of the pictures that these hold; 0 = none */
     qs_match_row left, right[PARTS]; /* right[1] holds the samples between pixels */
     uint16_t *sums; /* labels x TILE; where costs fit bytes they stand here as bytes */
     int32_t *edges_right, *edges_down; /* NULL = all edges have the same weight */
@@ -274,16 +275,54 @@ static bool fits_bytes(const qs_matching *matching)
     return matching->scale == 1 && qs_matching_most(matching) <= UINT8_MAX;
 }
 
-static void cost_row(void *context, uint32_t row, void *costs, int32_t *least)
+/* Reads the rows of both pictures, unless they are those that were read last. */
+static void read_row(matcher *m, uint32_t row)
 {
-    matcher *m = context;
     const qs_matching *matching = &m->matching;
     size_t y = (size_t)m->y + row;
-    bool bytes = fits_bytes(matching);
+    if (m->rows_read == y + 1) {
+        return;
+    }
+    m->rows_read = y + 1;
     qs_match_row_read(&m->left, &m->needs, &matching->left, y, false);
     for (uint32_t i = 0; i < matching->parts; i++) {
         qs_match_row_read(&m->right[i], &m->needs, &matching->right, y, i == 1);
     }
+}
+
+/* The cost of a label at column x of the picture. */
+static uint32_t cost_at(const matcher *m, int64_t x, int64_t label)
+{
+    const qs_matching *matching = &m->matching;
+    int64_t pixels = whole_of(matching, label);
+    const qs_match_row *right = &m->right[label - pixels * matching->parts];
+    qs_columns matched = matched_by(matching, label);
+    uint32_t cost = 0;
+    if (x < matched.begin || x >= matched.end) {
+        return outside_cost(matching);
+    }
+    for (unsigned i = 0; i < matching->term_count; i++) {
+        cost += qs_match_term_one(&matching->terms[i], &m->left, (size_t)x, right,
+                                  (size_t)((int64_t)right->pad + x - pixels));
+    }
+    return cost;
+}
+
+static void pick_row(void *context, uint32_t row, const uint16_t *labels, int32_t *costs)
+{
+    matcher *m = context;
+    read_row(m, row);
+    for (uint32_t x = 0; x < m->width; x++) {
+        int64_t label = (int64_t)m->matching.disparity_min + labels[x];
+        costs[x] = (int32_t)(cost_at(m, (int64_t)m->x + x, label) * m->matching.scale);
+    }
+}
+
+static void cost_row(void *context, uint32_t row, void *costs, int32_t *least)
+{
+    matcher *m = context;
+    bool bytes = fits_bytes(&m->matching);
+    read_row(m, row);
     for (uint32_t x = 0; x < m->width; x += TILE) {
         uint32_t count = qs_min_u32(m->width - x, TILE);
         size_t at = (size_t)x * m->labels;
@@ -360,7 +399,7 @@ qs_status qs_matching_problem(const qs_matching *matching, void *workspace, size
     matcher *m = take(&arena, matching, &made.grid);
     m->x = made.frame.x;
     m->y = made.frame.y;
-    made.source = (qs_cost_source){cost_row, m, fits_bytes(matching) ? 1 : 4};
+    made.source = (qs_cost_source){cost_row, m, fits_bytes(matching) ? 1 : 4, pick_row};
     made.grid.right = m->edges_right;
     made.grid.down = m->edges_down;
     if (m->edges_right) {

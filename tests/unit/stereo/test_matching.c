@@ -168,6 +168,22 @@ static void check_row(const qs_matching *m, const qs_problem *p, uint32_t y, con
     }
 }
 
+/* The costs of one label for each pixel, any label, are the same. */
+static void check_pick(const qs_matching *m, const qs_problem *p, uint32_t y, uint64_t *state)
+{
+    uint16_t labels[WIDTH];
+    int32_t costs[WIDTH];
+    for (uint32_t x = 0; x < p->grid.width; x++) {
+        labels[x] = (uint16_t)tiny_random(state, p->labels);
+    }
+    p->source.pick(p->source.context, y, labels, costs);
+    for (uint32_t x = 0; x < p->grid.width; x++) {
+        int32_t wanted =
+            theta(m, (int)(p->frame.x + x), (int)(p->frame.y + y), m->disparity_min + labels[x]);
+        assert_int_equal(costs[x], wanted * (int32_t)m->scale);
+    }
+}
+
 static void costs_are_as_defined(void **unused)
 {
     (void)unused;
@@ -193,8 +209,11 @@ static void costs_are_as_defined(void **unused)
         assert_int_equal(p.source.bytes == 1, m.scale == 1 && qs_matching_most(&m) <= UINT8_MAX);
         in_bytes += p.source.bytes == 1;
         for (uint32_t y = 0; y < p.grid.height; y++) {
+            uint32_t other = tiny_random(&state, p.grid.height);
             p.source.row(p.source.context, y, row, least);
             check_row(&m, &p, y, least);
+            check_pick(&m, &p, y, &state);
+            check_pick(&m, &p, other, &state);
         }
     }
     assert_in_range(in_bytes, 10, 140);
