@@ -59,9 +59,9 @@ int after_read(const char *const *values, const pair *asked, after *read)
 int after_open(after *asked, job *at)
 {
     if (asked->confidence != NULL) {
-        TRY(job_open_output(at, asked->confidence, &asked->files[0]));
+        TRY(job_open_beside(at, "confidence", asked->confidence, &asked->files[0]));
     }
-    return asked->mask != NULL ? job_open_output(at, asked->mask, &asked->files[1]) : DONE;
+    return asked->mask != NULL ? job_open_beside(at, "mask", asked->mask, &asked->files[1]) : DONE;
 }
 
 /* A picture from right to left. */
@@ -158,7 +158,7 @@ static int check(const after *asked, const pair *of, const solver *by, const sea
                  budget *limit, pixel_map *map)
 {
     budget aside = budget_inside(limit);
-    pixel_map right;
+    pixel_map right = {0};
     int status = solve_right(asked, of, by, how, &aside, &right);
     if (status == DONE) {
         uint32_t tolerance = map->unit > 1 ? map->unit / 2 : 1;

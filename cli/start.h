@@ -10,7 +10,7 @@
     {"start",                                                                                      \
      0,                                                                                            \
      false,                                                                                        \
-     "S.qsf",                                                                                      \
+     "START.qsf",                                                                                  \
      NULL,                                                                                         \
      "samples of P.qcf: begin with the best one; the answer is not above it "                      \
      "(default the labelling that P.qcf carries, if it has one)"}

@@ -97,7 +97,8 @@ class Problem:
                  right: ArrayLike | None = None, down: ArrayLike | None = None,
                  weights: ArrayLike | None = None, edges: ArrayLike | None = None,
                  tables: ArrayLike | Sequence[ArrayLike] | None = None,
-                 mask: ArrayLike | None = None, scale: int = 1, encoding: str | None = None,
+                 mask: ArrayLike | None = None, scale: int | None = None,
+                 encoding: str | None = None,
                  penalty: Number | None = None, memory_limit: int = DEFAULT_LIMIT):
         """The QUBO of a labelling problem: what `qstereo encode --problem label` makes.
 
@@ -114,7 +115,8 @@ class Problem:
         tables      instead of V a table for each edge: M x K x K, or of a grid a pair of arrays
                     H x (W - 1) x K x K and (H - 1) x W x K x K
         mask        H x W: cells where it is 0 are no sites
-        scale       floats are rounded to 1 / scale; whole numbers stay exact
+        scale       floats are rounded to 1 / scale; whole numbers stay exact. None = 1, with a
+                    UserWarning that says how much is lost, if anything is
         encoding, penalty   names as in `qstereo encode --help`
 
         Raises InputError with the command's sentence, and Error of status 4 (no command qstereo, no

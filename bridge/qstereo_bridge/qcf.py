@@ -17,6 +17,7 @@ from .container import (DEFAULT_LIMIT, MAX_COUNT, Corrupt, check_memory, read_ch
 
 MAGIC = b"\x89QCF\r\n\x1a\n"
 FIELDS = struct.Struct("<IIQ20s")
+SIDES = ["labl", "mean", "kept", "trnc", "best"]
 REQUIRED = ["GRPS", "BLKS", "CPLS", "LINR", "PNLT", "OFFS"]
 MAX_ENERGY = 2**53
 WIDTHS = (1, 2, 4, 8)
@@ -280,18 +281,27 @@ def _check(problem):
         raise Corrupt("the coefficients add up to more than 2^53, energies would not be exact")
 
 
+def _check_side_order(sides):
+    """The side chunks that FORMAT.md knows stand in its order, each once, and none without labl."""
+    known = [name for name, _ in sides if name in SIDES]
+    if known != sorted(set(known), key=SIDES.index) or known[:1] not in ([], SIDES[:1]):
+        raise Corrupt(f"the side chunks are {', '.join(known)}: of {', '.join(SIDES)} each may be "
+                      "there once, in this order, and none without labl")
+
+
 def _labl(sides):
     """(scale, number of the encoding, labels) of the side chunk labl: (1, None, 0) without one."""
-    found = [side for name, side in sides if name == "labl"]
-    if not found:
+    _check_side_order(sides)
+    found = dict(sides).get("labl")
+    if found is None:
         return 1, None, 0
-    numbers = struct.unpack_from("<16I", found[0]) if len(found[0]) >= LABL_SIZE else 16 * [0]
+    numbers = struct.unpack_from("<16I", found) if len(found) >= LABL_SIZE else 16 * [0]
     scale, width, height, masked = (numbers[at // 4] for at in (
         LABL_SCALE, LABL_GRID, LABL_GRID + 4, LABL_MASK))
-    if len(found) > 1 or not scale:
-        raise Corrupt("chunk labl: it is there twice, it is too short, or its scale is 0")
+    if not scale:
+        raise Corrupt("chunk labl: it is too short, or its scale is 0")
     cells = width * height
-    if masked == 1 and (not cells or len(found[0]) != LABL_SIZE + (cells + 7) // 8):
+    if masked == 1 and (not cells or len(found) != LABL_SIZE + (cells + 7) // 8):
         raise Corrupt("chunk labl, byte 60: a mask without a grid, or of another size than the "
                       "grid")
     return scale, numbers[LABL_ENCODING // 4], numbers[LABL_LABELS // 4]
@@ -299,12 +309,10 @@ def _labl(sides):
 
 def _best(sides, sizes, encoding, labels):
     """(known, stated_bound) of the side chunk best: (None, None) without one."""
-    names = [name for name, _ in sides if name in ("labl", "mean", "kept", "trnc", "best")]
-    if "best" not in names:
+    found = dict(sides).get("best")
+    if found is None:
         return None, None
-    part, wall = Payload("best", dict(sides)["best"]), encoding == DOMAIN_WALL
-    part.need(names.index("best") == len(names) - 1 and "labl" in names,
-              "it is there twice, or not behind the other side chunks")
+    part, wall = Payload("best", found), encoding == DOMAIN_WALL
     part.need(sizes.size and (wall or encoding in ONE_HOT_ENCODINGS),
               "problems of this encoding, or without variables, have none")
     bound, width, zero = part.unpack("<qII")

@@ -262,7 +262,7 @@ static int match(job *at, request *asked, bool *interrupted)
     asked->how.traced = &asked->course;
     TRY(solve_problem(&laid, asked->by, &asked->how, &at->limit, &found));
     asked->how.traced = NULL; /* the right picture's solver has no part in it */
-    TRY(solved_check(&laid, &found));
+    TRY(solved_check(&laid, asked->by, &found));
     *interrupted = found.interrupted;
     return write_found(at, asked, &laid, &found);
 }

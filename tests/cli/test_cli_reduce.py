@@ -526,6 +526,19 @@ def test_time_limit_and_progress(folder, large):
     assert facts["lower_bound"] <= facts["upper_bound"]
 
 
+def test_the_time_limit_does_not_cut_the_files_short(folder):
+    """It is over before the first look, and what is written is whole, with the proof so far."""
+    _, _, *paths = random_pair(folder, 20, 6)
+    p, s, a, c = (folder / name for name in ("p.qcf", "s.qcf", "a.qsf", "c.qpf"))
+    succeed("encode", *paths, "-o", p, "--disparity", "0:3", "--lambda", "90")
+    written = ["-o", s, "--answer", a, "--certificate", c]
+    facts = call("reduce", p, *written, "--time-limit", "0.000001")
+    assert not facts["proven_optimal"]
+    assert json.loads(succeed("verify", p, a, c, "--json").out)["valid"]
+    best = [json.loads(succeed("solve", of, "-o", a, "--json").out) for of in (p, s)]
+    assert best[0]["proven_optimal"] and best[0]["energy"] == best[1]["energy"]
+
+
 def test_an_interrupt_leaves_nothing(folder, large):
     status, _ = on_terminal("reduce", large, "-o", folder / "s.qcf", interrupt_at=b"reduce: ")
     assert status == 130
