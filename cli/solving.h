@@ -23,6 +23,7 @@ typedef struct search {
     uint64_t iterations; /* 0 = the solver's own limit */
     uint64_t seed;
     bool whole_command; /* the time is that of the whole command, else of the solver */
+    bool follow_up; /* a solver like this one follows: it gets half of the time */
     double gap; /* percent of the energy; negative = none */
     bool keep_on_interrupt;
     const qs_witness *witness; /* of the proof; NULL = none */

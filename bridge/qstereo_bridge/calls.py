@@ -13,6 +13,7 @@ import dataclasses
 import functools
 import hashlib
 import itertools
+import json
 import math
 import os
 import time
@@ -20,8 +21,7 @@ import time
 import numpy as np
 
 from . import embedding, jobs, merging, registry, remote, runner, windows
-from .failure import BAD_INPUT, Failure, failing, io
-from .journal import Journal
+from .failure import BAD_INPUT, NO, Failure, failing, io
 from .output import Output
 from .problem import load_samples, made
 from .qsf import NO_CHAINS, RECORD, Samples
@@ -39,12 +39,41 @@ def _reduced(problem):
     return problem.encoding is None or any(bytes(side[4:8]) != bytes(4) for side in kept)
 
 
+class Journal(jobs.Held):
+    """The journal in the file `path`: JSON, `head`, which says what the run is, then a line for
+    each call, on the disk before the next call.
+
+    lines       list of dicts, those of the calls
+    Raises Failure, also for the journal of another run.
+    """
+
+    def __init__(self, path, head):
+        super().__init__(path)
+        try:
+            self.head, *self.lines = map(json.loads, (self.take() or b"").splitlines() or [
+                json.dumps(head)])
+        except ValueError:
+            self.head = None
+        if self.head != head:
+            self.leave()
+            raise Failure(NO, f"{path}: the journal of another run (its problem, --windows, "
+                              "--seed, --solver or --start differ); give another -o, or remove "
+                              "the journal to begin anew")
+        self.append()
+
+    def append(self, *lines):
+        """Add the lines of calls, and have them on the disk."""
+        self.put("".join(json.dumps(line) + "\n" for line in [
+            self.head, *self.lines, *lines]).encode())
+        self.lines += lines
+
+
 class _Run:
     """A run: the problem, the best state known, and the bound; energies in the file's units."""
 
     def __init__(self, options):
         self.options, self.session, self.tell = options, None, runner.progress(options)
-        self.p = made(runner.read(options), options.digest, options.memory_limit)
+        self.p = made(runner.read(options))
         problem = self.p.coefficients
         if len(self.p) > options.windows and not _reduced(problem):
             raise Failure(BAD_INPUT, UNREDUCED.format(options.problem, options.output or "s.qsf",
@@ -98,9 +127,6 @@ class _Run:
                 "windows": options.windows, "seed": options.seed or 0, "solver": options.solver,
                 "begins_from": hashlib.sha256(self.bits.tobytes()).hexdigest()}
 
-    def window(self, variables):
-        return windows.window(self.p, self.bits, variables)
-
     @functools.cached_property
     def chip(self):
         """That of the solver; without an account a Zephyr of twelve tiles each way."""
@@ -148,26 +174,10 @@ def _options_of(options, number, part):
     return call
 
 
-def _ask(call, part, session, tell):
-    """(Answer to the window of a call, a context that removes its job)."""
-    problem = part.coefficients
-    if session is None:
-        return runner.here(call, problem, tell)
-    path = jobs.path_of(call.output, call.digest)
-    job = jobs.Job.load(path, whatever=True)
-    if job and job.facts.get("problem_digest") == call.digest.hex() and jobs.was_sent(job):
-        return remote.collected(call, problem, job, tell), jobs.keeping(job)
-    if job:
-        job.leave()
-    answer, job = remote.send(call, problem, session, tell)
-    return answer, jobs.keeping(job)
-
-
 def charged(info):
     """Seconds that the service has charged, by its own timing."""
     timing = info.get("timing", {})
-    return timing.get("qpu_access_time", 0) / 1e6 if "charge_time" not in timing else (
-        timing["charge_time"] / 1e6)
+    return timing.get("charge_time", timing.get("qpu_access_time", 0)) / 1e6
 
 
 def _line(run, number, variables, answer, found):
@@ -193,7 +203,7 @@ def solve(options):
         run = _Run(options)
     if not len(run.p):
         # Nothing is left to decide.
-        return runner.solve(options)
+        return remote.solve(options)
     with (Journal(f"{options.output}.journal", run.head()) as journal,
           remote.account(options) as run.session):
         if options.max_charge is not None:
@@ -216,13 +226,14 @@ def _calls(run, journal):
             with contextlib.suppress(FileNotFoundError):
                 os.remove(jobs.path_of(f"{options.output}.call-{number + 1}", b""))
         else:
-            part = run.window(variables)
+            part = windows.window(run.p, run.bits, variables)
             call = _options_of(options, number, part)
             if options.solver == "qpu":
                 run.embedded(part, variables)
-            answer, kept = _ask(call, part, run.session,
-                                lambda text: run.tell(text and f"call {number + 1}, {text}"))
-            with kept:
+            with remote.answered(
+                    call, part.coefficients,
+                    lambda text: run.tell(text and f"call {number + 1}, {text}"),
+                    run.session, again=True) as answer:
                 runner.checked(call, part.coefficients, answer)
                 run.bits = windows.improved(run.p, run.bits, variables, answer.bits, known)
                 run.check()
@@ -276,29 +287,25 @@ def _plans(run):
     """What each call would send, at most: dicts. On a chip with its embedding, which is kept."""
     options, plans = run.options, []
     for number, (variables, _) in run.calls():
-        part, chains = run.window(variables), {}
+        part, chains = windows.window(run.p, run.bits, variables), {}
         if options.solver == "qpu":
             figures = run.embedded(part, variables).figures()
             chains = {"embedded_qubits": figures.pop("qubits"), **figures, "fits": True}
         call = _options_of(options, number, part)
-        plans.append({**remote.plan(call, run.session, part.coefficients), **chains})
+        plans.append({"call": number + 1, **remote.plan(call, run.session, part.coefficients),
+                      **chains})
     return plans
 
 
 def dry_run(options):
     """The command `solve --windows --dry-run`."""
+    remote.show_plans(options, "calls", plans(options))
+
+
+def plans(options):
+    """What each call would send, at most: dicts."""
     run = _Run(options)
     with remote.account(options) as run.session:
-        plans = _plans(run)
-        run.tell(None)
-    charge = remote.charge_of(plans) if registry.find(options.solver).kind else 0
-    said = []
-    for number, found in enumerate(plans, 1):
-        chains = (f", {found['embedded_qubits']:,} qubits, chains of {found['mean_chain']:.2f} on "
-                  f"average and {found['longest_chain']} at most" if "mean_chain" in found else "")
-        each = found.get("charge_seconds")
-        said.append(f"call {number}: {found['variables']:,} variables{chains}"
-                    + (f", estimated charge {each:,.3f} s" if each else ""))
-    said.append(f"{options.solver}: at most {len(plans):,} calls; {remote.bill(options, charge)}")
-    runner.show(options, "\n".join(said), {"solver": options.solver, "dry_run": True,
-                                           "calls": plans, "charge_seconds": charge})
+        found = _plans(run)
+    run.tell(None)
+    return found

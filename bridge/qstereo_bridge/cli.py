@@ -100,7 +100,8 @@ from the best labelling that reduce knows, and knows the bound.
 
 The workers of a scheduler need qstereo-bridge, the command qstereo and the same
 folders. Paid calls go to workers with the resource qpu: dask worker ADDRESS
---resources qpu=1. --max-charge counts for each frame.
+--resources qpu=1. A call that was interrupted is not charged again: a second
+run fetches its answer.
 
 {STATUS}
 
@@ -108,7 +109,7 @@ Examples:
   qstereo-bridge frames pairs --out-dir out --encode '--disparity 0:31' \\
       --solve '--windows 1000 --seed 1' --score '--truth-scale 4'
   qstereo-bridge frames list.txt --out-dir out --scheduler tcp://10.0.0.1:8786 \\
-      --solve '--solver qpu --windows 1000 --calls 3 --max-charge 1'"""
+      --solve '--solver qpu --windows 1000 --calls 3' --max-charge 60"""
 
 
 class _Command(click.Command):
@@ -357,6 +358,10 @@ def merge(options):
                   "(default one for this run, with workers on this machine)"),
           _option("--workers", WHOLE, "N", "without --scheduler: how many workers (default one "
                   "for each core)"),
+          _option("--max-charge", POSITIVE, "S", "send nothing if the charge of all frames "
+                  "together may be above S seconds"),
+          _flag("--dry-run", "encode and reduce, send nothing; say how many calls each frame "
+                "takes, and what all of them may be charged"),
           *(_option(f"--{step}", str, "WORDS", f"options for `{program}`{default and ' '}"
                     f"{default and f'(default {default})'}", default=default)
             for step, program, default in (
@@ -400,7 +405,7 @@ def export(options):
 
 
 @_command("export", None, click.argument("samples", metavar="S.qsf"),
-          _option("--problem", str, "P.qcf", "the problem of the samples (required)"),
+          _option("--problem", str, "P.qcf", "the problem of the samples", required=True),
           _option("--embedding", str, "E.json", "its embedding (default the one in the samples)"),
           *COMMON)
 def inspect(options):

@@ -90,7 +90,7 @@ def reduce(problem, limit):
         content, these = problem.blocks[each // 8], np.flatnonzero((kind == each) & (weight != 0))
         rows, columns = content.shape
         check_memory(40 * rows * columns, limit, f"a block of {rows:,} x {columns:,}")
-        table = content.dense().astype(np.int64) * (-1 if each & 1 else 1)
+        table = content.astype(np.int64) * (-1 if each & 1 else 1)
         table = np.triu(table, 1) if each & 4 else table
         above, beside = starts[g[these], None], starts[h[these], None]
         times = np.abs(weight[these, None])

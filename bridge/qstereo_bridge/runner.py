@@ -1,7 +1,6 @@
 """One run of the command: read a problem, have it solved, check the answer, write and tell it."""
 
 import contextlib
-import hashlib
 import json
 import sys
 import time
@@ -32,11 +31,11 @@ def progress(options):
 
 
 def read(options):
-    """The Problem; its file's SHA-256 becomes `options.digest`."""
+    """The qcf.Coefficients; their digest becomes `options.digest`."""
     name = options.problem
     with io(name, "read"), open(0 if name == "-" else name, "rb", closefd=name != "-") as stream:
-        problem, data = read_qcf(stream, options.memory_limit)
-    options.digest = hashlib.sha256(data).digest()
+        problem = read_qcf(stream, options.memory_limit)
+    options.digest = problem.digest
     models.check_known(problem)
     if getattr(options, "alone", False):
         problem.known = problem.stated_bound = None
@@ -78,28 +77,21 @@ def output_of(options, last=True):
         yield deliver
 
 
-def here(options, problem, tell):
-    """The Answer of a solver of this machine."""
-    solver = registry.find(options.solver)
-    return solver.run(options.solver, problem, options, tell), contextlib.nullcontext()
-
-
-def solve(options, ask=here):
+def solve(options, ask):
     """Solve, check, write, show.
 
-    ask(options, problem, progress) -> (Answer, a context in which the answer is written); without
-    an Answer nothing is.
+    ask(problem, progress) -> a context of the Answer in which it is written; of None, where nothing
+    is.
     """
-    with output_of(options, last=not hasattr(options, "said")) as deliver:
+    with (output_of(options, last=not hasattr(options, "said")) as deliver,
+          contextlib.ExitStack() as stack):
         problem = read(options)
         began, tell = time.monotonic(), progress(options)
-        try:
-            answer, kept = ((nothing_to_decide(problem), contextlib.nullcontext())
-                            if problem.linear.size == 0 else ask(options, problem, tell))
-        finally:
+        stack.callback(tell, None)
+        with (contextlib.nullcontext(nothing_to_decide(problem)) if problem.linear.size == 0 else
+              ask(problem, tell)) as answer:
             tell(None)
-        if answer is not None:
-            with kept:
+            if answer is not None:
                 samples = checked(options, problem, answer)
                 if not getattr(options, "no_postprocess", False) and answer.lower_bound is None:
                     samples = merging.finished(problem, samples, options.memory_limit,
@@ -112,11 +104,11 @@ def merge(options):
     """The command `merge`."""
     with output_of(options) as deliver:
         began = time.monotonic()
-        problem = api.made(read(options), options.digest, options.memory_limit)
+        problem = api.made(read(options))
         found = merging.merge(problem, *(api.load_samples(name, options.memory_limit)
                                          for name in options.samples))
         deliver(_sound(qsf.pack_qsf(found)), *_summary(
-            options, problem.coefficients, Answer(found.bits), found, time.monotonic() - began))
+            options, problem, Answer(found.bits), found, time.monotonic() - began))
 
 
 def checked(options, problem, answer):

@@ -1,5 +1,6 @@
 """Windows: plans, folded problems, and runs of many calls that go on after any end."""
 
+import dataclasses
 import io
 import itertools
 import json
@@ -25,7 +26,7 @@ LOCAL = ["--num-reads", 3, "--num-sweeps", 20, "--seed", 1]
 
 
 def problem_of(coefficients):
-    return made(coefficients, bytes(range(32)))
+    return made(dataclasses.replace(coefficients, digest=bytes(range(32))))
 
 
 def labl(encoding, *kept):
@@ -292,49 +293,61 @@ def test_every_service_answers_windows(solver, core, tmp_path, main, service):
         "core.qcf", "s.qsf", "s.qsf.journal"]
 
 
-def mortal(arguments, environment, out, fatal):
-    """The command, killed at its `fatal`-th step to the disk: half of the times before it."""
+def mortal(arguments, environment, out, fatal, counted):
+    """The command, killed at its `fatal`-th moment: before and after each step to the disk and each
+    request. The file `counted` gets the number of moments."""
     os.dup2(os.open(out, os.O_CREAT | os.O_WRONLY | os.O_APPEND), 2)
     os.environ.update(environment)
     sys.argv, jobs.PAUSES, jobs.ARRIVED = ["qstereo-bridge", *arguments], (0.01, 0.02), 0.05
-    steps, sync = itertools.count(1), os.fsync
+    moments = itertools.count(1)
 
-    def step(stream):
-        now = next(steps)
-        if 2 * now > fatal:
-            sync(stream)
-        if 2 * now >= fatal:
+    def moment():
+        now = next(moments)
+        counted.write_text(str(now))
+        if now == fatal:
             os.kill(os.getpid(), signal.SIGKILL)
-        return sync(stream)
-    os.fsync = step
+
+    def around(act):
+        def step(*given, **named):
+            moment()
+            done = act(*given, **named)
+            moment()
+            return done
+        return step
+    import requests
+    os.fsync, requests.Session.send = around(os.fsync), around(requests.Session.send)
     from qstereo_bridge.__main__ import run
     run()
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_killed_at_any_step_each_call_is_charged_once(seed, core, tmp_path, processes, environment,
-                                                      service):
-    path, rng = core[0], random.Random(seed)
+def test_killed_at_random_moments_each_of_ten_calls_is_charged_once(
+        core, tmp_path, processes, environment, service):
+    """The moments are spread over what is left of the run. QSTEREO_KILLS=50 kills fifty times."""
+    path, rng, counted = core[0], random.Random(1), tmp_path / "counted"
 
     def run(name, fatal):
         arguments = ["solve", str(path), "-o", str(tmp_path / name), "--solver", "qpu", "--windows",
-                     "8", "--calls", "10", "--num-reads", "3", "--quiet"]
+                     "3", "--calls", "10", "--num-reads", "3", "--quiet"]
         process = processes.Process(target=mortal, args=(arguments, environment, str(
-            tmp_path / "stderr"), fatal), daemon=True)
+            tmp_path / "stderr"), fatal, counted), daemon=True)
         process.start()
         process.join()
+        assert process.exitcode in (0, -signal.SIGKILL), (tmp_path / "stderr").read_text()
         return process.exitcode
-    assert run("whole.qsf", 10**6) == 0
-    calls = len(service.problems)
-    assert calls >= 4
-    kills = 0
-    while (status := run("s.qsf", rng.randrange(4, 22))) != 0:
-        assert status == -signal.SIGKILL, (tmp_path / "stderr").read_text()
-        kills += 1
-    assert kills >= 3 and len(service.problems) == 2 * calls
-    one, other = (qb.load_samples(tmp_path / name) for name in ("whole.qsf", "s.qsf"))
-    assert (one.bits == other.bits).all()
-    assert not list(tmp_path.glob("*.job"))
+    assert run("whole.qsf", 0) == 0 and len(service.problems) == 10
+    whole, bits = int(counted.read_text()), qb.load_samples(tmp_path / "whole.qsf").bits
+    kills = int(os.environ.get("QSTEREO_KILLS", 4))
+    while kills:
+        for name in ("s.qsf", "s.qsf.journal"):
+            (tmp_path / name).unlink(missing_ok=True)
+        service.problems.clear()
+        left = whole
+        while run("s.qsf", rng.randint(1, left) if kills else 0) != 0:
+            kills, left = kills - 1, max(
+                whole // 8, left - int(counted.read_text()))
+        assert len(service.problems) == 10
+        assert (qb.load_samples(tmp_path / "s.qsf").bits == bits).all()
+        assert not list(tmp_path.glob("*.job"))
 
 
 def test_a_window_has_no_file():

@@ -105,7 +105,7 @@ def test_the_bytes_are_the_command_s(seed, is_grid, kind):
         stream = io.BytesIO()
         again.save(stream)
         assert stream.getvalue() == expected and again.digest == p.digest
-    assert len(p) == p.coefficients.linear.size
+    assert len(p) == p.linear.size
 
 
 def energy_of(costs, lam, table, labels):
