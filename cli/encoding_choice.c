@@ -147,14 +147,17 @@ int coding_read(const char *encoding, const char *const *values, const coded_pro
     return DONE;
 }
 
+/* counts  it is said how much memory is needed where it is not enough */
 static qs_status recode(const laid_out *problem, const qs_recode_options *options, uint64_t left,
-                        growing_file *grown)
+                        bool counts, growing_file *grown)
 {
     size_t size = qs_recode_workspace(&problem->model, options);
     void *workspace = size <= left ? malloc(size > 0 ? size : 1) : NULL;
-    *grown = growing_begin(left - (workspace != NULL ? size : 0));
+    *grown = growing_begin(left, size <= left ? size : left);
+    grown->counts = counts;
     const qs_sink sink = {growing_append, grown};
     if (workspace == NULL) {
+        grown->beside = size;
         grown->over = size > left;
         grown->refused = size <= left;
         return QS_E_IO;
@@ -169,7 +172,7 @@ qs_status recode_quietly(const laid_out *problem, const qs_recode_options *optio
                          const budget *limit, file_bytes *made)
 {
     growing_file grown;
-    qs_status status = recode(problem, options, limit->left, &grown);
+    qs_status status = recode(problem, options, limit->left, false, &grown);
     if (status != QS_OK) {
         file_free(&grown.file);
         return status == QS_E_IO && grown.over ? QS_E_LIMIT : status;
@@ -200,7 +203,7 @@ int recode_problem(const laid_out *problem, const qs_recode_options *options, co
     const char *name = problem->name;
     growing_file grown;
     memset(made, 0, sizeof *made);
-    qs_status written = recode(problem, options, limit->left, &grown);
+    qs_status written = recode(problem, options, limit->left, true, &grown);
     if (written != QS_OK && written != QS_E_IO) {
         file_free(&grown.file);
         return fail_recode(name, problem->scale, mend, written);

@@ -69,10 +69,7 @@ int units_read(const npy_array *array, const units *as, budget *limit, const int
     if (*read != NULL) {
         return units_check(array, as);
     }
-    if (array->count > SIZE_MAX / sizeof(int32_t)) {
-        return budget_fail(limit, array->name);
-    }
-    int32_t *values = budget_take(limit, array->name, (size_t)array->count * sizeof *values);
+    int32_t *values = budget_take(limit, array->name, bytes_product(array->count, sizeof *values));
     if (values == NULL) {
         return NO_RESOURCE;
     }

@@ -190,8 +190,13 @@ static int take_room(network *net, budget *limit)
 {
     const qs_problem *problem = net->problem;
     size_t labels = problem->labels, all = problem->sites * labels;
-    if (net->pairs > SIZE_MAX / sizeof *net->tables / labels / labels) {
-        return budget_fail(limit, net->from.name);
+    uint64_t each =
+        bytes_sum(bytes_product(labels * labels, sizeof *net->tables), sizeof *net->edges);
+    uint64_t need =
+        bytes_sum(bytes_product(all, sizeof *net->costs + 1), bytes_product(net->pairs, each));
+    TRY(budget_need(limit, net->from.name, need));
+    if (need > SIZE_MAX) {
+        return fail_memory(net->from.name);
     }
     size_t entries = net->pairs * labels * labels;
     net->costs = budget_take(limit, net->from.name, all * sizeof *net->costs);
