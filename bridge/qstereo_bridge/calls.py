@@ -73,13 +73,15 @@ class _Run:
 
     def __init__(self, options):
         self.options, self.session, self.tell = options, None, runner.progress(options)
-        self.p = made(runner.read(options), options.digest, options.memory_limit)
+        self.p = made(runner.read(options))
         problem = self.p.coefficients
         if len(self.p) > options.windows and not _reduced(problem):
             raise Failure(BAD_INPUT, UNREDUCED.format(options.problem, options.output or "s.qsf",
                                                       options.solver, options.windows))
-        bounds = [options.bound]
-        self.bits = windows.begin(self.p)
+        # Where the state to begin from and the bound come from; None = from nowhere.
+        self.start = options.start or (options.problem if problem.known is not None else None)
+        self.bits = windows.begin(self.p) if problem.known is None else problem.known
+        bounds = {"--bound": options.bound}
         if options.start:
             with failing(options.start):
                 samples = load_samples(options.start, options.memory_limit)
@@ -88,15 +90,22 @@ class _Run:
                 raise Failure(BAD_INPUT, f"{options.start}: these samples are not of this problem, "
                                          "or there are none")
             self.bits = samples.bits[best]
-            bounds.append(samples.info.get("lower_bound"))
-        bounds = [bound for bound in bounds if isinstance(bound, (int, float))]
+            bounds[options.start] = samples.info.get("lower_bound")
+        bounds[options.problem] = self.real(problem.stated_bound)
+        self.bound_of, bound = next(((of, bound) for of, bound in bounds.items()
+                                     if isinstance(bound, (int, float))), (None, None))
         # Energies are whole numbers of units.
-        self.bound = math.ceil(max(bounds) * self.p.scale - 1e-6) if bounds else None
+        self.bound = None if bound is None else math.ceil(bound * self.p.scale - 1e-6)
         self.check()
 
     @property
     def energy(self):
         return int(self.p.energies(self.bits)[0])
+
+    @property
+    def proven(self):
+        """Whether the best state is at a bound on the user's word: a file may state anything."""
+        return self.energy == self.bound and self.bound_of == "--bound"
 
     def check(self):
         if self.bound is not None and self.energy < self.bound:
@@ -146,7 +155,7 @@ class _Run:
     def samples(self, lines):
         """The Samples for the file: the best state known, and what each call was."""
         info = {"windows": self.options.windows, "seed": self.options.seed or 0,
-                "lower_bound": self.real(self.bound),
+                "lower_bound": self.real(self.bound), "bound_of": self.bound_of,
                 "calls": [{key: value for key, value in line.items() if key != "bits"}
                           for line in lines]}
         return Samples(self.p.digest, self.options.solver, np.array(
@@ -206,9 +215,9 @@ def solve(options):
 
 def _calls(run, journal):
     """The calls that are still to be made, each into journal and samples file."""
-    options, before = run.options, run.energy if run.options.start else None
+    options, before = run.options, run.energy if run.start else None
     for number, (variables, last) in run.calls():
-        known = bool(number or options.start)
+        known = bool(number or run.start)
         if known and run.energy == run.bound:
             return
         if number < len(journal.lines):
@@ -246,9 +255,9 @@ def _charge(lines):
 
 def _state(run, journal):
     """The best state known, and the charge, in words."""
-    known = run.bound is not None
-    bound = (f", bound {run.real(run.bound):,}, gap {run.real(run.energy - run.bound):,}"
-             if known else ", bound not known")
+    said = "" if run.bound_of in (None, "--bound") else f" (stated by {run.bound_of})"
+    bound = (f", bound {run.real(run.bound):,}{said}, gap {run.real(run.energy - run.bound):,}"
+             if run.bound_of else ", bound not known")
     charge = f", charged {_charge(journal.lines):,.3f} s"
     return f"energy {run.real(run.energy):,}{bound}" + charge * bool(
         registry.find(run.options.solver).kind)
@@ -258,7 +267,7 @@ def _deliver(run, journal, seconds):
     """Write the samples file once more: the last call's may be missing; print the result."""
     options, done = run.options, journal.lines
     run.samples(done).save(options.output)
-    proven = run.energy == run.bound
+    proven = run.proven
     gap = None if run.bound is None else run.energy - run.bound
     text = (f"{options.solver}: {len(done)} calls, {_state(run, journal)}"
             f"{' (proven optimal)' * proven}; {seconds:.1f} s\n{options.output}: written")
@@ -267,7 +276,8 @@ def _deliver(run, journal, seconds):
     runner.show(options, text, {
         "solver": options.solver, "energy": run.real(run.energy),
         "best_energy": run.real(run.energy), "lower_bound": run.real(run.bound),
-        "gap": run.real(gap), "proven_optimal": proven, "samples": 1, "calls": len(done),
+        "bound_of": run.bound_of, "gap": run.real(gap), "proven_optimal": proven, "samples": 1,
+        "calls": len(done),
         "variables_of_calls": [line["variables"] for line in done],
         "energies_of_calls": [line["energy"] for line in done],
         "charge_seconds": _charge(done), "seconds": round(seconds, 3)})

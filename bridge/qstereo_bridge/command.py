@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import tempfile
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,8 @@ def call(folder, *words):
         done = subprocess.run([os.path.abspath(found), *words], cwd=folder, capture_output=True,
                               stdin=subprocess.DEVNULL, text=True, errors="replace")
     if done.returncode == 0:
+        for line in re.findall(r"^qstereo [a-z]+: (.*)$", done.stderr, re.MULTILINE):
+            warnings.warn(line.replace("warning: ", "", 1), stacklevel=4)
         return done.stdout
     said = re.sub(r"^qstereo [a-z]+: | \(help: [^)]*\)$", "", done.stderr.strip())
     if done.returncode in (USAGE, BAD_INPUT):

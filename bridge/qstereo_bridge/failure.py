@@ -4,7 +4,8 @@ import contextlib
 
 OK, NO, USAGE, BAD_INPUT, IO, SERVICE = 0, 1, 2, 3, 4, 5
 # Which extra of the package brings a module; all others come with `dwave`.
-EXTRAS = {"scipy": "exact", "matplotlib": "picture", "dask": "dask", "distributed": "dask"}
+EXTRAS = {"scipy": "exact", "matplotlib": "picture", "jinja2": "report",
+          "dask": "dask", "distributed": "dask"}
 
 
 class Error(Exception):

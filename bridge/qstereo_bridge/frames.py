@@ -131,21 +131,18 @@ def reduced(frame):
     def work(folder):
         command.call(folder, "encode", str(frame["left"]), str(frame["right"]), "-o", "p.qcf",
                      *words["encode"])
-        said = json.loads(command.call(folder, "reduce", "p.qcf", "-o", "core.qcf", "--samples",
-                                       "start.qsf", "--json", *words["reduce"]))
-        for end, made in ((".qcf", "core.qcf"), (".start.qsf", "start.qsf")):
-            save(frame["base"] + end, Path(folder, made).read_bytes())
+        said = json.loads(command.call(folder, "reduce", "p.qcf", "-o", "core.qcf", "--json",
+                                       *words["reduce"]))
+        save(frame["base"] + ".qcf", Path(folder, "core.qcf").read_bytes())
         return {"variables": said["variables_before"], "variables_left": said["variables_after"],
                 "lower_bound": said["lower_bound"]}
     key = _key(frame["left"], frame["right"], words["encode"], words["reduce"])
-    return _step(frame, "reduce", key, (".qcf", ".start.qsf"), work)
+    return _step(frame, "reduce", key, (".qcf",), work)
 
 
 def solving(base, words):
     """The options of `solve` for a frame. Raises click.UsageError, Failure."""
     given = cli.options_of("solve", [f"{base}.qcf", "-o", f"{base}.qsf", "--quiet", *words])
-    if given.windows and not given.start:
-        given.start = f"{base}.start.qsf"
     for option, wrong, why in (
             ("-o", given.output != f"{base}.qsf", "each frame's samples have a name"),
             ("--no-wait", given.no_wait, "each frame's samples are decoded"),

@@ -98,7 +98,7 @@ class _Problem:
         g, h, block, weight = problem.couplings[:, problem.couplings[3] != 0]
         self.tables = np.zeros((len(problem.blocks), most, most), np.int64)
         for table, dense in zip(self.tables, problem.blocks):
-            table[wall:dense.shape[0] + wall, wall:dense.shape[1] + wall] = dense.dense()
+            table[wall:dense.shape[0] + wall, wall:dense.shape[1] + wall] = dense
         own = g == h
         chains = np.diagonal(np.triu(self.tables[block[own]], 1).cumsum(1).cumsum(2), 0, 1, 2)
         np.add.at(self.unary, g[own], weight[own, None] * chains)

@@ -2,6 +2,7 @@
 #include <stdio.h>
 
 #include "makers/detecting.h"
+#include "makers/kept_list.h"
 #include "one_go.h"
 #include "scores/box_score.h"
 #include "text/fail.h"
@@ -13,30 +14,11 @@ static const option options[] = {
     ONE_GO_OPTION_ROWS("score against these boxes: precision, recall, ap"),
 };
 
-/* The boxes that are kept, for the score. */
-static int take_kept(job *at, const box_file *all, const uint16_t *labelling, box_file *kept)
-{
-    *kept = *all;
-    kept->count = 0;
-    kept->boxes = budget_take(&at->limit, all->name, all->count * sizeof *kept->boxes);
-    kept->pictures = budget_take(&at->limit, all->name, all->count * sizeof *kept->pictures);
-    if (kept->boxes == NULL || kept->pictures == NULL) {
-        return NO_RESOURCE;
-    }
-    for (uint32_t i = 0; i < all->count; i++) {
-        if (labelling[i] == 1) {
-            kept->boxes[kept->count] = all->boxes[i];
-            kept->pictures[kept->count++] = all->pictures[i];
-        }
-    }
-    return DONE;
-}
-
 static int print_result(job *at, const one_go *run, const box_file *all, const box_file *truth)
 {
     box_file kept;
     box_score score;
-    TRY(take_kept(at, all, run->found.labelling, &kept));
+    TRY(kept_boxes_take(all, run->found.labelling, &at->limit, &kept));
     if (run->truth != NULL) {
         TRY(box_score_find(&kept, truth, &at->limit, &score));
     }

@@ -150,7 +150,7 @@ def test_blocks_as_arrays():
         problem = random_problem(seed)
         for block, raw in zip(problem.blocks, problem.raw.blocks):
             rows, columns = block.shape
-            assert (block.dense().tolist() == [[raw.entry(i, j) for j in range(columns)]
+            assert (block.tolist() == [[raw.entry(i, j) for j in range(columns)]
                                                for i in range(rows)])
 
 

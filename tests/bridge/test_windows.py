@@ -1,5 +1,6 @@
 """Windows: plans, folded problems, and runs of many calls that go on after any end."""
 
+import dataclasses
 import io
 import itertools
 import json
@@ -14,7 +15,8 @@ import pytest
 import qstereo_bridge as qb
 from hypothesis import given
 from hypothesis import strategies as st
-from problems import all_states, domain_walls, grid, nothing, pack_qcf, random_problem
+from problems import (all_states, carrying, domain_walls, grid, nothing, pack_qcf,
+                      random_problem)
 from qstereo_bridge import jobs, models, windows
 from qstereo_bridge.problem import made
 
@@ -24,7 +26,7 @@ LOCAL = ["--num-reads", 3, "--num-sweeps", 20, "--seed", 1]
 
 
 def problem_of(coefficients):
-    return made(coefficients, bytes(range(32)))
+    return made(dataclasses.replace(coefficients, digest=bytes(range(32))))
 
 
 def labl(encoding, *kept):
@@ -132,6 +134,97 @@ def test_the_start_is_where_it_begins(core, tmp_path, main):
     status, _, err = main("solve", path, "-o", tmp_path / "u.qsf", "--windows", 5, "--start", begin,
                           "--bound", least + 1, *LOCAL)
     assert status == 3 and "none of this problem" in err and not (tmp_path / "u.qsf").exists()
+
+
+@pytest.fixture
+def carried(tmp_path):
+    """save(labels, bound) -> path: the core of 12 sites, with a labelling and a bound in it."""
+    def save(numbers, bound):
+        path = tmp_path / "carrying.qcf"
+        said, best = carrying(3, 2, numbers, bound)
+        kept = ("kept", struct.pack("<II", 12, 1) + bytes(12 * [255] + 12 * [3]))
+        path.write_bytes(pack_qcf(domain_walls(4, 3, 2, seed=5)[0], sides=[said, kept, best]))
+        return path
+    return save
+
+
+def best_numbers(problem):
+    states = all_states(12)
+    return states[models.energies(problem, states).argmin()].tolist()
+
+
+def test_what_the_file_carries_is_where_it_begins_and_ends(core, carried, tmp_path, main):
+    """No answer is called proven by a bound that a file states."""
+    _, least = core
+    best = best_numbers(domain_walls(4, 3, 2, seed=5)[0])
+    path = carried(best, least)
+    status, out, _ = main("solve", path, "-o", tmp_path / "s.qsf", "--windows", 5, *LOCAL, "--json")
+    told = json.loads(out)
+    assert status == 0 and (told["calls"], told["energy"], told["gap"]) == (0, least, 0)
+    assert told["lower_bound"] == least and told["bound_of"] == str(path)
+    assert not told["proven_optimal"]
+    info = qb.load_samples(tmp_path / "s.qsf").info
+    assert (info["lower_bound"], info["bound_of"]) == (least, str(path))
+    status, out, _ = main("solve", path, "-o", tmp_path / "a.qsf", "--windows", 12, "--alone",
+                          *LOCAL, "--json")
+    told = json.loads(out)
+    assert told["calls"] > 0 and told["lower_bound"] is told["bound_of"] is None
+    status, out, _ = main("solve", path, "-o", tmp_path / "t.qsf", "--windows", 5, *LOCAL)
+    assert status == 0 and f"bound {least:,} (stated by {path}), gap 0" in out
+    assert "proven" not in out
+    # The user's word is another matter.
+    status, out, _ = main("solve", path, "-o", tmp_path / "u.qsf", "--windows", 5, "--bound", least,
+                          *LOCAL, "--json")
+    told = json.loads(out)
+    assert told["proven_optimal"] and told["calls"] == 0 and told["bound_of"] == "--bound"
+    # It takes the place of what the file states, also where it is lower.
+    status, out, _ = main("solve", path, "-o", tmp_path / "v.qsf", "--windows", 5, "--bound",
+                          least - 1, "--calls", 1, *LOCAL, "--json")
+    assert json.loads(out)["lower_bound"] == least - 1 and json.loads(out)["calls"] == 1
+
+
+def test_a_start_takes_the_place_of_what_the_file_carries(core, carried, tmp_path, main):
+    _, least = core
+    path = carried([0] * 12, least - 3)
+    worse = int(qb.load(path).energies(np.zeros(12))[0])
+    assert worse > least
+    status, out, _ = main("solve", path, "-o", tmp_path / "s.qsf", "--windows", 12, "--calls", 9,
+                          *LOCAL, "--json")
+    told = json.loads(out)
+    assert status == 0 and told["energy"] == least and told["gap"] == 3
+    assert main("solve", path, "-o", tmp_path / "s0.qsf", "--solver", "exact")[0] == 0
+    status, out, err = main("solve", path, "-o", tmp_path / "t.qsf", "--windows", 5, "--start",
+                          tmp_path / "s0.qsf", "--calls", 1, *LOCAL, "--json")
+    assert status == 0, err
+    told = json.loads(out)
+    # These samples state no bound: that of the file stays.
+    assert (told["energies_of_calls"], told["lower_bound"]) == ([least], least - 3)
+
+
+def test_a_file_that_contradicts_itself_is_refused(core, carried, tmp_path, main):
+    _, least = core
+    path = carried(best_numbers(domain_walls(4, 3, 2, seed=5)[0]), least + 1)
+    for words in (["--windows", 5], ["--solver", "ilp"], []):
+        status, _, err = main("solve", path, "-o", tmp_path / "s.qsf", *words)
+        assert status == 3 and "one of them is wrong" in err
+    assert not (tmp_path / "s.qsf").exists()
+
+
+def test_every_solver_merges_with_what_the_file_carries(core, carried, tmp_path, main):
+    _, least = core
+    path = carried(best_numbers(domain_walls(4, 3, 2, seed=5)[0]), least - 1)
+    poor = ["--num-reads", 1, "--num-sweeps", 1, "--seed", 3]
+    status, out, _ = main("solve", path, "-o", tmp_path / "s.qsf", *poor)
+    assert status == 0 and f"merged with the labelling that {path} carries" in out
+    samples = qb.load_samples(tmp_path / "s.qsf")
+    result = samples.info["result"]
+    assert result["known"] and samples.records["energy"][result["sample"]] == least
+    assert main("solve", path, "-o", tmp_path / "r.qsf", "--no-postprocess", *poor)[0] == 0
+    raw = qb.load_samples(tmp_path / "r.qsf")
+    assert raw.records.size == 1 and "result" not in raw.info
+    status, out, _ = main("solve", path, "-o", tmp_path / "a.qsf", "--alone", *poor)
+    assert status == 0 and "carries" not in out
+    assert "known" not in qb.load_samples(tmp_path / "a.qsf").info["result"]
 
 
 def test_another_run_is_refused(core, tmp_path, main):

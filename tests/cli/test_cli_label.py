@@ -167,7 +167,8 @@ def test_cuts_solve_submodular_tables_of_two_labels(tmp_path, seed):
     assert facts["energy"] == best(costs.reshape(9, 2), edges, 2)
     tables[0][..., 0, 0] += 25
     save(tmp_path / "t0.npy", tables[0])
-    assert "cut cannot be used" in label(tmp_path, tmp_path / "c.npy", *arguments, status=3)
+    error = label(tmp_path, tmp_path / "c.npy", *arguments, status=2)
+    assert "--solver cut cannot solve" in error and "(tables, 2 labels)" in error
 
 
 def test_infinite_costs_forbid_labels(tmp_path):
@@ -213,6 +214,44 @@ def test_floats_are_rounded_to_the_scale(tmp_path, kind):
     table = save(tmp_path / "v.npy", np.array([[0, 0.5], [0.25, 0]], np.float32))
     facts, _ = label(tmp_path, path, "--scale", "4", "--pairwise", table, "--lambda", "2")
     assert facts["energy"] == 0.25
+
+
+LOSSES = [
+    ({"c": [[[0, 0.25], [0.9, 0]]]}, [], ["c.npy", "whole numbers, by up to 0.25 (at [0, 0, 1])"]),
+    ({"c": [[[0, 0.25], [0.9, 0]]], "m": [[0, 1]]}, ["--mask", "m.npy"], ["0.1 (at [0, 1, 0])"]),
+    ({"c": [[[0, np.inf], [2.5, 0]]]}, [], ["by up to 0.5 (at [0, 1, 0])"]),
+    ({"c": [[[0, 1], [1, 0]]], "v": [[0, 0.375], [1, 0]]}, ["--pairwise", "v.npy"],
+     ["v.npy", "0.375 (at [0, 1])"]),
+    ({"c": [[[0, 1], [1, 0]]], "r": [[0.25]], "d": np.zeros((0, 2))},
+     ["--weights", "r.npy,d.npy", "--lambda", "2.5"],
+     ["r.npy", "lambda times its floats is rounded to 1/2, by up to 0.125 (at [0, 0])"]),
+    ({"c": [[[0, 1], [1, 0]]], "r": [[[[0, 0.2], [1, 0]]]], "d": np.zeros((0, 2, 2, 2))},
+     ["--tables", "r.npy,d.npy"], ["r.npy", "0.2 (at [0, 0, 0, 1])"]),
+    ({"c": [[0, 1], [1, 0]], "e": [[0, 1]], "w": [0.3]},
+     ["--edges", "e.npy", "--weights", "w.npy"], ["w.npy", "0.3 (at [0])"]),
+    ({"c": [[0, 1], [1, 0]], "e": [[0, 1]], "t": [[[0, 0.4], [1, 0]]]},
+     ["--edges", "e.npy", "--tables", "t.npy"], ["t.npy", "0.4 (at [0, 0, 1])"]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["f4", "f8"])
+@pytest.mark.parametrize(("arrays", "arguments", "words"), LOSSES)
+def test_what_rounding_loses_is_said(tmp_path, monkeypatch, kind, arrays, arguments, words):
+    """Unless a scale was chosen."""
+    monkeypatch.chdir(tmp_path)
+    for name, array in arrays.items():
+        np.save(f"{name}.npy", np.asarray(array, int if name in "em" else kind))
+    done = run("label", "c.npy", "-o", "l.npy", *arguments)
+    assert done.status == 0 and done.err.count(": warning: ") == 1
+    for word in [*words, "--scale 1000"]:
+        assert word in done.err
+    for scale in ("1", "1000"):
+        assert run("label", "c.npy", "-o", "l.npy", *arguments, "--scale", scale).err == ""
+
+
+def test_whole_floats_lose_nothing(tmp_path):
+    path = save(tmp_path / "c.npy", np.float32([[[0, 3], [2**20, np.inf]]]))
+    assert run("label", path, "-o", tmp_path / "l.npy").err == ""
 
 
 def test_truth(tmp_path):

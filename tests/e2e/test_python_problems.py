@@ -6,6 +6,7 @@ import io
 import itertools
 import subprocess
 import tempfile
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -104,7 +105,7 @@ def test_the_bytes_are_the_command_s(seed, is_grid, kind):
         stream = io.BytesIO()
         again.save(stream)
         assert stream.getvalue() == expected and again.digest == p.digest
-    assert len(p) == p.coefficients.linear.size
+    assert len(p) == p.linear.size
 
 
 def energy_of(costs, lam, table, labels):
@@ -195,6 +196,19 @@ def test_the_command_s_sentences(arguments, words):
         qb.Problem(**arguments)
     said = str(caught.value)
     assert words in said and "help:" not in said and not said.startswith("qstereo")
+
+
+def test_floats_that_lose_something_are_warned_of():
+    costs = np.array([[[0.26, 0.5], [0.0, 0.74]]])
+    said = r"costs.npy: its floats are rounded .* up to 0.5 "
+    with pytest.warns(UserWarning, match=said) as seen:
+        p = qb.Problem(costs)
+    assert p.scale == 1 and seen[0].filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert qb.Problem(costs, scale=100).scale == 100
+        qb.Problem(costs, scale=1)
+        qb.Problem(costs.round())
 
 
 def test_answers_that_are_no(tmp_path):
