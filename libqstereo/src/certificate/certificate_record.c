@@ -39,11 +39,10 @@ static size_t take_parts(qs_record_book **book, const qs_index *index, const qs_
                          void *workspace)
 {
     qs_arena arena = {.base = workspace};
-    qs_record_book counted, *b;
     uint64_t sites = index->qubo->groups, labels = index->qubo->variables + sites,
              couplings = index->qubo->couplings;
     *book = qs_arena_take(&arena, 1, sizeof **book);
-    b = *book ? *book : &counted;
+    qs_record_book counted = {0}, *b = *book ? *book : &counted;
     qs_stated_take(&b->stated, index, &arena);
     b->cell = qs_arena_take(&arena, sites, sizeof *b->cell);
     b->place = qs_arena_take(&arena, sites, sizeof *b->place);
