@@ -429,7 +429,7 @@ static void note_gain(reducer *r, const qs_solution *so_far)
         *g = (last_gain){gap, left, so_far->iterations, false};
     }
     uint64_t idle = so_far->iterations - g->iterations;
-    g->is_long_ago = idle >= qs_max_u64(IDLE, g->iterations);
+    g->is_long_ago = r->target == 0 && idle >= qs_max_u64(IDLE, g->iterations);
 }
 
 static void begin(reducer *r)
