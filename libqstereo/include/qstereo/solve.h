@@ -85,9 +85,9 @@ typedef struct qs_solve_options {
                               solvers do not look at it */
     const qs_witness *witness; /* NULL = nobody. With one, the watch is called
                                   between iterations of messages alone. trws,
-                                  best and min_cut call it, best not where it
-                                  packs. It is told nothing where costs need 64
-                                  bits */
+                                  best and min_cut call it, where best packs
+                                  it goes on for the witness. It is told nothing
+                                  where costs need 64 bits */
 } qs_solve_options;
 
 typedef struct qs_solution {
@@ -295,7 +295,8 @@ size_t qs_pack_workspace(const qs_model *model);
  * of it that are small enough are solved exactly, windows of a large grid are
  * solved with their neighbours held, and where the bound stalls TRW-S begins
  * anew on what is left: all that qs_reduce (reduce.h) does. It ends when the
- * bound proves the best labelling. What a cut decides quickly is left to
+ * bound proves the best labelling, or when half of all iterations, 512 or more,
+ * have gained nothing. What a cut decides quickly is left to
  * qs_min_cut: two labels, convex costs, and linear costs on a grid. Where
  * qs_pack can be used it goes first, with a limit of its own. Works with every
  * pairwise cost. An iteration is one of TRW-S, or of qs_min_cut, or of qs_pack;

@@ -92,8 +92,8 @@ static qs_status reduce(const qs_model *model, const qs_solve_options *options, 
     return status;
 }
 
-/* Packs within a limit of work. If that does not prove an optimum, the reduction goes on, and the
- * better of the two labellings counts. */
+/* Packs within a limit of work. If that does not prove an optimum, or a witness has to be told what
+ * proves it, the reduction goes on, and the better of the two labellings counts. */
 static qs_status pack_first(const qs_model *model, const qs_solve_options *options, const room *r,
                             uint16_t *labelling, qs_solution *solution)
 {
@@ -101,7 +101,7 @@ static qs_status pack_first(const qs_model *model, const qs_solve_options *optio
     own.iterations = 1 + packing_work / (1 + model->sites + model->edges);
     qs_solution first;
     qs_status status = qs_pack(model, &own, r->rest, r->rest_size, labelling, &first);
-    if (status != QS_OK || first.converged) {
+    if (status != QS_OK || (first.converged && !own.witness)) {
         *solution = first;
         return status;
     }
@@ -112,6 +112,7 @@ static qs_status pack_first(const qs_model *model, const qs_solve_options *optio
         solution->energy = first.energy;
     }
     solution->lower_bound = qs_max_i64(first.lower_bound, solution->lower_bound);
+    solution->converged = solution->converged || first.converged;
     return status;
 }
 

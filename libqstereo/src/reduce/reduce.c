@@ -55,6 +55,19 @@ enum {
     FEWER = 16 /* after a failure a FEWER-th of the sites must have gone */
 };
 
+/* The last gain: then the gap became smaller by a NO_GAIN-th, or a site was settled. When as many
+ * iterations as had been done by then, and at least IDLE, have gained nothing more, nor have the
+ * moves, windows and parts among them, which come whenever the iterations have doubled, there is no
+ * more to come. */
+typedef struct last_gain {
+    int64_t gap;
+    uint32_t left;
+    uint64_t iterations;
+    bool is_long_ago;
+} last_gain;
+
+enum { NO_GAIN = 1000, IDLE = 512 };
+
 /* The guest of qs_messages_and_moves. */
 typedef struct reducer {
     qs_elimination sets;
@@ -78,6 +91,7 @@ typedef struct reducer {
     bool stopped; /* by the watch */
     bool begun; /* the costs are the reduction's own, and labels may leave */
     restart again;
+    last_gain gain;
     qs_reduction so_far;
 } reducer;
 
@@ -117,7 +131,7 @@ static bool is_due(reducer *r, const qs_trws_state *state, const qs_solution *so
     if (qs_is_proven(so_far)) {
         return !answered;
     }
-    if (so_far->iterations >= r->iterations) {
+    if (so_far->iterations >= r->iterations || r->gain.is_long_ago) {
         return true;
     }
     if (gap / WIDEST > state->scale.most) {
@@ -406,6 +420,18 @@ static void consider_restart(reducer *r, qs_trws_state *state, qs_solution *so_f
     }
 }
 
+static void note_gain(reducer *r, const qs_solution *so_far)
+{
+    last_gain *g = &r->gain;
+    int64_t gap = so_far->energy - so_far->lower_bound;
+    uint32_t left = r->begun ? r->sets.left_count : g->left;
+    if (gap < g->gap - g->gap / NO_GAIN || left < g->left) {
+        *g = (last_gain){gap, left, so_far->iterations, false};
+    }
+    uint64_t idle = so_far->iterations - g->iterations;
+    g->is_long_ago = r->target == 0 && idle >= qs_max_u64(IDLE, g->iterations);
+}
+
 static void begin(reducer *r)
 {
     qs_eliminate_begin(&r->sets);
@@ -417,10 +443,12 @@ static void begin(reducer *r)
 static bool between(void *context, qs_trws_state *state, qs_solution *so_far, bool stopped)
 {
     reducer *r = context;
-    bool ends = stopped || qs_is_proven(so_far) || so_far->iterations >= r->iterations;
     if (so_far->iterations <= 1) {
         offer_start(r, so_far);
     }
+    note_gain(r, so_far);
+    bool ends = stopped || qs_is_proven(so_far) || so_far->iterations >= r->iterations ||
+                r->gain.is_long_ago;
     if (!r->begun) { /* messages and a first round of moves do more in the same time */
         if (ends || so_far->iterations < FIRST) {
             return true;
@@ -445,7 +473,7 @@ static bool between(void *context, qs_trws_state *state, qs_solution *so_far, bo
             finish(r, state, so_far, room);
         }
     }
-    return !at_target(r);
+    return !at_target(r) && !r->gain.is_long_ago;
 }
 
 /* Hands out the workspace, or counts it. Returns its size. */
@@ -484,7 +512,7 @@ static qs_status run(reducer *r, uint16_t *labelling, qs_reduction *reduction, b
         r->so_far.lower_bound = solution.lower_bound;
         r->so_far.iterations = solution.iterations;
         *reduction = r->so_far;
-        *converged = solution.converged;
+        *converged = solution.converged || r->gain.is_long_ago;
     }
     return status;
 }
@@ -511,6 +539,7 @@ qs_status qs_reduce_as(const qs_model *model, const qs_reduce_options *options,
                  .windowed = INT64_MAX,
                  .looked = INT64_MAX};
     r.again.failed = model->sites;
+    r.gain = (last_gain){.gap = INT64_MAX, .left = model->sites};
     size_t size = take_parts(&r, model, workspace);
     if (workspace_size < size || size == SIZE_MAX) {
         return QS_E_WORKSPACE;

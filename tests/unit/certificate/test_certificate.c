@@ -8,6 +8,7 @@
 #include "base/bytes.h"
 #include "files/crc32c.h"
 #include "model/convexity.h"
+#include "solve/pack.h"
 
 enum { FILE_SIZE = 1 << 18, STAGES_AT = 4, ENERGY_AT = 40, BOUND_AT = 32, HEADER = 64 };
 
@@ -332,8 +333,10 @@ static void reductions_hold(void **unused)
 }
 
 /* Two labels and costs of equal ones, in triangles: the relaxation says much less than what is
- * true. */
-static void make_frustrated(uint64_t *state)
+ * true.
+ *
+ * one_in  of so many edges one stays */
+static void make_frustrated(uint64_t *state, uint32_t one_in)
 {
     do {
         tiny_make(&t, state, BITS, true);
@@ -344,7 +347,7 @@ static void make_frustrated(uint64_t *state)
         t.table[i] = i % 3 == 0;
     }
     for (uint32_t i = 0; i < t.problem.edge_count; i++) {
-        bool is_there = tiny_random(state, 2) == 0; /* so that few triangles share edges */
+        bool is_there = tiny_random(state, one_in) == 0;
         t.edges[i].weight = is_there ? 20 + (int32_t)tiny_random(state, 20) : 0;
     }
     for (uint32_t i = 0; i < 2 * t.problem.sites; i++) {
@@ -364,12 +367,72 @@ static void trials_hold(void **unused)
     uint64_t state = 14;
     int open_ones = 0;
     for (int round = 0; round < ROUNDS / 4; round++) {
-        make_frustrated(&state);
+        make_frustrated(&state, 2); /* so that few triangles share edges */
         assert_true(certify(by_trials, 0));
         leaves_as_reduced(&state);
         open_ones += c.verdict.lower_bound < c.energy;
     }
     assert_true(open_ones < ROUNDS / 40); /* without trials it is more than half */
+}
+
+static uint64_t iterations_done;
+
+static bool note_iterations(void *context, const qs_reduction *so_far)
+{
+    (void)context;
+    iterations_done = so_far->iterations;
+    return true;
+}
+
+/* With the limit of its own, and parts that nobody solves. */
+static qs_status by_reduce_alone(const qs_witness *witness, uint64_t iterations)
+{
+    qs_witness refuses = *witness;
+    qs_reduction reduction;
+    qs_reduce_options options = {.witness = &refuses, .watch = note_iterations};
+    (void)iterations;
+    refuses.part = is_too_wide;
+    qs_status status =
+        qs_reduce(&model, &options, workspace, sizeof workspace, c.kept, c.labelling, &reduction);
+    c.energy = reduction.upper_bound;
+    c.bound = reduction.lower_bound;
+    return status;
+}
+
+/* Where nothing helps, a reduction ends long before its limit; what it says is proven all the
+ * same. */
+static void ends_when_nothing_is_gained(void **unused)
+{
+    (void)unused;
+    uint64_t state = 15;
+    int open_ones = 0;
+    for (int round = 0; round < ROUNDS / 16; round++) {
+        make_frustrated(&state, 1);
+        assert_true(certify(by_reduce_alone, 0));
+        leaves_as_reduced(&state);
+        open_ones += c.verdict.lower_bound < c.energy;
+        assert_true(iterations_done <= 1100);
+    }
+    assert_true(open_ones > ROUNDS / 64);
+}
+
+/* Costs of pairs kept: best packs them, and a witness is told of messages. */
+static void packed_ones_have_certificates(void **unused)
+{
+    (void)unused;
+    uint64_t state = 16;
+    for (int round = 0; round < ROUNDS / 16; round++) {
+        make_frustrated(&state, 2);
+        t.table[0] = 0;
+        slow_encode(&request, &written);
+        assert_int_equal(
+            qs_model_build(&written.index, model_memory, qs_model_workspace(&written.qubo), &model),
+            QS_OK);
+        assert_true(qs_can_pack(&model));
+        assert_true(certify(by_best, 0));
+        holds(&state);
+        assert_int_equal(c.energy, tiny_minimum(&t.problem));
+    }
 }
 
 /* Of a label of a site that is left: is it in a labelling that costs as much? */
@@ -633,6 +696,8 @@ int main(void)
         cmocka_unit_test(descents_prove_the_optimum),
         cmocka_unit_test(reductions_hold),
         cmocka_unit_test(trials_hold),
+        cmocka_unit_test(ends_when_nothing_is_gained),
+        cmocka_unit_test(packed_ones_have_certificates),
         cmocka_unit_test(parts_are_solved),
         cmocka_unit_test(reduced_problems_are_compared),
         cmocka_unit_test(too_much_is_refuted),
