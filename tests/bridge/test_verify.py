@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from problems import Table, altered, grid, make, pack_qcf
 from qstereo_bridge import certificate as qpf
-from qstereo_bridge import container, qcf, qsf
+from qstereo_bridge import container, models, qcf, qsf
 from qstereo_bridge.failure import InputError
 from qstereo_bridge.verify import verify
 
@@ -276,6 +276,71 @@ def test_a_label_that_leaves_must_be_ruled_out(made):
         data, samples, packed(data, best, proof + bytes(best) + b"\7" * 4, bound, found)
     )
     assert verdict.valid
+
+
+def test_a_stage_that_does_nothing_known(made):
+    for has in (0, 5, 8):
+        refusing(made, made[0], "head of a stage", struct.pack("<IIII", has, 0, 0, 0))
+
+
+def test_labels_of_a_stage_that_are_not_left(made):
+    """No label, one that has left before, one that comes back."""
+    problem, data, samples, stages, bound, best = made
+    all_but = [7 & ~(1 << (label + 1) % 3) for label in best]
+    costs = problem.linear.reshape(4, 3).copy()
+    costs[np.arange(4), (np.array(best) + 1) % 3] = 99  # so that it leaves
+    problem = altered(problem, linear=costs.ravel())
+    first = struct.pack("<IIII", 2, 0, 0, 0) + bytes(all_but)
+    again = struct.pack("<IIII", 2, 0, 0, 0)
+    for sets in (bytes(all_but[:3]) + b"\0", bytes(all_but[:3]) + b"\7"):
+        refusing_stages(made, problem, "label set", first + again + sets)
+    slots = bytes(slot for _ in range(2) for slot in (0, 0)) + bytes([1, 1, 1, 1])
+    split = struct.pack("<IIII", 3, SCALE, 1, 4) + slots + bytes(4 * 2 * 4)
+    labelling = bytes((label + 1) % 3 for label in best)
+    refusing_stages(made, problem, "not left", first + split + labelling + bytes(all_but))
+
+
+def refusing_stages(made, problem, match, stages):
+    """As refusing(), with two stages."""
+    data, best = pack_qcf(problem), made[5]
+    whole = container.pack(
+        qpf.MAGIC,
+        qpf.FIELDS.pack(4, 2, qpf.NO_BOUND, energy(problem, 3, best), bytes(12)),
+        [
+            ("PROB", sha256(data).digest()),
+            ("BEST", struct.pack("<I", 1) + bytes(best)),
+            ("STGS", stages),
+        ],
+    )
+    with pytest.raises(container.FormatError, match=match):
+        check(data, answered(problem, data, 3, best), whole)
+
+
+def test_a_labelling_of_another_number_of_sites(made):
+    problem, data, samples, stages, bound, best = made
+    for labelling in (best[:3], (*best, 0), best[:1]):
+        with pytest.raises(container.FormatError, match="number of sites"):
+            check(data, samples, packed(data, labelling, stages, bound, energy(problem, 3, best)))
+
+
+def test_samples_that_are_no_answer(made):
+    problem, data, samples, stages, bound, best = made
+    proof, bits = packed(data, best, stages, bound, energy(problem, 3, best)), np.eye(3)[list(best)]
+    bits = bits.reshape(1, -1).astype(np.uint8)
+
+    def answer(bits, digest, more):
+        found = models.energies(problem, bits) + more
+        records = np.array([(found[0], 1, qsf.NO_CHAINS)], qsf.RECORD)
+        return qsf.pack_qsf(qsf.Samples(digest, "test", records, bits))
+
+    digest, none = sha256(data).digest(), np.zeros_like(bits)
+    assert check(data, answer(bits, digest, 0), proof).valid
+    assert check(data, answer(none, digest, 0), proof).why == "no sample is a labelling"
+    for wrong in (answer(bits, digest, 1), answer(none, digest, 1)):
+        with pytest.raises(InputError, match="another energy"):
+            check(data, wrong, proof)
+    with pytest.raises(InputError, match="another problem"):
+        check(data, answer(bits, bytes(32), 0), proof)
 
 
 def part_of(problem, order, least):
