@@ -77,7 +77,7 @@ class Problem:
         trimmed.need(trimmed.at == len(trimmed.view), "too long")
         tables = np.zeros((blocks, shape[1], shape[1]), np.int64)
         for table, block in zip(tables, problem.blocks):
-            table[wall:block.shape[0] + wall, wall:block.shape[1] + wall] = block.dense()
+            table[wall:block.shape[0] + wall, wall:block.shape[1] + wall] = block
         # In a wall label a has the first a variables at 1, and may be coupled with itself.
         chains = np.triu(tables, 1).cumsum(1).cumsum(2).diagonal(0, 1, 2)
         if wall:

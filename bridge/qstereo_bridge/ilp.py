@@ -98,7 +98,7 @@ def reduce(problem, limit):
         content, these = problem.blocks[each // 8], np.flatnonzero((kind == each) & (weight != 0))
         rows, columns = content.shape
         check_memory(40 * rows * columns, limit, f"a block of {rows:,} x {columns:,}")
-        table = content.dense().astype(np.int64) * (-1 if each & 1 else 1)
+        table = content.astype(np.int64) * (-1 if each & 1 else 1)
         table = np.triu(table, 1) if each & 4 else table
         above, beside = starts[g[these], None], starts[h[these], None]
         ends, times = (above, beside), np.abs(weight[these, None])
@@ -168,6 +168,16 @@ def bounds_of(form, program):
     np.add.at(bounds, program[form.first][inside],
               np.where(form.hot, least, np.minimum(least, 0))[inside])
     return -(-bounds // 2)
+
+
+def better_of(form, program, x, other):
+    """Of two states the better one in each program; `x` at sites without products."""
+    change = np.zeros(program.max() + 2, np.int64)
+    np.add.at(change, program, form.linear * (other - x))
+    np.subtract.at(change, program[form.left % form.linear.size],
+                   form.cost * (form.products(other) - form.products(x)))
+    change[-1] = 0
+    return np.where(change[program] < 0, other, x)
 
 
 def constraints(form, variables, products):
@@ -241,6 +251,8 @@ class Search:
         self.bound = rest + int(bounds.sum())
         self.info = {"components": parts, "programs": bounds.size, "open_programs": bounds.size}
         self.bits = descend(self.problem, form, self.bits, self.limit, self.over)
+        if self.problem.known is not None:
+            self.bits = better_of(form, program, self.bits, self.problem.known.astype(np.int64))
         for k, low in enumerate(bounds.tolist()):
             variables, products = np.flatnonzero(program == k), np.flatnonzero(of_product == k)
             self.text = f"program {k + 1:,} of {bounds.size:,}, {variables.size:,} variables"

@@ -119,7 +119,7 @@ def least_of_each_alone(problem):
     for group, values in enumerate(np.split(problem.linear, problem.starts[1:-1])):
         total += of_block(values, hot[group])
     for g, h, block, weight in problem.couplings.T.tolist():
-        table = weight * problem.blocks[block].dense().astype(int)
+        table = weight * problem.blocks[block].astype(int)
         total += of_block(np.triu(table, 1) if g == h else table, hot[g] and hot[h])
     return total
 
@@ -413,3 +413,26 @@ def test_highs_fails(tmp_path, main, monkeypatch):
     )
     status, _, err = main(*write(tmp_path, grid(4, 4, 4)))
     assert status == 5 and "HiGHS fails (Solve error)" in err
+
+
+def test_no_worse_than_what_the_file_carries():
+    """Even without time: in each program the better one of what descent and the file know."""
+    problem = domain_walls(8, 6, 3, seed=3)[0]
+    told = solve(problem)
+    problem.known = told.bits[0]
+    hurried = solve(problem, time_limit=1e-9)
+    assert models.energies(problem, hurried.bits) == told.lower_bound
+    # A worse one does not hurt.
+    problem.known = np.zeros(problem.linear.size, np.uint8)
+    check(problem, solve(problem), told.lower_bound)
+
+
+@settings(max_examples=30, deadline=None)
+@given(SEEDS)
+def test_any_state_that_is_known(seed):
+    problem = random_problem(seed)
+    states = labellings(problem)
+    problem.known = states[seed % len(states)]
+    check(problem, solve(problem), least(problem))
+    hurried = solve(problem, time_limit=1e-9)
+    assert models.energies(problem, hurried.bits) <= models.energies(problem, problem.known[None])

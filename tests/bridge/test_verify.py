@@ -33,7 +33,7 @@ def problem_of(rng, width, height, labels):
 def costs_of(made, labels):
     """(sites, labels) of unary costs; (pairs, weight, block) of edges, from the file's numbers."""
     g, h, block, weight = made.couplings.tolist()
-    return made.linear.reshape(-1, labels), list(zip(g, h, weight)), made.blocks[0].dense()
+    return made.linear.reshape(-1, labels), list(zip(g, h, weight)), made.blocks[0]
 
 
 def energy(made, labels, labelling):
