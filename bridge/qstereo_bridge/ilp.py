@@ -26,7 +26,7 @@ DUAL_TOLERANCE = 1e-7
 # Relative rounding of sums of doubles, far above what sums of 10^6 terms have.
 ROUNDING = 2.0**-40
 # Columns up to which small parts share a program: each call of HiGHS costs some milliseconds.
-BATCH = 1000
+BATCH = 200
 # Seconds that HiGHS may take to notice its time limit before its answer is no longer waited for.
 GRACE = 0.25
 

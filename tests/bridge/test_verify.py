@@ -8,9 +8,10 @@ from hashlib import sha256
 
 import numpy as np
 import pytest
-from problems import altered, grid, pack_qcf
+from problems import Table, altered, grid, make, pack_qcf
 from qstereo_bridge import certificate as qpf
-from qstereo_bridge import container, qcf, qsf
+from qstereo_bridge import container, models, qcf, qsf
+from qstereo_bridge.failure import InputError
 from qstereo_bridge.verify import verify
 
 SCALE = 4
@@ -166,6 +167,104 @@ def test_malformed_stages(made):
             check(data, samples, packed(data, best, proof, bound, energy(problem, 3, best)))
 
 
+@pytest.mark.parametrize(
+    "slots, shares",
+    [
+        (((0, 0), (0, 0), (0, 0), (0, 1)), 1),  # two edges in one slot of their first site
+        (((0, 0), (0, 0), (1, 0), (0, 0)), 1),  # and of their second
+        (((0, 0), (0, 0), (2, 0), (0, 1)), 3),  # a third slot at a site of two edges
+    ],
+)
+def test_slots_that_make_no_chains(made, slots, shares):
+    problem, data, samples, stages, bound, best = made
+    proof = stages[:16] + bytes(sum(slots, ())) + bytes(4 * 3 * shares)
+    with pytest.raises(container.FormatError, match="no chains"):
+        check(data, samples, packed(data, best, proof, bound, energy(problem, 3, best)))
+
+
+@pytest.mark.parametrize(
+    "stages, zero, digest, width, more",
+    [
+        (4097, 0, 32, 1, 0),
+        (1, 1, 32, 1, 0),
+        (1, 0, 33, 1, 0),
+        (1, 0, 32, 4, 0),
+        (1, 0, 32, 1, 1),
+        (1, 0, 32, 1, -1),
+    ],
+)
+def test_malformed_files(stages, zero, digest, width, more):
+    def whole(stages, zero, digest, width, more):
+        fields = qpf.FIELDS.pack(4, stages, 0, 0, bytes(11) + bytes([zero]))
+        best = struct.pack("<I", width) + bytes(4 * width + more)
+        return container.pack(
+            qpf.MAGIC, fields, [("PROB", bytes(digest)), ("BEST", best), ("STGS", b"")]
+        )
+
+    qpf.parse_qpf(whole(4096, 0, 32, 2, 0))
+    with pytest.raises(container.FormatError):
+        qpf.parse_qpf(whole(stages, zero, digest, width, more))
+
+
+def labelled(encoding, *more):
+    """Side chunks of a problem of 3 labels."""
+    head = struct.pack("<16I", encoding, 0, 0, 3, 1, 0, 1, 3, 2, 2, 2, 2, 0, 0, 0, 0)
+    return [("labl", head), *more]
+
+
+def refusing(made, problem, match, stage=None):
+    """That with `problem` the certificate is refused as no sound file or input."""
+    _, _, _, stages, _, best = made
+    data, found = pack_qcf(problem), energy(problem, 3, best)
+    samples = answered(problem, data, 3, best)
+    with pytest.raises((container.FormatError, InputError), match=match):
+        check(data, samples, packed(data, best, stage or stages, 0, found))
+
+
+def test_problems_without_certificates(made):
+    for encoding in (4, 5, 6):
+        refusing(made, altered(made[0], sides=labelled(encoding)), "one-hot")
+    refusing(made, altered(made[0], sides=[]), "one-hot")
+
+
+@pytest.mark.parametrize("numbers", [11, 13])
+def test_trimmed_costs_of_another_length(made, numbers):
+    side = ("trnc", struct.pack("<II", 1, 0) + bytes(numbers))
+    refusing(made, altered(made[0], sides=labelled(2, side)), "trnc")
+
+
+def test_scales_that_leave_64_bits(made):
+    large = altered(made[0], linear=np.arange(12) << 27)
+    stage = struct.pack("<IIII", 1, 2**29, 1, 4) + made[3][16:]
+    refusing(made, large, "64 bits", stage)
+    stage = struct.pack("<IIII", 1, 2**30 + 1, 1, 4) + made[3][16:]
+    refusing(made, made[0], "head of a stage", stage)
+
+
+def test_a_site_of_fewer_labels_has_no_others():
+    """Labels that another site has, and this one has not, rule nothing out."""
+    problem = make(
+        [3, 2],
+        [Table(np.zeros((3, 2), "<i4"))],
+        [{"h": 1, "weight": 1}],
+        [5, 6, 7, 5, 6],
+        [(1, 1)] * 2,
+        sides=labelled(1),
+    )
+    data = pack_qcf(problem)
+    bits = np.array([[1, 0, 0, 1, 0]], np.uint8)
+    records = np.array([(10, 1, qsf.NO_CHAINS)], qsf.RECORD)
+    samples = qsf.pack_qsf(qsf.Samples(sha256(data).digest(), "test", records, bits))
+    for sets, valid in ((b"\1\1", True), (b"\1\2", False), (b"\1\3", True)):
+        proof = struct.pack("<IIII", 2, 0, 0, 0) + sets
+        assert check(data, samples, packed(data, (0, 0), proof, qpf.NO_BOUND, 10)).valid == valid
+    with pytest.raises(container.FormatError, match="label set"):
+        proof = struct.pack("<IIII", 2, 0, 0, 0) + b"\1\5"
+        check(data, samples, packed(data, (0, 0), proof, qpf.NO_BOUND, 10))
+    with pytest.raises(container.FormatError, match="BEST"):
+        check(data, samples, packed(data, (0, 2), b"", qpf.NO_BOUND, 10))
+
+
 def test_a_label_that_leaves_must_be_ruled_out(made):
     problem, data, samples, stages, bound, best = made
     found = energy(problem, 3, best)
@@ -177,6 +276,71 @@ def test_a_label_that_leaves_must_be_ruled_out(made):
         data, samples, packed(data, best, proof + bytes(best) + b"\7" * 4, bound, found)
     )
     assert verdict.valid
+
+
+def test_a_stage_that_does_nothing_known(made):
+    for has in (0, 5, 8):
+        refusing(made, made[0], "head of a stage", struct.pack("<IIII", has, 0, 0, 0))
+
+
+def test_labels_of_a_stage_that_are_not_left(made):
+    """No label, one that has left before, one that comes back."""
+    problem, data, samples, stages, bound, best = made
+    all_but = [7 & ~(1 << (label + 1) % 3) for label in best]
+    costs = problem.linear.reshape(4, 3).copy()
+    costs[np.arange(4), (np.array(best) + 1) % 3] = 99  # so that it leaves
+    problem = altered(problem, linear=costs.ravel())
+    first = struct.pack("<IIII", 2, 0, 0, 0) + bytes(all_but)
+    again = struct.pack("<IIII", 2, 0, 0, 0)
+    for sets in (bytes(all_but[:3]) + b"\0", bytes(all_but[:3]) + b"\7"):
+        refusing_stages(made, problem, "label set", first + again + sets)
+    slots = bytes(slot for _ in range(2) for slot in (0, 0)) + bytes([1, 1, 1, 1])
+    split = struct.pack("<IIII", 3, SCALE, 1, 4) + slots + bytes(4 * 2 * 4)
+    labelling = bytes((label + 1) % 3 for label in best)
+    refusing_stages(made, problem, "not left", first + split + labelling + bytes(all_but))
+
+
+def refusing_stages(made, problem, match, stages):
+    """As refusing(), with two stages."""
+    data, best = pack_qcf(problem), made[5]
+    whole = container.pack(
+        qpf.MAGIC,
+        qpf.FIELDS.pack(4, 2, qpf.NO_BOUND, energy(problem, 3, best), bytes(12)),
+        [
+            ("PROB", sha256(data).digest()),
+            ("BEST", struct.pack("<I", 1) + bytes(best)),
+            ("STGS", stages),
+        ],
+    )
+    with pytest.raises(container.FormatError, match=match):
+        check(data, answered(problem, data, 3, best), whole)
+
+
+def test_a_labelling_of_another_number_of_sites(made):
+    problem, data, samples, stages, bound, best = made
+    for labelling in (best[:3], (*best, 0), best[:1]):
+        with pytest.raises(container.FormatError, match="number of sites"):
+            check(data, samples, packed(data, labelling, stages, bound, energy(problem, 3, best)))
+
+
+def test_samples_that_are_no_answer(made):
+    problem, data, samples, stages, bound, best = made
+    proof, bits = packed(data, best, stages, bound, energy(problem, 3, best)), np.eye(3)[list(best)]
+    bits = bits.reshape(1, -1).astype(np.uint8)
+
+    def answer(bits, digest, more):
+        found = models.energies(problem, bits) + more
+        records = np.array([(found[0], 1, qsf.NO_CHAINS)], qsf.RECORD)
+        return qsf.pack_qsf(qsf.Samples(digest, "test", records, bits))
+
+    digest, none = sha256(data).digest(), np.zeros_like(bits)
+    assert check(data, answer(bits, digest, 0), proof).valid
+    assert check(data, answer(none, digest, 0), proof).why == "no sample is a labelling"
+    for wrong in (answer(bits, digest, 1), answer(none, digest, 1)):
+        with pytest.raises(InputError, match="another energy"):
+            check(data, wrong, proof)
+    with pytest.raises(InputError, match="another problem"):
+        check(data, answer(bits, bytes(32), 0), proof)
 
 
 def part_of(problem, order, least):
@@ -223,12 +387,27 @@ def test_malformed_parts(made):
         good[:-4],  # no end
         part_of(problem, (0, 1, 2, 2), least),  # a site twice
         part_of(problem, (0, 1, 2, 4), least),  # one that there is not
+        good[:16] + struct.pack("<Iq6I", 5, least, 0, 1, 2, 3, 3, 0),  # a site twice, all others
         good[:16] + struct.pack("<IqII", 1, 0, 0, 0),  # with edges to sites outside
         good[:-4] + good[16:],  # the same part again
         good[:4] + b"\1" + good[5:],  # a scale
     ):
         with pytest.raises(container.FormatError):
             check(data, samples, packed(data, best, wrong, bound, least))
+
+
+@pytest.mark.parametrize("limit", ["MOST_SITES", "PART_CELLS", "ALL_CELLS"])
+def test_limits_of_parts(made, limit, monkeypatch):
+    problem, data, samples, _, _, best = made
+    least = energy(problem, 3, best)
+    proof = packed(data, best, part_of(problem, range(4), least), least, least)
+    # In a square the first table is over sites 0, 1 and 2, and the second over 1, 2 and 3.
+    most = 4 if limit == "MOST_SITES" else 27 + 27 + 9 + 3
+    monkeypatch.setattr(qpf, limit, most)
+    assert check(data, samples, proof).valid
+    monkeypatch.setattr(qpf, limit, most - 1)
+    with pytest.raises(container.FormatError):
+        check(data, samples, proof)
 
 
 def test_the_command(made, command, tmp_path):
