@@ -221,7 +221,8 @@ $(BUILD)/.kind: FORCE
 
 $(CLI)/qstereo: $(CLI_OBJ) $(BUILD)/libqstereo.a
 	$(call say,LINK,$@)
-	$(Q)$(CLI_LINK) $(CFLAGS) $(LDFLAGS) $(CLI_OBJ) $(BUILD)/libqstereo.a $(CLI_LIBS) -lm -o $@
+	$(Q)$(CLI_LINK) $(CFLAGS) $(LDFLAGS) $(CLI_OBJ) $(BUILD)/libqstereo.a $(CLI_LIBS) -lm -pthread \
+	    -o $@
 
 $(BUILD)/qstereo: $(CLI)/qstereo $(BUILD)/.kind
 	$(Q)cp -f $< $@

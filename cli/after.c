@@ -64,41 +64,6 @@ int after_open(after *asked, job *at)
     return asked->mask != NULL ? job_open_beside(at, "mask", asked->mask, &asked->files[1]) : DONE;
 }
 
-/* A picture from right to left. */
-static int mirror(const char *name, const qs_image *image, budget *limit, qs_image *made)
-{
-    uint8_t *pixels = budget_take(limit, name, image->width * image->height);
-    if (pixels == NULL) {
-        return NO_RESOURCE;
-    }
-    for (size_t y = 0; y < image->height; y++) {
-        const uint8_t *from = image->pixels + y * image->stride;
-        uint8_t *to = pixels + y * image->width;
-        for (size_t x = 0; x < image->width; x++) {
-            to[x] = from[image->width - 1 - x];
-        }
-    }
-    *made = (qs_image){pixels, image->width, image->height, image->width};
-    return DONE;
-}
-
-/* The columns of the right picture that the window's matches can lie in, seen in the mirror. */
-static void mirror_window(qs_matching *of)
-{
-    uint32_t width = (uint32_t)of->left.width;
-    if (of->width == 0) {
-        return;
-    }
-    int64_t parts = of->parts;
-    int64_t left = (int64_t)of->x - (of->disparity_max + parts - 1) / parts;
-    int64_t ahead = of->disparity_min < 0 ? (parts - 1 - of->disparity_min) / parts : 0;
-    int64_t right = (int64_t)of->x + of->width + ahead;
-    uint32_t from = left > 0 ? (uint32_t)left : 0;
-    uint32_t end = right < width ? (uint32_t)right : width;
-    of->x = width - end;
-    of->width = end - from;
-}
-
 /* The map of a labelling, in sixteenths of a pixel if it is to be refined. */
 static int make_map(const after *asked, const laid_out *laid, const solved *found, budget *limit,
                     pixel_map *map)
@@ -119,25 +84,17 @@ static int make_map(const after *asked, const laid_out *laid, const solved *foun
     return status == QS_OK ? DONE : fail_status(laid->name, status);
 }
 
-/* Solves the mirrored problem, in which the right picture is the left one. */
+/* Solves the right picture's problem, unless that is done. */
 static int solve_right(const after *asked, const pair *of, const solver *by, const search *how,
-                       budget *limit, pixel_map *map)
+                       budget *limit, right_side *right)
 {
-    qs_matching mirrored = of->stereo;
-    made_problem made = {.name = input_name(of->right), .mend = "--lambda or --truncation"};
-    qs_status status;
-    laid_out laid;
-    solved found;
-    TRY(mirror(made.name, &of->stereo.right, limit, &mirrored.left));
-    TRY(mirror(made.name, &of->stereo.left, limit, &mirrored.right));
-    mirror_window(&mirrored);
-    TRY(pair_problem(&mirrored, made.name, limit, &made.problem, &status));
-    if (status != QS_OK) {
-        return made_fail(&made, "choose a smaller --roi or --disparity", status);
+    search last = *how;
+    last.follow_up = false;
+    if (right->found.labelling == NULL) {
+        TRY(right_side_make(of, by, !asked->refine, limit, right));
+        TRY(solve_problem(&right->laid, by, &last, limit, &right->found));
     }
-    made.problem.pairwise = of->pairwise;
-    TRY(made_solve(&made, by, how, !asked->refine, limit, &laid, &found));
-    return make_map(asked, &laid, &found, limit, map);
+    return solved_check(&right->laid, by, &right->found);
 }
 
 static void mirror_rows(pixel_map *map)
@@ -154,18 +111,25 @@ static void mirror_rows(pixel_map *map)
 
 /* Takes out what the map of the right picture does not confirm within half a pixel, or, of whole
  * pixels, within one. */
+static int compare(const after *asked, const pair *of, const right_side *confirming, budget *limit,
+                   pixel_map *map)
+{
+    pixel_map right;
+    TRY(make_map(asked, &confirming->laid, &confirming->found, limit, &right));
+    uint32_t tolerance = map->unit > 1 ? map->unit / 2 : 1;
+    mirror_rows(&right);
+    qs_status checked = qs_map_check(map->disparities, right.disparities, map->width, map->height,
+                                     map->unit, tolerance);
+    return checked == QS_OK ? DONE : fail_status(input_name(of->left), checked);
+}
+
 static int check(const after *asked, const pair *of, const solver *by, const search *how,
-                 budget *limit, pixel_map *map)
+                 budget *limit, right_side *right, pixel_map *map)
 {
     budget aside = budget_inside(limit);
-    pixel_map right = {0};
-    int status = solve_right(asked, of, by, how, &aside, &right);
+    int status = solve_right(asked, of, by, how, &aside, right);
     if (status == DONE) {
-        uint32_t tolerance = map->unit > 1 ? map->unit / 2 : 1;
-        mirror_rows(&right);
-        qs_status checked = qs_map_check(map->disparities, right.disparities, map->width,
-                                         map->height, map->unit, tolerance);
-        status = checked == QS_OK ? DONE : fail_status(input_name(of->left), checked);
+        status = compare(asked, of, right, &aside, map);
     }
     budget_free(&aside);
     return status;
@@ -260,11 +224,12 @@ static int fill_window(const char *name, const pair *of, pixel_map *map)
 }
 
 int after_labels(const after *asked, const pair *of, const laid_out *laid, const solved *found,
-                 const solver *by, const search *how, budget *limit, pixel_map *map)
+                 const solver *by, const search *how, budget *limit, right_side *right,
+                 pixel_map *map)
 {
     TRY(make_map(asked, laid, found, limit, map));
     if (asked->check) {
-        TRY(check(asked, of, by, how, limit, map));
+        TRY(check(asked, of, by, how, limit, right, map));
     }
     if (asked->mask != NULL) {
         TRY(write_mask(asked, map));

@@ -6,6 +6,7 @@
 #include "command.h"
 #include "pair.h"
 #include "pictures/disparity_map.h"
+#include "right_side.h"
 #include "solving.h"
 
 /* Rows for a table of options, one behind the other. */
@@ -43,8 +44,12 @@ int after_read(const char *const *values, const pair *asked, after *read);
 int after_open(after *asked, job *at);
 
 /* Makes the map of a labelling and does with it what was asked; writes the pictures that were asked
- * for. The right picture's map is solved as the left one's was. */
+ * for.
+ *
+ * right  what was found for the right picture. If it has no labelling yet, it is solved here, as
+ *        the left picture's problem was, if the map is to be checked */
 int after_labels(const after *asked, const pair *of, const laid_out *laid, const solved *found,
-                 const solver *by, const search *how, budget *limit, pixel_map *map);
+                 const solver *by, const search *how, budget *limit, right_side *right,
+                 pixel_map *map);
 
 #endif

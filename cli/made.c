@@ -115,12 +115,12 @@ int made_lay_out(const made_problem *whole, bool straight, budget *limit, laid_o
                     : lay_out_problem(whole->name, &whole->problem, whole->mend, limit, laid);
 }
 
-int made_solve(const made_problem *solved_one, const solver *by, const search *how, bool straight,
-               budget *limit, laid_out *laid, solved *found)
+int made_solve(const made_problem *solved_one, const solver *by, const search *how, budget *limit,
+               laid_out *laid, solved *found)
 {
     TRY(made_need(solved_one, by, 0, limit));
-    TRY(made_lay_out(solved_one, straight && by->run_straight != NULL, limit, laid));
+    TRY(made_lay_out(solved_one, false, limit, laid));
     TRY(laid_out_need(laid, by, 0, limit));
     TRY(solve_problem(laid, by, how, limit, found));
-    return solved_check(laid, found);
+    return solved_check(laid, by, found);
 }

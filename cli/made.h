@@ -49,10 +49,8 @@ int laid_out_need(const laid_out *problem, const solver *by, uint64_t output, co
 int made_lay_out(const made_problem *whole, bool straight, budget *limit, laid_out *laid);
 
 /* Solves the problem without a file between. What was found stays in memory of the budget. Returns
- * DONE, BAD_INPUT (also if the solver refuses) or NO_RESOURCE.
- *
- * straight  no model is needed afterwards */
-int made_solve(const made_problem *solved_one, const solver *by, const search *how, bool straight,
-               budget *limit, laid_out *laid, solved *found);
+ * DONE, BAD_INPUT (also if the solver refuses) or NO_RESOURCE. */
+int made_solve(const made_problem *solved_one, const solver *by, const search *how, budget *limit,
+               laid_out *laid, solved *found);
 
 #endif

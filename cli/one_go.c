@@ -23,7 +23,7 @@ int one_go_open(job *at, const maker *by, void *state, one_go *run)
 
 int one_go_solve(job *at, one_go *run)
 {
-    return made_solve(&run->made, run->by, &run->how, false, &at->limit, &run->laid, &run->found);
+    return made_solve(&run->made, run->by, &run->how, &at->limit, &run->laid, &run->found);
 }
 
 bool one_go_print(const job *at, const one_go *run, const char *also_written)

@@ -21,7 +21,18 @@ static const char clear_line[] = "\r\033[K";
 
 static volatile sig_atomic_t line_stands;
 
-static volatile sig_atomic_t keep_on_interrupt, interrupted;
+/* A signal handler and other threads see these two. */
+static int keep_on_interrupt, interrupted;
+
+static bool is_set(const int *flag)
+{
+    return __atomic_load_n(flag, __ATOMIC_RELAXED) != 0;
+}
+
+static void set(int *flag, bool on)
+{
+    __atomic_store_n(flag, on ? 1 : 0, __ATOMIC_RELAXED);
+}
 
 static int64_t command_begin;
 
@@ -43,6 +54,16 @@ void progress_start_command(void)
     command_begin = progress_clock() - read_clock(CLOCK_PROCESS_CPUTIME_ID);
 }
 
+void progress_start_part(void)
+{
+    command_begin = progress_clock();
+}
+
+int64_t progress_since_command(void)
+{
+    return progress_clock() - command_begin;
+}
+
 progress progress_begin(const char *solver, uint32_t scale, int64_t limit, bool whole)
 {
     int64_t now = progress_clock();
@@ -57,14 +78,16 @@ progress progress_begin(const char *solver, uint32_t scale, int64_t limit, bool 
 
 void progress_keep_on_interrupt(bool on)
 {
-    keep_on_interrupt = on;
+    set(&keep_on_interrupt, on);
 }
 
 bool progress_takes_signal(int signal_number)
 {
-    bool taken =
-        keep_on_interrupt && !interrupted && (signal_number == SIGINT || signal_number == SIGTERM);
-    interrupted = interrupted || taken;
+    bool taken = is_set(&keep_on_interrupt) && !is_set(&interrupted) &&
+                 (signal_number == SIGINT || signal_number == SIGTERM);
+    if (taken) {
+        set(&interrupted, true);
+    }
     return taken;
 }
 
@@ -131,7 +154,7 @@ static bool is_due(const progress *watched, int64_t time)
 static bool has_time(progress *watched, int64_t time)
 {
     watched->out_of_time = watched->end > 0 && time >= watched->end;
-    watched->interrupted = interrupted != 0;
+    watched->interrupted = is_set(&interrupted);
     return !watched->out_of_time && !watched->interrupted;
 }
 

@@ -26,6 +26,12 @@ int64_t progress_clock(void);
 /* Says when the command began. Once, first of all. */
 void progress_start_command(void);
 
+/* The same at the beginning of a part of a command whose time is counted apart. */
+void progress_start_part(void);
+
+/* Microseconds since then. */
+int64_t progress_since_command(void);
+
 /* Starts the clock of a solver.
  *
  * limit  0 = none

@@ -23,6 +23,7 @@ typedef struct search {
     uint64_t iterations; /* 0 = the solver's own limit */
     uint64_t seed;
     bool whole_command; /* the time is that of the whole command, else of the solver */
+    bool follow_up; /* a solver like this one follows: it gets half of the time */
     double gap; /* percent of the energy; negative = none */
     bool keep_on_interrupt;
     const qs_witness *witness; /* of the proof; NULL = none */
@@ -58,6 +59,7 @@ typedef struct solver {
                               void *workspace, size_t workspace_size, uint16_t *labelling,
                               qs_solution *solution);
     size_t (*straight_workspace)(const qs_problem *problem);
+    const char *needs; /* what a problem must have, for messages; NULL = it takes any problem */
 } solver;
 
 /* The names of the solvers, one by one; NULL after the last. */
@@ -134,8 +136,8 @@ uint64_t solve_bytes(const laid_out *problem, const solver *by);
 int solve_problem(const laid_out *problem, const solver *by, const search *how, budget *limit,
                   solved *found);
 
-/* Prints why the solver cannot be used. Returns DONE if it can, else BAD_INPUT. */
-int solved_check(const laid_out *problem, const solved *found);
+/* Prints why the solver cannot be used, and which can. Returns DONE if it can, else BAD_USAGE. */
+int solved_check(const laid_out *problem, const solver *by, const solved *found);
 
 bool solved_has_bound(const solved *found);
 bool solved_is_proven(const solved *found);

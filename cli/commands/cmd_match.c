@@ -9,9 +9,11 @@
 #include "pictures/disparity_map.h"
 #include "pictures/map_errors.h"
 #include "progress_line.h"
+#include "solver_work.h"
 #include "text/fail.h"
 #include "text/json.h"
 #include "text/numbers.h"
+#include "threads.h"
 
 enum {
     OUTPUT,
@@ -29,10 +31,13 @@ enum {
     TRUTH_NO_VALUE,
     SIDE_BY_SIDE,
     CALIBRATION,
+    THREADS,
     TRACE,
     JSON,
     MEMORY_LIMIT
 };
+
+enum { THREADS_MOST = 2 };
 
 static const option options[] = {
     [OUTPUT] = MAP_OUTPUT_OPTION,
@@ -53,6 +58,9 @@ static const option options[] = {
     [CALIBRATION] = CALIBRATION_OPTION(
         false, "rectify the pictures first, as qstereo rectify does; the ndisp of a calib.txt is "
                "the range of disparities if --disparity is not given"),
+    [THREADS] = {"threads", 0, false, "N", "1",
+                 "1 or 2: with --after check two threads solve the left and the right picture's "
+                 "problem at the same time. The maps are the same"},
     [TRACE] = TRACE_OPTION,
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
@@ -66,6 +74,7 @@ typedef struct request {
     bool is_first; /* the frame in work is the first one: hints are given for it */
     map_request map;
     after after;
+    uint32_t threads;
     const solver *by;
     search how;
     trace course;
@@ -133,6 +142,8 @@ static int read_request(job *at, request *asked)
     TRY(read_solver(values, asked));
     TRY(after_read(&values[AFTER], &asked->pair, &asked->after));
     TRY(stopping_read(&values[STOPPING], &asked->how));
+    TRY(number_read("--threads", values[THREADS], 1, THREADS_MOST, &asked->threads));
+    asked->how.follow_up = asked->after.check && asked->threads == 1;
     TRY(truth_form_read(values[TRUTH_SCALE], values[TRUTH_NO_VALUE], &asked->truth_form));
     TRY(read_map(at, values[OUTPUT], asked));
     TRY(read_inputs(at, asked));
@@ -181,12 +192,13 @@ static void print_result(const job *at, const request *asked, const solved *foun
 }
 
 /* Makes the map of what was found, scores it and writes it. */
-static int write_found(job *at, request *asked, const laid_out *laid, const solved *found)
+static int write_found(job *at, request *asked, const laid_out *laid, const solved *found,
+                       right_side *right)
 {
     pixel_map map;
     map_errors errors;
     TRY(after_labels(&asked->after, &asked->pair, laid, found, asked->by, &asked->how, &at->limit,
-                     &map));
+                     right, &map));
     if (asked->scored) {
         TRY(truth_compare(&asked->truth, &map, &errors));
     }
@@ -218,14 +230,29 @@ static bool is_straight(const request *asked)
            asked->after.confidence == NULL;
 }
 
-/* What comes after the solver: the map, or before it, with --after check, the model of the right
- * picture beside this one, and its work, which is about as much again. */
-static uint64_t later_need(const request *asked, const qs_problem *problem)
+/* Whether both pictures' problems are solved at the same time. */
+static bool is_in_two(const request *asked)
+{
+    return asked->after.check && asked->threads > 1;
+}
+
+/* What comes after the solver: the map, or before it, with --after check, the right picture's model
+ * beside this one and its solver's work. In two threads both works are there at once, until the map
+ * is written. */
+static uint64_t later_need(const request *asked, const qs_problem *problem, uint64_t work)
 {
     uint64_t map = map_need(asked, &problem->frame);
-    uint64_t model =
-        is_straight(asked) ? qs_trws16_workspace(problem) : qs_model_of_problem_workspace(problem);
-    return asked->after.check ? bytes_sum(bytes_sum(model, model), map) : map;
+    uint64_t model = is_straight(asked) ? 0 : qs_model_of_problem_workspace(problem);
+    uint64_t right = asked->after.check ? bytes_sum(model, work) : 0;
+    return bytes_sum(bytes_sum(map, right), is_in_two(asked) ? work : 0);
+}
+
+/* The same before the problem is laid out: a solver's work is about as large as a model. */
+static uint64_t foreseen_need(const request *asked, const qs_problem *problem)
+{
+    return later_need(asked, problem,
+                      is_straight(asked) ? asked->by->straight_workspace(problem)
+                                         : qs_model_of_problem_workspace(problem));
 }
 
 static int open_truth(job *at, request *asked)
@@ -240,31 +267,78 @@ static int open_truth(job *at, request *asked)
     return DONE;
 }
 
+/* Solves both problems at once. What is found for the right picture stays in the memory of the left
+ * one's work, which is ended later. */
+static int solve_two(request *asked, solver_work *left, right_side *right)
+{
+    solver_work beside;
+    const search *how = &asked->how;
+    search untraced = *how; /* the right picture's solver has no part in the course */
+    untraced.traced = NULL;
+    budget *memory = &left->memory;
+    TRY(right_side_make(&asked->pair, asked->by, is_straight(asked), memory, right));
+    int status = work_begin(&right->laid, asked->by, &untraced, memory, &right->found, &beside);
+    beside.hidden = true;
+    if (status == DONE) {
+        status = threads_both(work_do, left, &beside);
+    }
+    if (status == DONE) {
+        status = work_check(left);
+    }
+    if (status == DONE) {
+        status = work_check(&beside);
+    }
+    work_end(&beside);
+    return status;
+}
+
+/* Solves the problem, or both, and makes the map of what was found. */
+static int solve(job *at, request *asked, const laid_out *laid, bool *interrupted)
+{
+    solver_work work;
+    solved found;
+    right_side right;
+    memset(&right, 0, sizeof right);
+    int status = work_begin(laid, asked->by, &asked->how, &at->limit, &found, &work);
+    if (status == DONE && is_in_two(asked)) {
+        status = solve_two(asked, &work, &right);
+    } else if (status == DONE) {
+        work_do(&work);
+        status = work_check(&work);
+        work_end(&work);
+    }
+    asked->how.traced = NULL; /* the right picture's solver has no part in it */
+    status = status == DONE ? solved_check(laid, asked->by, &found) : status;
+    if (status == DONE) {
+        *interrupted = found.interrupted;
+        status = write_found(at, asked, laid, &found, &right);
+    }
+    work_end(&work);
+    return status;
+}
+
 /* Matches the pair whose pictures are there. */
 static int match(job *at, request *asked, bool *interrupted)
 {
     made_problem opened;
     laid_out laid;
-    solved found;
     bool straight = is_straight(asked);
     TRY(pair_make(&asked->pair, &at->limit, &opened));
     TRY(open_truth(at, asked));
-    TRY(made_need(&opened, asked->by, later_need(asked, &opened.problem), &at->limit));
+    TRY(made_need(&opened, asked->by, foreseen_need(asked, &opened.problem), &at->limit));
     if (asked->is_first) {
         hint_swapped(&asked->pair);
     }
     TRY(made_lay_out(&opened, straight, &at->limit, &laid));
     TRY(map_check(laid.name, &laid.labels, asked->map.format));
-    TRY(laid_out_need(&laid, asked->by, later_need(asked, &opened.problem), &at->limit));
+    TRY(laid_out_need(&laid, asked->by,
+                      later_need(asked, &opened.problem, solve_bytes(&laid, asked->by)),
+                      &at->limit));
     TRY(map_request_open(&asked->map, at));
     TRY(after_open(&asked->after, at));
     TRY(trace_open(at, at->values[TRACE], laid.scale, &asked->course));
     asked->how.traced = &asked->course;
-    TRY(solve_problem(&laid, asked->by, &asked->how, &at->limit, &found));
-    asked->how.traced = NULL; /* the right picture's solver has no part in it */
-    TRY(solved_check(&laid, &found));
-    *interrupted = found.interrupted;
-    return write_found(at, asked, &laid, &found);
+    return solve(at, asked, &laid, interrupted);
 }
 
 /* Names the map of a frame. */
@@ -321,7 +395,7 @@ static int match_all(job *at, request *asked)
     int status = make_folder(at);
     for (asked->is_first = true; status == DONE && !ended; asked->is_first = false) {
         job part = job_begin_part(at);
-        progress_start_command(); /* the time limit is that of each frame */
+        progress_start_part(); /* the time limit is that of each frame */
         status = job_end_part(&part, match_next(&part, asked, &ended));
     }
     return status;
@@ -361,7 +435,9 @@ const command cmd_match = {
                 "number that is there to the first one that is missing. Without a number an input "
                 "is a stream of binary PGM, PPM or YUV4MPEG2 frames, and - is standard input. "
                 "Maps stay where a later frame fails. --time-limit is that of each frame, and "
-                "--json prints an object for each.\n",
+                "--json prints an object for each.\n\nA proof of the energy (--certificate) is "
+                "about a "
+                "file, so it takes qstereo encode, solve --certificate and decode.\n",
             OPTIONS(options),
             .examples = "  qstereo match left.png right.png -o disparity.png\n"
                         "  qstereo match left.png right.png -o disparity.png --disparity 0:19 \\\n"

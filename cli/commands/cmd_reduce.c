@@ -182,6 +182,8 @@ static int run_reduce(job *at)
     TRY(certified ? reduce_certified(at, &how, &laid, &smaller)
                   : reduce_problem(&laid, &how, &at->limit, &smaller));
     coding.kept = smaller.kept;
+    coding.best = smaller.labelling;
+    coding.lower_bound = smaller.found.lower_bound;
     TRY(is_free(at) ? core_make(&laid, &coding, &smaller, &at->limit, &made, &detail)
                     : recode_problem(&laid, &coding, "--penalty or --gap", &at->limit, &made));
     output_write_file(out, &made.file);
@@ -212,8 +214,9 @@ const command cmd_reduce = {
                 "verify "
                 "checks it.\n\n"
                 "--start begins with a labelling that is known: the better it is, the more can be "
-                "proven. --samples writes the best labelling for solvers of the smaller problem "
-                "to begin with.\n\n"
+                "proven. SMALLER.qcf carries the best labelling and the lower bound, so that "
+                "solvers begin with it and qstereo-bridge knows where to end; --samples also "
+                "writes the labelling as samples.\n\n"
                 "Reads one-hot, one-hot-sparse and domain-wall. The solver ilp of qstereo-bridge "
                 "needs one-hot-sparse: --encoding one-hot-sparse writes a problem that was "
                 "reduced as domain-wall once more for it.\n",

@@ -35,8 +35,7 @@ static int solve_round(job *at, one_go *run, uint16_t *labelling)
 {
     budget inside = budget_inside(&at->limit);
     one_go round = *run;
-    int status =
-        made_solve(&round.made, round.by, &round.how, false, &inside, &round.laid, &round.found);
+    int status = made_solve(&round.made, round.by, &round.how, &inside, &round.laid, &round.found);
     for (size_t i = 0; status == DONE && i < round.laid.labels.sites; i++) {
         labelling[i] = round.found.labelling[i];
     }

@@ -1,14 +1,19 @@
 # Everything that takes longer than a check before each commit should. Included by the Makefile.
 
-.PHONY: check-all check-browser check-units check-warnings check-analysis check-valgrind coverage
+.PHONY: check-all check-browser check-kills check-units check-warnings check-analysis check-valgrind check-threads coverage
 
-check-all: check check-units check-warnings check-analysis check-valgrind coverage check-packages docs check-browser ## check, and every unit test on every target, all compilers and analysers, valgrind, coverage
+check-all: check check-units check-warnings check-analysis check-valgrind check-threads coverage check-packages docs check-browser check-kills ## check, and every unit test on every target, all compilers and analysers, valgrind, coverage
 
 # ---- The pages of the bridge in a browser; make check leaves this out where there is none.
 check-browser: all $(ENV)
 	$(call need,chromium --version,chromium)
 	@QSTEREO=$(abspath $(BUILD))/qstereo QSTEREO_BRIDGE=$(abspath $(BIN))/qstereo-bridge \
 	    $(BIN)/python -m pytest -q tests/e2e/test_report.py
+
+# ---- Fifty kills -9 of paid runs, at random moments; make check has a few.
+check-kills: $(ENV) ## kill paid runs at fifty random moments: each call is charged once
+	@QSTEREO_KILLS=50 $(BIN)/python -m pytest -q tests/bridge/test_windows.py \
+	    tests/bridge/test_interruptions.py -k killed
 
 # ---- Every unit test on every target: 32 and 64 bits, little- and big-endian, emulated.
 # NAME, compiler, Debian's name of the architecture, emulator.
@@ -107,6 +112,12 @@ check-valgrind: $(BUILD)/.cmocka
 	    nice valgrind --quiet --error-exitcode=9 --leak-check=full $(BUILD)/valgrind/unit/$$test >$(BUILD)/valgrind/$$(basename $$test).log 2>&1 || \
 	        { tail -30 $(BUILD)/valgrind/$$(basename $$test).log; exit 1; }; \
 	done; echo "valgrind: nothing in $$(cat $(BUILD)/valgrind/*.log | grep -c '^\[       OK') unit tests"
+
+# ---- The threads of match: nothing is read by one while another writes it.
+check-threads: $(ENV) ## the tests of --threads under gcc's thread sanitizer
+	@$(MAKE) --no-print-directory -s BUILD=$(BUILD)/threads OPENCV=0 NEED= CFLAGS="-O1 -g -fsanitize=thread" $(BUILD)/threads/opencv0/qstereo >/dev/null
+	@QSTEREO=$(abspath $(BUILD))/threads/opencv0/qstereo QSTEREO_PNM=$(abspath $(BUILD))/threads/opencv0/qstereo TSAN_OPTIONS="halt_on_error=1 exitcode=66" \
+	    $(BIN)/python -m pytest -q tests/cli/test_cli_threads.py
 
 # ---- How much of the library the unit tests and the corpora reach.
 coverage: $(BUILD)/.cmocka ## print how much of the library the unit tests run, file by file; the goal is 95 % of the lines

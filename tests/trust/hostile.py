@@ -46,6 +46,11 @@ def kept(sites, width=0, rest=b""):
     return struct.pack("<II", sites, width) + rest
 
 
+def best(labels, bound=-(2**63), width=1, zero=0):
+    """The payload of best: a label of each group."""
+    return struct.pack("<qII", bound, width, zero) + bytes(labels)
+
+
 def problem(groups, size=2, runs=(), sides=()):
     """Groups of `size` one-hot variables, coupled by lattice runs as Potts is: what to pack()."""
     made = [
@@ -86,6 +91,8 @@ def sound():
     every = [("labl", labl(2)), ("more", b"?"), mean, ("kept", kept(6)), ("more", b""), cuts]
     yield "all side chunks, and unknown ones among them", problem(6, sides=every).pack()
     yield "kept", problem(6, sides=[("labl", labl(2)), ("kept", kept(6))]).pack()
+    carried = [("labl", labl(2)), ("best", best([0, 1, 0, 1, 1, 0], 2))]
+    yield "best", problem(6, runs=chain(6), sides=carried).pack()
     yield "pairs as many as 16 a byte", problem(2000, 1, [(0, 1, 1999, 1, 0)] * 25).pack()
 
 
@@ -110,6 +117,27 @@ def hostile():
     for name, (labels, both, *more) in sides.items():
         chunks = [("labl", labels), *(("kept", chunk) for chunk in more)]
         yield name, problem(6, runs=chain(6), sides=chunks).pack(), both
+    six = [0, 1, 0, 1, 1, 0]
+    known = {
+        "best with a label that is none": [best([0, 1, 2, 0, 0, 0])],
+        "best with a label too few": [best(six[:5])],
+        "best with a label too many": [best([*six, 0])],
+        "best in wide numbers": [best(12 * [0], width=2)],
+        "best without a width": [best([], width=0)],
+        "best with its reserved field in use": [best(six, zero=1)],
+        "best with a bound beyond 2^53": [best(six, 2**53 + 1)],
+        "best that ends in its head": [best(six)[:15]],
+        "best twice": [best(six), best(six)],
+    }
+    for name, chunks in known.items():
+        chunks = [("labl", labl(2)), *(("best", chunk) for chunk in chunks)]
+        yield name, problem(6, runs=chain(6), sides=chunks).pack(), True
+    yield (
+        "best before kept",
+        problem(6, sides=[("labl", labl(2)), ("best", best(six)), ("kept", kept(6))]).pack(),
+        True,
+    )
+    yield "best without labl", problem(6, sides=[("best", best(six))]).pack(), True
     cut = struct.pack("<II", 1, 0)
     yield (
         "trnc of a grid without end",

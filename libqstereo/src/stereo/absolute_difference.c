@@ -10,10 +10,12 @@
  * the minimum of some rows. Then they are transposed, to stand pixel by pixel. Both stay in the
  * first cache for all usual numbers of labels. */
 #ifdef QS_SMALL
-enum { TILE = 4, GROUP = 16, HALF = 8 };
+enum { TILE = 4 };
 #else
-enum { TILE = 64, GROUP = 16, HALF = 8 };
+enum { TILE = 64 };
 #endif
+
+#include "turn.h"
 
 typedef struct matcher {
     qs_stereo stereo;
@@ -44,64 +46,6 @@ static void ad_plane(const uint8_t *restrict left, const uint8_t *restrict right
     }
 }
 
-/* Puts GROUP planes, or HALF of them, less the least, side by side for each pixel. There are two
- * functions because the compiler makes fast code of each only if it knows the number of planes. */
-static void interleave_group(const uint8_t *restrict planes, const uint8_t *restrict least,
-                             uint8_t *restrict out)
-{
-    for (int i = 0; i < TILE; i++) {
-        for (int d = 0; d < GROUP; d++) {
-            out[GROUP * i + d] = (uint8_t)(planes[TILE * d + i] - least[i]);
-        }
-    }
-}
-
-static void interleave_half(const uint8_t *restrict planes, const uint8_t *restrict least,
-                            uint8_t *restrict out)
-{
-    for (int i = 0; i < TILE; i++) {
-        for (int d = 0; d < HALF; d++) {
-            out[HALF * i + d] = (uint8_t)(planes[TILE * d + i] - least[i]);
-        }
-    }
-}
-
-/* Copies the labels that have been put side by side to their place in each pixel. */
-static void place(const uint8_t *together, size_t size, uint8_t *costs, size_t labels,
-                  uint32_t count)
-{
-    for (uint32_t i = 0; i < count; i++) {
-        memcpy(costs + i * labels, together + i * size, size);
-    }
-}
-
-/* Turns planes (label by label) into costs (pixel by pixel), several labels at a time. The last
- * group of labels may overlap the one before. */
-static void turn(const matcher *m, const uint8_t *least, uint32_t count, uint8_t *costs)
-{
-    uint8_t together[TILE * GROUP];
-    uint32_t labels = m->labels, d = 0;
-    if (labels == GROUP && count == TILE) {
-        interleave_group(m->planes, least, costs);
-        return;
-    }
-    for (; d + GROUP <= labels; d += GROUP) {
-        interleave_group(m->planes + (size_t)TILE * d, least, together);
-        place(together, GROUP, costs + d, labels, count);
-    }
-    while (d < labels && labels >= HALF) {
-        d = qs_min_u32(d, labels - HALF);
-        interleave_half(m->planes + (size_t)TILE * d, least, together);
-        place(together, HALF, costs + d, labels, count);
-        d += HALF;
-    }
-    for (; d < labels; d++) {
-        for (uint32_t i = 0; i < count; i++) {
-            costs[(size_t)i * labels + d] = (uint8_t)(m->planes[(size_t)TILE * d + i] - least[i]);
-        }
-    }
-}
-
 /* The costs of `count` pixels of a row from grid column x on, in units of grey. */
 static void ad_tile(const matcher *m, uint32_t row, uint32_t x, uint32_t count, uint8_t *costs,
                     uint8_t least[TILE])
@@ -120,7 +64,7 @@ static void ad_tile(const matcher *m, uint32_t row, uint32_t x, uint32_t count, 
         const uint8_t *from = count < TILE ? memcpy(right_tile, right - d, count) : right - d;
         ad_plane(left, from, m->planes + (size_t)TILE * d, least);
     }
-    turn(m, least, count, costs);
+    qs_turn(m->planes, m->labels, least, count, costs);
 }
 
 static void ad_row(void *context, uint32_t row, void *costs, int32_t *least)

@@ -10,12 +10,14 @@
  * is the minimum of some rows. Then they are turned, to stand pixel by pixel. */
 enum { TILE = QS_MATCH_TILE, PARTS = 2 };
 
+#include "turn.h"
+
 typedef struct matcher {
     qs_matching matching;
     qs_match_needs needs;
     uint32_t x, y, width, height, labels; /* of the grid */
     qs_match_row left, right[PARTS]; /* right[1] holds the samples between pixels */
-    uint16_t *sums; /* labels x TILE */
+    uint16_t *sums; /* labels x TILE; where costs fit bytes they stand here as bytes */
     int32_t *edges_right, *edges_down; /* NULL = all edges have the same weight */
 } matcher;
 
@@ -193,6 +195,9 @@ static void price_outside(const matcher *m, int64_t label, uint32_t x, uint32_t 
 {
     const qs_matching *matching = &m->matching;
     qs_columns matched = matched_by(matching, label);
+    if (x >= matched.begin && (int64_t)x + count <= matched.end) {
+        return;
+    }
     for (uint32_t i = 0; i < count; i++) {
         if (x + i < matched.begin || x + i >= matched.end) {
             sum[i] = (uint16_t)outside_cost(matching);
@@ -208,47 +213,59 @@ static size_t matches_at(const qs_match_row *right, int64_t x, int64_t disparity
     return (size_t)(at < 0 ? 0 : at < last ? at : last);
 }
 
-/* The sums of a tile that begins at column x of the picture. */
-static void sum_tile(const matcher *m, uint32_t x, uint32_t count, uint16_t least[TILE])
+/* The sums of a tile that begins at column x of the picture, for one label. */
+static void sum_label(const matcher *m, uint32_t d, uint32_t x, uint32_t count, uint16_t *sum)
 {
     const qs_matching *matching = &m->matching;
-    memset(least, UINT8_MAX, TILE * sizeof *least);
+    int64_t label = (int64_t)matching->disparity_min + d, pixels = whole_of(matching, label);
+    const qs_match_row *right = &m->right[label - pixels * matching->parts];
+    size_t from = matches_at(right, x, pixels);
+    memset(sum, 0, TILE * sizeof *sum);
+    for (unsigned i = 0; i < matching->term_count; i++) {
+        qs_match_term_add(&matching->terms[i], &m->left, x, right, from, sum);
+    }
+    price_outside(m, label, x, count, sum);
+}
+
+static void tile_of_bytes(const matcher *m, uint32_t x, uint32_t count, uint8_t *costs,
+                          int32_t *least)
+{
+    uint8_t tile_least[TILE], *planes = (uint8_t *)m->sums;
+    uint16_t sum[TILE];
+    memset(tile_least, UINT8_MAX, sizeof tile_least);
+    for (uint32_t d = 0; d < m->labels; d++) {
+        uint8_t *plane = planes + (size_t)TILE * d;
+        sum_label(m, d, m->x + x, count, sum);
+        for (int i = 0; i < TILE; i++) {
+            plane[i] = (uint8_t)sum[i];
+            tile_least[i] = plane[i] < tile_least[i] ? plane[i] : tile_least[i];
+        }
+    }
+    qs_turn(planes, m->labels, tile_least, count, costs);
+    for (uint32_t i = 0; i < count; i++) {
+        least[i] = tile_least[i];
+    }
+}
+
+static void tile_of_words(const matcher *m, uint32_t x, uint32_t count, uint32_t *costs,
+                          int32_t *least)
+{
+    uint16_t tile_least[TILE];
+    uint32_t scale = m->matching.scale;
+    memset(tile_least, UINT8_MAX, sizeof tile_least);
     for (uint32_t d = 0; d < m->labels; d++) {
         uint16_t *sum = m->sums + (size_t)TILE * d;
-        int64_t label = (int64_t)matching->disparity_min + d, pixels = whole_of(matching, label);
-        const qs_match_row *right = &m->right[label - pixels * matching->parts];
-        size_t from = matches_at(right, x, pixels);
-        memset(sum, 0, TILE * sizeof *sum);
-        for (unsigned i = 0; i < matching->term_count; i++) {
-            qs_match_term_add(&matching->terms[i], &m->left, x, right, from, sum);
-        }
-        price_outside(m, label, x, count, sum);
+        sum_label(m, d, m->x + x, count, sum);
         for (int i = 0; i < TILE; i++) {
-            least[i] = sum[i] < least[i] ? sum[i] : least[i];
+            tile_least[i] = sum[i] < tile_least[i] ? sum[i] : tile_least[i];
         }
     }
-}
-
-static void put_bytes(const matcher *m, const uint16_t *least, uint32_t count, uint8_t *costs)
-{
-    for (uint32_t i = 0; i < count; i++) {
+    for (uint32_t i = 0; i < count; i++, costs += m->labels) {
         const uint16_t *sum = m->sums + i;
         for (uint32_t d = 0; d < m->labels; d++) {
-            costs[d] = (uint8_t)(sum[(size_t)TILE * d] - least[i]);
+            costs[d] = (uint32_t)(sum[(size_t)TILE * d] - tile_least[i]) * scale;
         }
-        costs += m->labels;
-    }
-}
-
-static void put_words(const matcher *m, const uint16_t *least, uint32_t count, uint32_t *costs)
-{
-    uint32_t scale = m->matching.scale;
-    for (uint32_t i = 0; i < count; i++) {
-        const uint16_t *sum = m->sums + i;
-        for (uint32_t d = 0; d < m->labels; d++) {
-            costs[d] = (uint32_t)(sum[(size_t)TILE * d] - least[i]) * scale;
-        }
-        costs += m->labels;
+        least[i] = (int32_t)(tile_least[i] * scale);
     }
 }
 
@@ -268,17 +285,12 @@ static void cost_row(void *context, uint32_t row, void *costs, int32_t *least)
         qs_match_row_read(&m->right[i], &m->needs, &matching->right, y, i == 1);
     }
     for (uint32_t x = 0; x < m->width; x += TILE) {
-        uint16_t tile_least[TILE];
         uint32_t count = qs_min_u32(m->width - x, TILE);
         size_t at = (size_t)x * m->labels;
-        sum_tile(m, m->x + x, count, tile_least);
         if (bytes) {
-            put_bytes(m, tile_least, count, (uint8_t *)costs + at);
+            tile_of_bytes(m, x, count, (uint8_t *)costs + at, least + x);
         } else {
-            put_words(m, tile_least, count, (uint32_t *)costs + at);
-        }
-        for (uint32_t i = 0; i < count; i++) {
-            least[x + i] = (int32_t)(tile_least[i] * matching->scale);
+            tile_of_words(m, x, count, (uint32_t *)costs + at, least + x);
         }
     }
 }
