@@ -123,8 +123,8 @@ def reduce(problem, limit):
             value[turned] *= -1
         number = np.broadcast_to(these[:, None], value.shape)
         parts.append(np.stack([left, right, -value, number]).reshape(4, -1))
-    return Form(problem.offset, linear, twice, *np.concatenate(parts, axis=1), np.cumsum(begins) - 1,
-                first, ~free[first])
+    return Form(problem.offset, linear, twice, *np.concatenate(parts, axis=1),
+                np.cumsum(begins) - 1, first, ~free[first])
 
 
 def descend(problem, form, x, limit, over):
