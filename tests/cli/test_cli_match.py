@@ -329,6 +329,16 @@ def test_a_truth_beyond_the_range_is_suspected(folder, tmp_path):
     assert err == ""
 
 
+@pytest.mark.parametrize("beyond, disparity", [(360, 20), (3600, 10)])
+def test_little_truth_beyond_the_range_is_no_reason(folder, tmp_path, beyond, disparity):
+    """A tenth of the pixels, or all of them by no more than a pixel."""
+    truth = np.full((40, 90), 8 * 5)
+    truth.flat[:beyond] = 8 * disparity
+    path = write_pgm(tmp_path / "t.pgm", truth)
+    err = hints(folder, *moved(5), "--disparity", "0:9", "--truth", path)
+    assert "of its disparities" not in err
+
+
 def test_what_overflows_by_decimals_asks_for_fewer(folder, tmp_path):
     """The same lambda, within a millionth, but in finer units."""
     *_, left, right = random_pair(tmp_path, 580, 40)

@@ -31,19 +31,20 @@ $(BUILD)/.cortex-m:
 $(CORTEX_M): FORCE | $(BUILD)/.cortex-m
 	@$(MAKE) --no-print-directory -s -C examples/cortex-m BUILD=$(abspath $(BUILD))/cortex-m
 
-# What lets calls fail.
+# What lets calls fail, and what lets time stand still.
 FAULTS := $(BUILD)/trust/faults.so
+CLOCK := $(BUILD)/trust/clock.so
 
-$(FAULTS): tests/trust/faults.c
+$(FAULTS) $(CLOCK): $(BUILD)/trust/%.so: tests/trust/%.c
 	@mkdir -p $(@D)
 	$(call say,CC,$@)
 	$(Q)$(CC) -O1 -Wall -Wextra -fPIC -shared $< -o $@
 
-TRUST_ENV = QSTEREO_FUZZ=$(abspath $(FUZZ)) QSTEREO_FAULTS=$(abspath $(FAULTS)) QSTEREO=$(abspath $(BUILD))/opencv1/qstereo QSTEREO_PNM=$(abspath $(BUILD))/opencv0/qstereo \
+TRUST_ENV = QSTEREO_FUZZ=$(abspath $(FUZZ)) QSTEREO_FAULTS=$(abspath $(FAULTS)) QSTEREO_CLOCK=$(abspath $(CLOCK)) QSTEREO=$(abspath $(BUILD))/opencv1/qstereo QSTEREO_PNM=$(abspath $(BUILD))/opencv0/qstereo \
     QSTEREO_BRIDGE=$(abspath $(BIN))/qstereo-bridge QSTEREO_CORTEX_M=$(abspath $(CORTEX_M)) \
     QSTEREO_TARGETS="$(foreach target,$(TARGETS),$(target)=$(TARGET_RUN_$(target)) $(abspath $(TARGET_DIR)/$(target)/qstereo):)"
 
-check-trust: all $(ENV) $(BUILD)/opencv1/qstereo $(BUILD)/opencv0/qstereo $(TARGETS:%=$(TARGET_DIR)/%/qstereo) $(CORTEX_M) $(FAULTS) $(FUZZ_REPLAY)
+check-trust: all $(ENV) $(BUILD)/opencv1/qstereo $(BUILD)/opencv0/qstereo $(TARGETS:%=$(TARGET_DIR)/%/qstereo) $(CORTEX_M) $(FAULTS) $(CLOCK) $(FUZZ_REPLAY)
 	$(TRUST_ENV) $(BIN)/python -m pytest -q -n 2 tests/trust
 
 check-cortex-m: all $(ENV) $(BUILD)/opencv1/qstereo $(CORTEX_M) ## encode on an emulated Cortex-M4: same bytes, at most 12 KiB of code and 2 KiB of RAM
