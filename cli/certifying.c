@@ -35,7 +35,7 @@ int certifying_begin(const laid_out *problem, budget *limit, output *out, certif
     made->problem = problem;
     made->limit = limit;
     made->out = out;
-    made->stages = growing_begin(limit->left);
+    made->stages = growing_begin(limit->left, 0);
     made->sink = (qs_sink){growing_append, &made->stages};
     void *workspace = budget_take(limit, problem->name, size);
     if (workspace == NULL) {
@@ -97,8 +97,9 @@ static int find_bound(const certifying *made, const file_bytes *file, budget *wo
 static int check_trial(certifying *made, const uint16_t *labelling, int64_t energy, budget *work,
                        int64_t *lower_bound)
 {
-    growing_file trial = growing_begin(work->left);
+    growing_file trial = growing_begin(work->left, 0);
     file_bytes file;
+    trial.counts = true;
     (void)write_file(made, labelling, QS_NO_BOUND, energy, (qs_sink){growing_append, &trial});
     TRY(growing_end(&trial, made->out->name, work));
     file = trial.file;

@@ -238,7 +238,7 @@ int complexity_print(const laid_out *problem, const budget *limit)
         TRY(measure(problem, form, true, limit, &truncated));
         fill_row(form, &whole[form], &truncated, labels->scale, &cells[(form + 1) * COLUMNS]);
     }
-    printf("%s: %" PRIu32 " undecided sites, %" PRIu64 " labels left to them, %s smoothness\n"
+    printf("%s: %" PRIu32 " undecided sites, %" PRIu64 " labels left to them; smoothness: %s\n"
            "Coefficients are in real units. Penalties are local unless the row names another one,\n"
            "with the gap %" PRIu32 " of the file.\n"
            "unit: what an energy of 1 becomes when h is scaled into [-4, 4] and J into [-2, 1].\n"

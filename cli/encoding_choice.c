@@ -14,16 +14,9 @@ void smoothness_write(const qs_pairwise *pairwise, char text[SMOOTHNESS_SIZE])
     int used = snprintf(text, SMOOTHNESS_SIZE, "%s",
                         name_of(&smoothness_names, (int)pairwise->smoothness));
     if (pairwise->truncation > 0) {
-        (void)snprintf(text + used, SMOOTHNESS_SIZE - (size_t)used, " truncated at %" PRIu32,
+        (void)snprintf(text + used, SMOOTHNESS_SIZE - (size_t)used, ", truncated at %" PRIu32,
                        pairwise->truncation);
     }
-}
-
-/* What the smoothness does not allow is mended where the smoothness is stated: on the command line,
- * or in the file. */
-static int fail_smoothness(const coded_problem *of, const char *reason)
-{
-    return of->file == NULL ? fail_usage("%s", reason) : fail(BAD_INPUT, of->file, "%s", reason);
 }
 
 static bool can_be_default(qs_penalty penalty, qs_encoding encoding, const coded_problem *of)
@@ -40,13 +33,12 @@ static bool holds(qs_encoding encoding, const void *context)
 
 static int fail_encoding(qs_encoding encoding, const coded_problem *of)
 {
-    char smoothness[SMOOTHNESS_SIZE], list[ENCODING_LIST_SIZE], reason[512];
+    char smoothness[SMOOTHNESS_SIZE], list[ENCODING_LIST_SIZE];
     smoothness_write(&of->pairwise, smoothness);
     encodings_write(holds, of, list);
-    (void)snprintf(reason, sizeof reason,
-                   "--encoding %s cannot hold %s smoothness, but these can: %s",
-                   encoding_name(encoding), smoothness, list);
-    return fail_smoothness(of, reason);
+    return fail_usage("--encoding %s cannot hold the smoothness%s%s (%s), but these can: %s",
+                      encoding_name(encoding), of->file != NULL ? " of " : "",
+                      of->file != NULL ? of->file : "", smoothness, list);
 }
 
 static int read_encoding(const char *name, const coded_problem *of, qs_encoding *encoding)
@@ -108,9 +100,8 @@ static int read_penalty(const char *text, const coded_problem *of, qs_encode_opt
                           text, encoding_name(encoding));
     }
     if (!qs_encoding_allows_penalty(encoding, asked->penalty, &of->pairwise)) {
-        return fail_smoothness(of, "--penalty paper goes with --encoding one-hot-sparse only for "
-                                   "potts smoothness: choose local or minimal, or --encoding "
-                                   "one-hot");
+        return fail_usage("--penalty paper goes with --encoding one-hot-sparse only for potts "
+                          "smoothness: choose local or minimal, or --encoding one-hot");
     }
     return DONE;
 }
@@ -156,14 +147,17 @@ int coding_read(const char *encoding, const char *const *values, const coded_pro
     return DONE;
 }
 
+/* counts  it is said how much memory is needed where it is not enough */
 static qs_status recode(const laid_out *problem, const qs_recode_options *options, uint64_t left,
-                        growing_file *grown)
+                        bool counts, growing_file *grown)
 {
     size_t size = qs_recode_workspace(&problem->model, options);
     void *workspace = size <= left ? malloc(size > 0 ? size : 1) : NULL;
-    *grown = growing_begin(left - (workspace != NULL ? size : 0));
+    *grown = growing_begin(left, size <= left ? size : left);
+    grown->counts = counts;
     const qs_sink sink = {growing_append, grown};
     if (workspace == NULL) {
+        grown->beside = size;
         grown->over = size > left;
         grown->refused = size <= left;
         return QS_E_IO;
@@ -178,7 +172,7 @@ qs_status recode_quietly(const laid_out *problem, const qs_recode_options *optio
                          const budget *limit, file_bytes *made)
 {
     growing_file grown;
-    qs_status status = recode(problem, options, limit->left, &grown);
+    qs_status status = recode(problem, options, limit->left, false, &grown);
     if (status != QS_OK) {
         file_free(&grown.file);
         return status == QS_E_IO && grown.over ? QS_E_LIMIT : status;
@@ -209,7 +203,7 @@ int recode_problem(const laid_out *problem, const qs_recode_options *options, co
     const char *name = problem->name;
     growing_file grown;
     memset(made, 0, sizeof *made);
-    qs_status written = recode(problem, options, limit->left, &grown);
+    qs_status written = recode(problem, options, limit->left, true, &grown);
     if (written != QS_OK && written != QS_E_IO) {
         file_free(&grown.file);
         return fail_recode(name, problem->scale, mend, written);

@@ -102,11 +102,12 @@ static int open_kept(job *at, destination *to, problem_file *written)
 /* Writes the problem in one pass. The whole of it is in memory only for --json. */
 static int write_stream(job *at, const encode_request *asked)
 {
-    destination to = {.keep = at->json, .kept = growing_begin(at->limit.left)};
+    destination to = {.keep = at->json, .kept = growing_begin(at->limit.left, 0)};
     const qs_sink sink = {write_bytes, &to};
     problem_file written;
     char mend[128];
     uint64_t size = 0;
+    to.kept.counts = true;
     TRY(job_open_output(at, at->values[ENCODE_OUTPUT], &to.out));
     TRY(made_encode(&asked->made, &asked->options.encode, mend_of(asked, mend), &at->limit, &sink,
                     &size));

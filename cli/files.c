@@ -56,7 +56,8 @@ int budget_read(const char *text, budget *limit)
     return DONE;
 }
 
-int budget_fail(const budget *limit, const char *place)
+/* Of a stream it is not known what it needs. */
+static int fail_stream(const budget *limit, const char *place)
 {
     return fail(NO_RESOURCE, place,
                 "needs more than the memory limit of %lu MiB: raise --memory-limit",
@@ -87,7 +88,7 @@ int budget_need(const budget *limit, const char *place, uint64_t size)
 }
 
 /* Makes the budget the owner of memory from malloc. Frees it and returns false if there is none. */
-static bool own(budget *limit, void *memory, size_t size)
+static bool own(budget *limit, void *memory, uint64_t size)
 {
     struct taken *block = memory != NULL ? malloc(sizeof *block) : NULL;
     if (block == NULL) {
@@ -118,13 +119,13 @@ static void ask_for_large_pages(void *memory, size_t size)
 #endif
 }
 
-void *budget_take(budget *limit, const char *place, size_t size)
+void *budget_take(budget *limit, const char *place, uint64_t size)
 {
     if (budget_need(limit, place, size) != DONE) {
         return NULL;
     }
-    void *memory = malloc(size > 0 ? size : 1);
-    ask_for_large_pages(memory, size);
+    void *memory = size <= SIZE_MAX ? malloc(size > 0 ? (size_t)size : 1) : NULL;
+    ask_for_large_pages(memory, (size_t)size);
     if (!own(limit, memory, size)) {
         (void)fail_memory(place);
         return NULL;
@@ -182,7 +183,7 @@ static int read_all(int descriptor, const char *name, size_t expected, const bud
         }
         file->size += (size_t)got;
         if (file->size > limit->left) {
-            return budget_fail(limit, name);
+            return fail_stream(limit, name);
         }
     }
     return DONE;
@@ -277,17 +278,18 @@ void file_free(file_bytes *file)
     *file = (file_bytes){NULL, 0};
 }
 
-growing_file growing_begin(uint64_t most)
+growing_file growing_begin(uint64_t left, uint64_t beside)
 {
-    return (growing_file){.file = {NULL, 0}, .most = most};
+    return (growing_file){.file = {NULL, 0}, .most = left - beside, .beside = beside};
 }
 
 bool growing_append(void *grown, const void *bytes, size_t size)
 {
     growing_file *to = grown;
-    if (size > to->most - to->file.size) {
+    to->wanted += size;
+    if (to->wanted > to->most) {
         to->over = true;
-        return false;
+        return to->counts;
     }
     if (to->capacity - to->file.size < size) {
         size_t larger = (to->capacity + size) * 2;
@@ -309,7 +311,8 @@ int growing_end(growing_file *grown, const char *place, budget *limit)
 {
     if (grown->over || grown->refused) {
         file_free(&grown->file);
-        return grown->over ? budget_fail(limit, place) : fail_memory(place);
+        TRY(budget_need(limit, place, bytes_sum(grown->beside, grown->wanted)));
+        return fail_memory(place);
     }
     return budget_own(limit, place, grown->file.bytes, grown->file.size);
 }

@@ -26,7 +26,7 @@ int budget_read(const char *text, budget *limit);
 
 /* Takes `size` bytes of memory; budget_free frees them. Returns NULL, after a message about
  * `place`, if they do not fit: then the exit status is NO_RESOURCE. */
-void *budget_take(budget *limit, const char *place, size_t size);
+void *budget_take(budget *limit, const char *place, uint64_t size);
 
 /* Makes a budget the owner of memory from malloc. Returns DONE, or NO_RESOURCE, after a message, if
  * it does not fit; then the memory is freed. */
@@ -35,9 +35,6 @@ int budget_own(budget *limit, const char *place, void *memory, size_t size);
 /* Looks whether `size` more bytes fit, before long work that needs them. Returns DONE, or
  * NO_RESOURCE after a message that says how much is needed. */
 int budget_need(const budget *limit, const char *place, uint64_t size);
-
-/* Prints that `place` does not fit, where it is not known what it needs. Returns NO_RESOURCE. */
-int budget_fail(const budget *limit, const char *place);
 
 /* a + b and a * b, UINT64_MAX where they are more. */
 uint64_t bytes_sum(uint64_t a, uint64_t b);
@@ -67,18 +64,23 @@ typedef struct growing_file {
     file_bytes file;
     size_t capacity;
     uint64_t most; /* bytes that it may have */
+    uint64_t beside; /* bytes that are in use only while it is made */
+    uint64_t wanted; /* bytes appended, whether there was room or not */
     bool refused; /* there was no memory for some of it */
     bool over; /* it would have been larger than `most` */
+    bool counts; /* if so, the rest is counted, so that growing_end can say what is needed */
 } growing_file;
 
-/* An empty file of at most `most` bytes. */
-growing_file growing_begin(uint64_t most);
+/* An empty file that may have what is left of a limit beside so many bytes. `beside` is at most
+ * `left`. */
+growing_file growing_begin(uint64_t left, uint64_t beside);
 
-/* Appends to a growing_file, as a qs_sink does. Returns false if there is no room. */
+/* Appends to a growing_file, as a qs_sink does. Returns false if there is no room, and if it is
+ * over, unless it counts. */
 bool growing_append(void *grown, const void *bytes, size_t size);
 
-/* Gives a finished file to the budget, which frees it. Returns DONE, or NO_RESOURCE if there was no
- * room for all of it. */
+/* Gives a finished file to the budget, which frees it. Returns DONE, or NO_RESOURCE after a
+ * message, which says how much is needed, if there was no room for all of it. */
 int growing_end(growing_file *grown, const char *place, budget *limit);
 
 #endif

@@ -44,7 +44,8 @@ int problem_check(const char *path, file_bytes file, const budget *limit, proble
     opened->file = file;
     qs_status status = qs_qubo_open(file.bytes, file.size, limit->left, &opened->qubo, &fault);
     if (status == QS_E_LIMIT) {
-        return budget_fail(limit, opened->name);
+        TRY(budget_need(limit, opened->name, qs_index_workspace(&opened->qubo)));
+        return fail_memory(opened->name); /* more than this machine can address */
     }
     if (status != QS_OK) {
         return fail_fault(opened->name, status, &fault, ".qcf",

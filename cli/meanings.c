@@ -33,10 +33,7 @@ static int place(const char *name, const qs_labels *labels, const uint16_t *labe
                  budget *limit, int32_t **placed)
 {
     uint64_t pixels = (uint64_t)labels->frame.picture_width * labels->frame.picture_height;
-    if (pixels > SIZE_MAX / sizeof **placed) {
-        return budget_fail(limit, name);
-    }
-    *placed = budget_take(limit, name, (size_t)pixels * sizeof **placed);
+    *placed = budget_take(limit, name, bytes_product(pixels, sizeof **placed));
     if (*placed == NULL) {
         return NO_RESOURCE;
     }

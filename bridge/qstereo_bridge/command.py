@@ -77,11 +77,11 @@ def encode(costs, pairwise, edges, arrays, options):
     with tempfile.TemporaryDirectory(prefix="qstereo-") as name:
         for option, group in {"": {"costs": costs}, **_named(arrays, edges)}.items():
             for key, array in group.items():
-                array = np.asarray(array, order="C")
+                array = np.asarray(array)
                 if array.dtype.kind not in "biuf":
                     raise InputError(f"{key} is missing, or is no array of numbers")
-                with io(f"{key}.npy", "write"):
-                    np.save(f"{name}/{key}.npy", array)
+                with io(f"{key}.npy", "write"):  # in the byte order that the command reads
+                    np.save(f"{name}/{key}.npy", array.astype(array.dtype.newbyteorder("="), "C"))
             files = ",".join(f"{key}.npy" for key in group)
             words.append(f"{option}={files}" if option else files)
         call(name, "encode", "--problem=label", *words, "-o", "problem.qcf")

@@ -33,9 +33,19 @@ static void fill_places(const camera *of, uint32_t width, uint32_t height, place
     }
 }
 
+static uint64_t table_bytes(uint64_t width, uint64_t height)
+{
+    return bytes_product(width * height, sizeof(place));
+}
+
+uint64_t rectifier_bytes(uint64_t width, uint64_t height)
+{
+    return bytes_product(table_bytes(width, height), 2);
+}
+
 int rectifier_make(const calibration *from, budget *limit, rectifier *made)
 {
-    size_t size = (size_t)from->width * from->height * sizeof(place);
+    uint64_t size = table_bytes(from->width, from->height);
     *made = (rectifier){{NULL, NULL}, from->width, from->height};
     for (int side = 0; side < 2; side++) {
         made->places[side] = budget_take(limit, from->name, size);

@@ -19,6 +19,9 @@ typedef struct rectifier {
     uint32_t width, height;
 } rectifier;
 
+/* Bytes of the tables for pictures of that size. */
+uint64_t rectifier_bytes(uint64_t width, uint64_t height);
+
 /* Makes the tables of a complete calibration that is not rectified. Returns DONE or NO_RESOURCE. */
 int rectifier_make(const calibration *from, budget *limit, rectifier *made);
 

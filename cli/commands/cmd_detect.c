@@ -4,6 +4,7 @@
 #include "makers/detecting.h"
 #include "makers/kept_list.h"
 #include "one_go.h"
+#include "pictures/picture_write.h"
 #include "scores/box_score.h"
 #include "text/fail.h"
 #include "text/json.h"
@@ -44,12 +45,16 @@ static int run_detect(job *at)
     detecting asked;
     box_file truth;
     output *out;
+    const char *path = at->values[ONE_GO_OUTPUT];
+    if (!path_ends(path, ".csv") && !output_is_straight(path)) {
+        return fail_usage("-o %s: the name of a list of boxes ends in .csv", path);
+    }
     TRY(one_go_read(at, &run));
     TRY(one_go_open(at, &detecting_maker, &asked, &run));
     if (run.truth != NULL) {
         TRY(boxes_read(run.truth, false, &at->limit, &truth));
     }
-    TRY(job_open_output(at, at->values[ONE_GO_OUTPUT], &out));
+    TRY(job_open_output(at, path, &out));
     TRY(one_go_solve(at, &run));
     boxes_write(&asked.file, run.found.labelling, out);
     return print_result(at, &run, &asked.file, &truth);

@@ -92,10 +92,13 @@ static void print_result(const job *at, const written_pair *asked, const calibra
            (unsigned long)by->height, found.focal, found.baseline);
 }
 
-/* What the picture in work and its rectified one take beside the tables. */
+/* The tables, and beside them both pictures, the file of the second one and what is made of it and
+ * written. */
 static int check_memory(const job *at, const char *name, const picture *first)
 {
-    return budget_need(&at->limit, name, bytes_product(picture_bytes(first), 4));
+    uint64_t pictures = bytes_product(picture_bytes(first), 4);
+    return budget_need(&at->limit, name,
+                       bytes_sum(rectifier_bytes(first->width, first->height), pictures));
 }
 
 static int rectify_both(job *at, calibration *by, const picture *first, const written_pair *asked)

@@ -48,10 +48,8 @@ static void store_float(uint8_t *p, float value)
 int flow_take(const char *name, uint32_t width, uint32_t height, budget *limit, flow_field *taken)
 {
     uint64_t pixels = (uint64_t)width * height;
-    if (pixels > SIZE_MAX / FLO_VECTOR) {
-        return budget_fail(limit, name);
-    }
-    *taken = (flow_field){width, height, budget_take(limit, name, (size_t)pixels * FLO_VECTOR)};
+    *taken =
+        (flow_field){width, height, budget_take(limit, name, bytes_product(pixels, FLO_VECTOR))};
     return taken->vectors != NULL ? DONE : NO_RESOURCE;
 }
 

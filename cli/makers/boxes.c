@@ -47,12 +47,19 @@ static bool same(slice a, slice b)
     return a.size == b.size && memcmp(a.text, b.text, a.size) == 0;
 }
 
+/* Without the quotes around it. */
+static slice unquoted(slice field)
+{
+    bool quoted = field.size >= 2 && field.text[0] == '"' && field.text[field.size - 1] == '"';
+    return quoted ? (slice){field.text + 1, field.size - 2} : field;
+}
+
 /* Returns the number of fields. */
 static size_t split(slice line, slice fields[FIELDS_MAX])
 {
     size_t count = 0;
     do {
-        fields[count++] = trimmed(take_until(&line, ','));
+        fields[count++] = unquoted(trimmed(take_until(&line, ',')));
     } while (line.size > 0 && count < FIELDS_MAX);
     return count;
 }

@@ -158,7 +158,8 @@ int labelling_open_costs(labelling_request *asked, budget *limit, qs_problem *pr
 {
     const npy_array *costs = &asked->costs;
     uint64_t infinite = 0;
-    asked->cost_units = (units){{asked->scale, asked->factor}, "a cost", "--scale", true, true};
+    asked->cost_units =
+        (units){{asked->scale, asked->factor}, "a cost", labelling_mend(asked), true, true};
     if (!npy_is_plain(costs, asked->cost_units.by)) {
         TRY(check_all(asked, problem, limit, &infinite));
     }

@@ -32,11 +32,12 @@ static int fill_edge(const npy_array *array, const int32_t *ends, uint64_t e, ui
 
 int labelling_open_edges(labelling_request *asked, budget *limit, qs_problem *problem)
 {
-    const units as = {{1, 1}, "a site", "number", false, false};
+    const units as = {{1, 1}, "a site", "give the number of a site", false, false};
     npy_array array;
     const int32_t *ends, *weights;
     TRY(npy_open(asked->values[LABELLING_EDGES], limit, &array));
-    if (array.dimensions != 2 || array.shape[1] != 2 || array.kind == NPY_FLOAT) {
+    TRY(labelling_check_whole(&array, "edges are the numbers of sites"));
+    if (array.dimensions != 2 || array.shape[1] != 2) {
         return labelling_fail_shape(&array, "edges are M x 2 whole numbers, the two sites of each");
     }
     uint64_t count = array.shape[0];

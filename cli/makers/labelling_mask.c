@@ -10,8 +10,9 @@ static int read_mask_array(const char *path, budget *limit, qs_image *mask)
 {
     npy_array array;
     TRY(npy_open(path, limit, &array));
-    if (array.dimensions != 2 || array.kind == NPY_FLOAT || array.count > QS_VARIABLES_MAX) {
-        return labelling_fail_shape(&array, "a mask is H x W integers or logical values");
+    TRY(labelling_check_whole(&array, "a mask is whole numbers or logical values"));
+    if (array.dimensions != 2 || array.count > QS_VARIABLES_MAX) {
+        return labelling_fail_shape(&array, "a mask is H x W");
     }
     uint8_t *cells = budget_take(limit, array.name, (size_t)array.count);
     if (cells == NULL) {

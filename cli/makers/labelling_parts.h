@@ -22,6 +22,15 @@ int labelling_check_shape(const npy_array *array, const char *what, const uint64
 int labelling_open_two(const char *option, const char *text, budget *limit, npy_array *right,
                        npy_array *down);
 
+/* Opens the one array of an option of graphs. */
+int labelling_open_one(const char *option, const char *text, budget *limit, npy_array *opened);
+
+/* Checks that an array holds whole numbers. */
+int labelling_check_whole(const npy_array *array, const char *needed);
+
+/* What to do about costs that are too large. */
+const char *labelling_mend(const labelling_request *asked);
+
 /* ---- Costs and sites. ---- */
 
 /* Takes sites and labels from the shape of the costs, which are open. */

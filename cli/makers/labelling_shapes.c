@@ -44,3 +44,25 @@ int labelling_open_two(const char *option, const char *text, budget *limit, npy_
     TRY(npy_open(names, limit, right));
     return npy_open(names + (comma - text) + 1, limit, down);
 }
+
+int labelling_open_one(const char *option, const char *text, budget *limit, npy_array *opened)
+{
+    return strchr(text, ',') == NULL
+               ? npy_open(text, limit, opened)
+               : fail_usage("%s %s: with --edges it is one array", option, text);
+}
+
+int labelling_check_whole(const npy_array *array, const char *needed)
+{
+    return array->kind != NPY_FLOAT ? DONE
+                                    : fail(BAD_INPUT, array->name,
+                                           "holds floats, but %s: save array.astype('i4')", needed);
+}
+
+const char *labelling_mend(const labelling_request *asked)
+{
+    if (asked->scale > 1) {
+        return "choose a smaller --scale";
+    }
+    return asked->factor > 1 ? "choose a --lambda with fewer decimals" : "divide the array";
+}

@@ -7,7 +7,7 @@
 static int choose_table_units(const labelling_request *asked, const npy_array *array, units *as)
 {
     bool floats = array->kind == NPY_FLOAT;
-    *as = (units){{1, 1}, "a cost of two labels", "--scale", false, false};
+    *as = (units){{1, 1}, "a cost of two labels", labelling_mend(asked), false, false};
     if (!floats) {
         return DONE;
     }
@@ -76,16 +76,18 @@ int labelling_open_grid_tables(labelling_request *asked, budget *limit, qs_probl
     TRY(labelling_open_two("--tables", text, limit, right, down));
     TRY(labelling_check_shape(right, "tables of edges to the right", of_right, 4));
     TRY(labelling_check_shape(down, "tables of edges down", of_down, 4));
-    if ((right->kind == NPY_FLOAT) != (down->kind == NPY_FLOAT)) {
+    const npy_array *some = right->count > 0 ? right : down;
+    if (right->count > 0 && down->count > 0 &&
+        (right->kind == NPY_FLOAT) != (down->kind == NPY_FLOAT)) {
         return fail(BAD_INPUT, down->name,
                     "and %s hold floats and whole numbers: save both in one type", right->name);
     }
-    TRY(choose_table_units(asked, right, &asked->table_units));
+    TRY(choose_table_units(asked, some, &asked->table_units));
     TRY(units_check(right, &asked->table_units));
     TRY(units_check(down, &asked->table_units));
     labelling_warn_rounding(asked, problem, right, asked->table_units.by, asked->scale);
     labelling_warn_rounding(asked, problem, down, asked->table_units.by, asked->scale);
-    problem->weight = common_weight(asked, right->kind == NPY_FLOAT);
+    problem->weight = common_weight(asked, some->kind == NPY_FLOAT);
     problem->table_source = (qs_table_source){make_tables, asked};
     return DONE;
 }
@@ -98,7 +100,7 @@ int labelling_open_edge_tables(labelling_request *asked, uint64_t count, budget 
         return DONE;
     }
     const uint64_t shape[] = {count, problem->labels, problem->labels};
-    TRY(npy_open(asked->values[LABELLING_TABLES], limit, array));
+    TRY(labelling_open_one("--tables", asked->values[LABELLING_TABLES], limit, array));
     TRY(labelling_check_shape(array, "tables of the edges", shape, 3));
     TRY(choose_table_units(asked, array, &asked->table_units));
     problem->weight = common_weight(asked, array->kind == NPY_FLOAT);

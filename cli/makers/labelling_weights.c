@@ -7,7 +7,8 @@
 /* Weights are lambda times what the array holds. */
 static units weight_units(const labelling_request *asked)
 {
-    return (units){{(uint32_t)asked->weight, 1}, "a weight", "--lambda", false, false};
+    return (units){
+        {(uint32_t)asked->weight, 1}, "a weight", "choose a smaller --lambda", false, false};
 }
 
 /* Spreads rows of `columns` weights over a grid's width. */
@@ -57,7 +58,7 @@ int labelling_open_edge_weights(const labelling_request *asked, const qs_problem
     if (asked->values[LABELLING_WEIGHTS] == NULL) {
         return DONE;
     }
-    TRY(npy_open(asked->values[LABELLING_WEIGHTS], limit, &array));
+    TRY(labelling_open_one("--weights", asked->values[LABELLING_WEIGHTS], limit, &array));
     TRY(labelling_check_shape(&array, "weights of the edges", &count, 1));
     TRY(units_read(&array, &as, limit, weights));
     labelling_warn_rounding(asked, problem, &array, as.by, problem->scale);

@@ -10,10 +10,7 @@
 
 static int take_values(label_map *map, budget *limit)
 {
-    if (map->count > SIZE_MAX / sizeof *map->values) {
-        return budget_fail(limit, map->name);
-    }
-    map->values = budget_take(limit, map->name, (size_t)map->count * sizeof *map->values);
+    map->values = budget_take(limit, map->name, bytes_product(map->count, sizeof *map->values));
     return map->values != NULL ? DONE : NO_RESOURCE;
 }
 

@@ -109,6 +109,36 @@ def test_bound_without_time(seed):
         assert answer.info["open_programs"] or answer.lower_bound == answer.energies[0]
 
 
+def least_of_each_alone(problem):
+    """What H is at least if every site and every coupling costs its least."""
+
+    def of_block(values, both_hot):
+        return int(values.min() if both_hot else np.minimum(values, 0).sum())
+
+    total, hot = problem.offset, problem.one_hot
+    for group, values in enumerate(np.split(problem.linear, problem.starts[1:-1])):
+        total += of_block(values, hot[group])
+    for g, h, block, weight in problem.couplings.T.tolist():
+        table = weight * problem.blocks[block].astype(int)
+        total += of_block(np.triu(table, 1) if g == h else table, hot[g] and hot[h])
+    return total
+
+
+@settings(deadline=None, max_examples=60)
+@given(SEEDS)
+def test_bound_without_time_is_no_worse_than_what_the_file_says(seed):
+    for problem in (random_problem(seed), sites(seed)):
+        assert solve(problem, 1e-6).lower_bound >= least_of_each_alone(problem)
+
+
+def test_bound_without_time_of_large_tables():
+    """Quadratic costs: each pair of labels costs, but one alone of all pairs."""
+    label = np.arange(8)
+    problem = altered(grid(6, 6, 8, dense=True), blocks=[
+        Table(((label - label[:, None])**2).astype("<i4"))])
+    assert solve(problem, 1e-6).lower_bound >= least_of_each_alone(problem) >= problem.offset
+
+
 @settings(deadline=None, max_examples=60)
 @given(SEEDS)
 def test_form_is_h_on_labellings(seed):

@@ -285,11 +285,12 @@ ERRORS = [
     ({"c": changed(GRID, (1, 2, 0), np.nan)}, [], ["c.npy", "[1, 2, 0]", "nan"]),
     ({"c": changed(GRID, (0, 1, 1), -np.inf)}, [], ["[0, 1, 1]", "-inf: inf forbids a label"]),
     ({"c": changed(GRID, (0, 1), np.inf)}, [], ["[0, 1]", "inf", "no label"]),
-    ({"c": changed(GRID, (0, 1, 1), 3e9)}, [], ["[0, 1, 1]", "3e+09", "--scale"]),
+    ({"c": changed(GRID, (0, 1, 1), 3e9)}, [], ["[0, 1, 1]", "3e+09", "divide the array"]),
     ({"c": GRID.astype("i8") + 2**31}, [], ["[0, 0, 0]", "2147483648"]),
     ({"c": GRID.astype(">i4")}, [], [">i4", "astype"]),
     ({"c": GRID.astype("f2")}, [], ["<f2", "astype"]),
-    ({"c": changed(GRID.astype("f8"), (1, 2, 0), 1e40)}, [], ["[1, 2, 0]", "1e+40", "--scale"]),
+    ({"c": changed(GRID.astype("f8"), (1, 2, 0), 1e40)}, [],
+     ["[1, 2, 0]", "1e+40", "divide the array"]),
     ({"c": GRID.astype("i8") - 2**40}, [], ["[0, 0, 0]", "-1099511627776"]),
     ({"c": GRID.astype("u8") - np.uint64(5)}, [], ["[0, 0, 0]", "18446744073709551611"]),
     ({"c": np.asfortranarray(GRID)}, [], ["Fortran", "ascontiguousarray"]),
@@ -313,6 +314,14 @@ ERRORS = [
     ({"c": GRID[0], "e": EDGES, "w": np.zeros(2, int)}, ["--edges", "e.npy", "--weights", "w.npy"],
      ["w.npy"]),
     ({"c": GRID, "m": np.zeros((2, 3), int)}, ["--mask", "m.npy"], ["m.npy", "no site"]),
+    ({"c": GRID[0], "e": np.zeros((0, 2))}, ["--edges", "e.npy"], ["e.npy", "holds floats"]),
+    ({"c": GRID[0], "e": np.array([[0, 2**40]])}, ["--edges", "e.npy"],
+     ["[0, 1]", "1099511627776", "the number of a site"]),
+    ({"c": GRID, "m": np.ones((2, 3))}, ["--mask", "m.npy"], ["m.npy", "holds floats"]),
+    ({"c": GRID, "r": np.full((2, 2), -0.25), "d": np.zeros((1, 3), int)},
+     ["--weights", "r.npy,d.npy"], ["r.npy", "[0, 0]", "-0.25", "a weight cannot be below 0"]),
+    ({"c": np.full((1, 1, 2), 2**30)}, ["--lambda", "0.25"], ["--lambda with fewer decimals"]),
+    ({"c": np.full((1, 1, 2), 2**30)}, ["--scale", "4"], ["choose a smaller --scale"]),
     ({"c": GRID, "m": np.ones((3, 3), int)}, ["--mask", "m.npy"], ["m.npy", "3 rows"]),
 ]  # fmt: skip
 
@@ -350,13 +359,17 @@ def test_damaged_files(tmp_path):
         (["--truncation", "3"], "--smoothness"),
         (["--edges", "e.npy", "--mask", "m.npy"], "--mask"),
         (["--weights", "r.npy"], "RIGHT.npy,DOWN.npy"),
+        (["--edges", "e.npy", "--weights", "r.npy,d.npy"], "with --edges it is one array"),
+        (["--edges", "e.npy", "--tables", "r.npy,d.npy"], "with --edges it is one array"),
         (["--scale", "0"], "--scale"),
         (["--scale", "999983", "--lambda", "1e-6"], "rounder"),
     ],
 )
-def test_usage(tmp_path, arguments, word):
-    costs = save(tmp_path / "c.npy", np.zeros((2, 2, 2), np.uint8))
-    assert word in label(tmp_path, costs, *arguments, status=2)
+def test_usage(tmp_path, monkeypatch, arguments, word):
+    monkeypatch.chdir(tmp_path)
+    save(tmp_path / "e.npy", np.array([[0, 1]]))
+    costs = np.zeros((2, 2) if "e.npy" in arguments else (2, 2, 2), "u1")
+    assert word in label(tmp_path, save(tmp_path / "c.npy", costs), *arguments, status=2)
 
 
 def test_the_name_of_the_output_is_that_of_an_array(tmp_path):

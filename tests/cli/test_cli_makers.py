@@ -284,6 +284,23 @@ def boxes(tmp_path):
     return rows, write_boxes(tmp_path / "boxes.csv", rows)
 
 
+def test_boxes_of_spreadsheets(boxes, tmp_path):
+    """With a mark of UTF-8, quotes, spaces and their ends of lines the boxes are the same, and
+    their lines are kept as they are."""
+    _, path = boxes
+    out, expected = tmp_path / "kept.csv", tmp_path / "expected.csv"
+    facts = facts_of("detect", path, "-o", expected)
+    lines = path.read_text().splitlines()
+    quoted = ['"' + '","'.join(line.split(",")) + '"' for line in lines]
+    spaced = [line.replace(",", ", ") for line in lines]
+    for changed in (quoted, spaced, lines):
+        path.write_bytes("\ufeff".encode() + "\r\n".join(changed).encode())
+        again = facts_of("detect", path, "-o", out)
+        assert again["energy"] == facts["energy"] and again["kept"] == facts["kept"]
+        kept = [changed[lines.index(line)] for line in expected.read_text().splitlines()]
+        assert out.read_text().splitlines() == kept
+
+
 def test_detect_finds_the_optimum(boxes, tmp_path):
     rows, path = boxes
     out = tmp_path / "kept.csv"
@@ -542,6 +559,7 @@ def test_pictures_that_do_not_fit(noisy, photo, moved, tmp_path):
         (["segment", "p", "s", "-o", "o.pgm", "--rounds", "0"], "--rounds 0 is not"),
         (["segment", "p", "s", "-o", "o.pgm", "--lambda", "3000000"], "too large"),
         (["flow", "a", "b", "-o", "o.pfm"], "ends in .flo or .png"),
+        (["detect", "b", "-o", "o.png"], "ends in .csv"),
         (["flow", "a", "b", "-o", "o.flo", "--window", "4"], "is even"),
         (["flow", "a", "b", "-o", "o.flo", "--radius", "1,2,3"], "is not R or RX,RY"),
         (["flow", "a", "b", "-o", "o.flo", "--radius", "200"], "more than 65535 displacements"),

@@ -7,7 +7,8 @@ import struct
 
 import numpy as np
 import pytest
-from cli_tools import chunks_of, random_pair, run, with_chunk, write_pgm
+from camera_tools import calibration, write_storage
+from cli_tools import chunks_of, random_pair, run, succeed, with_chunk, write_pgm
 
 NAMED = re.compile(r"needs more than the memory limit of \d+ MiB: raise --memory-limit to (\d+)\n")
 # The program itself, with its libraries, beside what it counts.
@@ -167,3 +168,60 @@ def test_a_certificate_counts(tmp_path, folder, pair_of, command):
     certified = [*line, "--certificate", folder / "proof.qpf"]
     limit = needed(line, 20) - 1
     assert needed(certified, limit) > needed(line, limit) + 1
+
+
+SMALL = "{left} {right} --disparity 0:5 -o"
+LINES = {
+    "encode": f"encode {SMALL} e.qcf --encoding domain-wall",
+    "encode --json": f"encode {SMALL} e.qcf --json",
+    "encode of arcs": f"encode {SMALL} e.qcf --encoding st-cut-arcs --smoothness linear",
+    "info": "info p.qcf --complexity",
+    "solve": "solve p.qcf -o o.qsf --iterations 1",
+    "solve, proven": "solve p.qcf -o o.qsf --iterations 1 --certificate o.qpf",
+    "reduce": "reduce p.qcf -o o.qcf --iterations 1 --certificate o.qpf --samples o.qsf",
+    "decode": "decode p.qcf p.qsf -o o.pgm",
+    "segment": "segment {left} seeds.pgm -o o.pgm --iterations 1 --solver icm",
+    "restore": "restore {left} -o o.pgm --iterations 1 --step 32",
+    "flow": "flow {left} {right} -o o.flo --iterations 1 --solver icm",
+    "rectify": "rectify large.pgm large.pgm -o o.pgm o2.pgm --calibration c.yml",
+    "floats": "score large.pfm large.pfm",
+    "colours": "score large.ppm large.ppm --as picture",
+}
+
+
+@pytest.fixture(scope="session")
+def small_and_large(tmp_path_factory):
+    """Inputs of all LINES: a pair of 200 x 120 and its problem, and pictures of 2048 x 1024."""
+    folder = tmp_path_factory.mktemp("memory")
+    *_, left, right = random_pair(folder, 200, 120)
+    seeds = np.zeros((120, 200), int)
+    seeds[:9], seeds[-9:] = 1, 2
+    write_pgm(folder / "seeds.pgm", seeds)
+    grey = np.full((1024, 2048), 9)
+    write_pgm(folder / "large.pgm", grey)
+    (folder / "large.pfm").write_bytes(b"Pf\n2048 1024\n-1\n" + grey.astype("<f4").tobytes())
+    (folder / "large.ppm").write_bytes(b"P6\n2048 1024\n255\n" + bytes(3 * 2048 * 1024))
+    write_storage(folder / "c.yml", calibration(size=(2048, 1024)))
+    succeed("encode", left, right, "-o", folder / "p.qcf", "--disparity", "0:5", "--lambda", 20)
+    succeed("solve", folder / "p.qcf", "-o", folder / "p.qsf", "--solver", "icm")
+    return folder, left, right
+
+
+@pytest.mark.parametrize("name", LINES)
+def test_each_refusal_names_more(small_and_large, pnm_only, name):
+    """From the least limit on, what a refusal names is more than before, and soon enough. Then the
+    command takes no more memory than that."""
+    folder, left, right = small_and_large
+    line = LINES[name].format(left=left, right=right).split()
+    mib, named = 1, []
+
+    def attempt():
+        limit = address_space(mib + PROGRAM_MIB)
+        return run(*line, "--memory-limit", mib, cwd=folder, program=pnm_only, preexec_fn=limit)
+
+    while (done := attempt()).status == 4:
+        assert (found := NAMED.search(done.err)), done.err
+        named.append(int(found[1]))
+        assert named[-1] > mib and len(named) <= 6
+        mib = named[-1]
+    assert done.status == 0, done.err

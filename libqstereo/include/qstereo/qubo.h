@@ -65,7 +65,8 @@ typedef struct qs_qubo {
  *   QS_E_TRUNCATED    cut short
  *   QS_E_CORRUPT      damaged
  *   QS_E_UNSUPPORTED  of a newer version
- *   QS_E_LIMIT        over the memory limit */
+ *   QS_E_LIMIT        over the memory limit: qubo then has its counts alone, so
+ *                     that qs_index_workspace says how much is needed */
 QS_MUST_CHECK qs_status qs_qubo_open(const void *bytes, size_t size,
                                      uint64_t memory_limit, qs_qubo *qubo,
                                      qs_fault *fault);

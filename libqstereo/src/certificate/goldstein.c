@@ -177,7 +177,7 @@ void qs_apply_goldstein(const qs_stated *stated, uint8_t *sets, const uint8_t *c
         again = false;
         apply_to_due(stated, sets, NULL, due, work);
         for (uint32_t p = 0; p < stated->sites; p++) {
-            if (has_more(stated, sets, claimed, p) && apply_at(stated, sets, p, true, work)) {
+            if (apply_at(stated, sets, p, true, work)) {
                 call_again(stated, p, due);
                 again = true;
             }

@@ -314,9 +314,10 @@ qs_status qs_qubo_open(const void *bytes, size_t size, uint64_t memory_limit, qs
     bool good = qs_read_header(&o.reader, QS_MAGIC_QCF) && read_fields(&o) && read_groups(&o) &&
                 read_blocks(&o) && read_couplings(&o) && read_linear(&o) && read_penalties(&o) &&
                 read_offset(&o) && qs_labels_read(&o.reader, &o.qubo);
-    if (good) {
+    if (good || o.reader.status == QS_E_LIMIT) {
         *qubo = o.qubo;
-    } else if (fault) {
+    }
+    if (!good && fault) {
         *fault = o.reader.fault;
     }
     return o.reader.status;

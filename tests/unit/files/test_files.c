@@ -801,14 +801,13 @@ static void memory_limit(void **unused)
     assert_int_equal(qs_qubo_open(q.file, q.size, needed, &qubo, &fault), QS_OK);
     assert_int_equal(qs_index_build(&qubo, q.memory, needed - 1, &q.index), QS_E_WORKSPACE);
     memset(&qubo, 0x55, sizeof qubo);
-    qs_qubo before = qubo;
     assert_int_equal(qs_qubo_open(q.file, q.size, needed - 1, &qubo, &fault), QS_E_LIMIT);
-    assert_memory_equal(&qubo, &before, sizeof qubo);
+    assert_int_equal(qs_index_workspace(&qubo), needed); /* so a caller can say it */
     /* The header's counts decide before the rest is looked at. */
     q.file[HEADER + 3] ^= 1;
     assert_int_equal(qs_qubo_open(q.file, q.size, 100, &qubo, &fault), QS_E_LIMIT);
     assert_int_equal(fault.offset, 24);
-    assert_memory_equal(&qubo, &before, sizeof qubo);
+    assert_int_not_equal(qs_index_workspace(&qubo), needed);
 }
 
 static const qs_record records[3] = {{-5, 1, QS_NO_CHAINS}, {INT64_MAX, 7, 0}, {0, 2, 1000000000}};

@@ -560,6 +560,7 @@ static void refusals(void **unused)
     b.model.width = b.model.sites;
     b.model.height = 1;
     right[b.model.sites - 1] = 0;
+    memset((int32_t *)(uintptr_t)b.model.down, 0, sizeof *b.model.down * b.model.sites);
     assert_int_equal(status_of(qs_trws, sizeof memory), QS_OK);
     assert_int_equal(status_of(qs_bp, sizeof memory), QS_OK);
 }
