@@ -74,7 +74,7 @@ class _Run:
     def __init__(self, options):
         self.options, self.session, self.tell = options, None, runner.progress(options)
         self.p = made(runner.read(options))
-        problem = self.p.coefficients
+        problem = self.p
         if len(self.p) > options.windows and not _reduced(problem):
             raise Failure(BAD_INPUT, UNREDUCED.format(options.problem, options.output or "s.qsf",
                                                       options.solver, options.windows))
@@ -137,7 +137,7 @@ class _Run:
     def whole(self):
         """An Embedding of the whole problem, of which that of each window is a part; None where the
         chip is too small for it."""
-        source = embedding.Source.of(self.p.coefficients, self.p.memory_limit)
+        source = embedding.Source.of(self.p, self.p.memory_limit)
         if 2 * len(source.graph) <= len(self.chip.graph):
             with contextlib.suppress(embedding.NoEmbedding):
                 return embedding.obtain(source, self.chip, progress=self.tell)
@@ -145,7 +145,7 @@ class _Run:
 
     def embedded(self, part, variables):
         """The Embedding of a window, which is kept for its call. Raises NoEmbedding."""
-        source = embedding.Source.of(part.coefficients, self.p.memory_limit)
+        source = embedding.Source.of(part, self.p.memory_limit)
         if self.whole:
             chains = {at: self.whole.chains[v] for at, v in enumerate(variables.tolist())}
             embedding.keep(dataclasses.replace(self.whole, problem=source.digest, chains=chains),
@@ -231,10 +231,10 @@ def _calls(run, journal):
             if options.solver == "qpu":
                 run.embedded(part, variables)
             with remote.answered(
-                    call, part.coefficients,
+                    call, part,
                     lambda text: run.tell(text and f"call {number + 1}, {text}"),
                     run.session, again=True) as answer:
-                runner.checked(call, part.coefficients, answer)
+                runner.checked(call, part, answer)
                 run.bits = windows.improved(run.p, run.bits, variables, answer.bits, known)
                 run.check()
                 journal.append(_line(run, number, variables, answer, run.bits))
@@ -292,7 +292,7 @@ def _plans(run):
             figures = run.embedded(part, variables).figures()
             chains = {"embedded_qubits": figures.pop("qubits"), **figures, "fits": True}
         call = _options_of(options, number, part)
-        plans.append({"call": number + 1, **remote.plan(call, run.session, part.coefficients),
+        plans.append({"call": number + 1, **remote.plan(call, run.session, part),
                       **chains})
     return plans
 
