@@ -88,9 +88,9 @@ int after_read(const char *const *values, const pair *asked, after *read)
 int after_open(after *asked, job *at)
 {
     if (asked->confidence != NULL) {
-        TRY(job_open_output(at, asked->confidence, &asked->files[0]));
+        TRY(job_open_beside(at, "confidence", asked->confidence, &asked->files[0]));
     }
-    return asked->mask != NULL ? job_open_output(at, asked->mask, &asked->files[1]) : DONE;
+    return asked->mask != NULL ? job_open_beside(at, "mask", asked->mask, &asked->files[1]) : DONE;
 }
 
 static int refine(const laid_out *laid, const solved *found, pixel_map *map)
@@ -144,7 +144,7 @@ static int solve_right(const after *asked, const pair *of, const solver *by, con
         TRY(right_side_make(of, by, !asked->refine, limit, right));
         TRY(solve_problem(&right->laid, by, &last, limit, &right->found));
     }
-    return solved_check(&right->laid, &right->found);
+    return solved_check(&right->laid, by, &right->found);
 }
 
 static void mirror_rows(pixel_map *map)

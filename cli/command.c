@@ -20,12 +20,20 @@ int job_open_output(job *at, const char *path, output **opened)
     TRY(output_open(made, path));
     *opened = made;
     at->out_count++;
-    for (const output *other = at->outs; other < made && made->target != NULL; other++) {
-        if (other->target != NULL && strcmp(other->target, made->target) == 0) {
-            return fail_usage("two outputs have the name %s: give each its own", path);
+    for (const output *other = at->outs; other < made; other++) {
+        if (output_is_same(other, made)) {
+            return fail_usage("two outputs are one file, %s: give each its own name", made->name);
         }
     }
     return DONE;
+}
+
+int job_open_beside(job *at, const char *long_name, const char *path, output **opened)
+{
+    if (output_is_standard(path)) {
+        return fail_usage("--%s cannot go to standard output: name a file", long_name);
+    }
+    return job_open_output(at, path, opened);
 }
 
 /* The argument of an option that commands share; NULL if it is not given, or if the command does

@@ -33,9 +33,14 @@ int command_run(const command *run, int argc, char **argv);
 int job_open_problem(job *at);
 int job_open_samples(job *at);
 
-/* Opens one more output; `path` is borrowed. Returns what output_open does. A command opens its
- * outputs before long work, so that the work is not in vain. */
+/* Opens one more output; `path` is borrowed. Returns what output_open does, and BAD_USAGE if
+ * another output is the same file. A command opens its outputs before long work, so that the work
+ * is not in vain. */
 int job_open_output(job *at, const char *path, output **opened);
+
+/* The same for an output beside that of -o, which the option `long_name` asks for. Not standard
+ * output: what the command says, or its other output, may go there. */
+int job_open_beside(job *at, const char *long_name, const char *path, output **opened);
 
 /* Gives the outputs their names. A command that prints a success calls it before that. If what is
  * printed cannot be, the frame takes the files back. Returns DONE or NO_RESOURCE. */

@@ -27,12 +27,12 @@ enum { FORMS = sizeof forms / sizeof forms[0] };
 
 /* What is known of one QUBO. */
 typedef struct figures {
-    bool made; /* else only the counts are known */
-    char why_not[80]; /* why it was not made */
     uint64_t variables, terms; /* 0 = not counted, if it was not made */
-    bool as_linear; /* the counts are those of linear smoothness */
     qs_qubo_summary summary;
     double unit; /* 0 = every coefficient is 0 */
+    bool as_linear; /* the counts are those of linear smoothness */
+    bool made; /* else only the counts are known */
+    char why_not[80]; /* why it was not made */
 } figures;
 
 /* The two cuts of Ishikawa's graph. */
@@ -142,8 +142,8 @@ static int measure(const laid_out *problem, size_t form, bool truncate, const bu
 {
     const qs_labels *labels = &problem->labels;
     qs_encoding encoding = forms[form].encoding;
-    const qs_recode_options options = {
-        {encoding, forms[form].penalty, 0, labels->gap}, truncate, NULL};
+    const qs_recode_options options = {.encode = {encoding, forms[form].penalty, 0, labels->gap},
+                                       .truncate = truncate};
     file_bytes file = {NULL, 0};
     memset(measured, 0, sizeof *measured);
     if (!qs_encoding_holds(encoding, &labels->pairwise, labels->labels)) {
@@ -238,7 +238,7 @@ int complexity_print(const laid_out *problem, const budget *limit)
         TRY(measure(problem, form, true, limit, &truncated));
         fill_row(form, &whole[form], &truncated, labels->scale, &cells[(form + 1) * COLUMNS]);
     }
-    printf("%s: %" PRIu32 " undecided sites, %" PRIu64 " labels left to them, %s smoothness\n"
+    printf("%s: %" PRIu32 " undecided sites, %" PRIu64 " labels left to them; smoothness: %s\n"
            "Coefficients are in real units. Penalties are local unless the row names another one,\n"
            "with the gap %" PRIu32 " of the file.\n"
            "unit: what an energy of 1 becomes when h is scaled into [-4, 4] and J into [-2, 1].\n"

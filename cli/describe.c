@@ -181,7 +181,22 @@ static void print_labels(const qs_labels *labels)
     }
 }
 
-void describe_problem(const problem_file *described)
+static void print_known(const known_best *known, uint32_t scale)
+{
+    char energy[DECIMAL_SIZE], bound[DECIMAL_SIZE];
+    if (known->labelling == NULL) {
+        return;
+    }
+    decimal_write(known->energy, scale, energy);
+    printf("%-17senergy %s", "best known", energy);
+    if (known->lower_bound != QS_NO_BOUND) {
+        decimal_write(known->lower_bound, scale, bound);
+        printf("; the file states the lower bound %s, without a proof", bound);
+    }
+    putchar('\n');
+}
+
+void describe_problem(const problem_file *described, const known_best *known)
 {
     const qs_qubo *qubo = &described->qubo;
     uint32_t scale = described->scale;
@@ -208,6 +223,7 @@ void describe_problem(const problem_file *described)
     print_range("offset", summary.offset, summary.offset, scale);
     print_range("linear", summary.linear_min, summary.linear_max, scale);
     print_range("quadratic", summary.quadratic_min, summary.quadratic_max, scale);
+    print_known(known, scale);
     printf("%-17s%s\n", "digest", hex);
 }
 
@@ -297,7 +313,15 @@ static void json_digest(const char *key, const uint8_t digest[QS_DIGEST_SIZE])
     json_name(key, hex);
 }
 
-void describe_problem_keys(const problem_file *described)
+static void json_known(const known_best *known, uint32_t scale)
+{
+    bool there = known->labelling != NULL;
+    json_units_or_null("known_energy", there, known->energy, scale);
+    json_units_or_null("stated_lower_bound", there && known->lower_bound != QS_NO_BOUND,
+                       known->lower_bound, scale);
+}
+
+void describe_problem_keys(const problem_file *described, const known_best *known)
 {
     const qs_qubo *qubo = &described->qubo;
     uint8_t digest[QS_DIGEST_SIZE];
@@ -317,12 +341,13 @@ void describe_problem_keys(const problem_file *described)
         json_no_meaning();
     }
     json_summary(described);
+    json_known(known, described->scale);
 }
 
-void describe_problem_json(const problem_file *described)
+void describe_problem_json(const problem_file *described, const known_best *known)
 {
     json_begin();
-    describe_problem_keys(described);
+    describe_problem_keys(described, known);
     json_end();
 }
 

@@ -14,16 +14,9 @@ void smoothness_write(const qs_pairwise *pairwise, char text[SMOOTHNESS_SIZE])
     int used = snprintf(text, SMOOTHNESS_SIZE, "%s",
                         name_of(&smoothness_names, (int)pairwise->smoothness));
     if (pairwise->truncation > 0) {
-        (void)snprintf(text + used, SMOOTHNESS_SIZE - (size_t)used, " truncated at %" PRIu32,
+        (void)snprintf(text + used, SMOOTHNESS_SIZE - (size_t)used, ", truncated at %" PRIu32,
                        pairwise->truncation);
     }
-}
-
-/* What the smoothness does not allow is mended where the smoothness is stated: on the command line,
- * or in the file. */
-static int fail_smoothness(const coded_problem *of, const char *reason)
-{
-    return of->file == NULL ? fail_usage("%s", reason) : fail(BAD_INPUT, of->file, "%s", reason);
 }
 
 static bool can_be_default(qs_penalty penalty, qs_encoding encoding, const coded_problem *of)
@@ -40,13 +33,12 @@ static bool holds(qs_encoding encoding, const void *context)
 
 static int fail_encoding(qs_encoding encoding, const coded_problem *of)
 {
-    char smoothness[SMOOTHNESS_SIZE], list[ENCODING_LIST_SIZE], reason[512];
+    char smoothness[SMOOTHNESS_SIZE], list[ENCODING_LIST_SIZE];
     smoothness_write(&of->pairwise, smoothness);
     encodings_write(holds, of, list);
-    (void)snprintf(reason, sizeof reason,
-                   "--encoding %s cannot hold %s smoothness, but these can: %s",
-                   encoding_name(encoding), smoothness, list);
-    return fail_smoothness(of, reason);
+    return fail_usage("--encoding %s cannot hold the smoothness%s%s (%s), but these can: %s",
+                      encoding_name(encoding), of->file != NULL ? " of " : "",
+                      of->file != NULL ? of->file : "", smoothness, list);
 }
 
 static int read_encoding(const char *name, const coded_problem *of, qs_encoding *encoding)
@@ -108,9 +100,8 @@ static int read_penalty(const char *text, const coded_problem *of, qs_encode_opt
                           text, encoding_name(encoding));
     }
     if (!qs_encoding_allows_penalty(encoding, asked->penalty, &of->pairwise)) {
-        return fail_smoothness(of, "--penalty paper goes with --encoding one-hot-sparse only for "
-                                   "potts smoothness: choose local or minimal, or --encoding "
-                                   "one-hot");
+        return fail_usage("--penalty paper goes with --encoding one-hot-sparse only for potts "
+                          "smoothness: choose local or minimal, or --encoding one-hot");
     }
     return DONE;
 }

@@ -25,7 +25,8 @@ enum { CODING_PENALTY, CODING_GAP, CODING_TRUNCATE, CODING_OPTIONS };
 /* The problem that the coefficients are to hold, and what is chosen for it if the command line says
  * nothing else. */
 typedef struct coded_problem {
-    const char *file; /* the file that it was read from; NULL = it comes from the command line */
+    const char
+        *file; /* that it was read from, for messages; NULL = it comes from the command line */
     qs_pairwise pairwise;
     uint32_t labels, scale;
     qs_encoding encoding;
@@ -38,12 +39,12 @@ typedef struct coded_problem {
 /* A problem that was read, with the defaults that its file gives. */
 coded_problem coded_in_file(const problem_file *problem);
 
-/* Reads the arguments of --encoding (NULL = none) and of the rows. Returns DONE, BAD_USAGE, or
- * BAD_INPUT if the smoothness of a file does not allow them. */
+/* Reads the arguments of --encoding (NULL = none) and of the rows. Returns DONE or
+ * BAD_USAGE. */
 int coding_read(const char *encoding, const char *const *values, const coded_problem *of,
                 qs_recode_options *asked);
 
-/* Writes "linear truncated at 3". */
+/* Writes "linear, truncated at 3". */
 #define SMOOTHNESS_SIZE 48
 void smoothness_write(const qs_pairwise *pairwise, char text[SMOOTHNESS_SIZE]);
 

@@ -115,7 +115,8 @@ static int write_stream(job *at, const encode_request *asked)
     }
     TRY(job_commit(at));
     if (at->json) {
-        describe_problem_json(&written);
+        const known_best nothing = {NULL, 0, QS_NO_BOUND};
+        describe_problem_json(&written, &nothing);
     } else if (!output_is_standard(at->values[ENCODE_OUTPUT])) {
         print_stream(at, asked, size);
     }
@@ -146,9 +147,11 @@ static void print_built(const job *at, const encode_request *asked, const buildi
 
 static int describe_built(job *at, const encode_request *asked, building *built)
 {
+    known_best known;
     TRY(problem_index(&built->written, &at->limit));
+    TRY(known_best_open(&built->written, &at->limit, &known));
     json_begin();
-    describe_problem_keys(&built->written);
+    describe_problem_keys(&built->written, &known);
     if (asked->reduce) {
         reduced_json(&built->smaller, &built->whole, &built->written);
     }
@@ -170,6 +173,8 @@ static int write_built(job *at, const encode_request *asked)
         TRY(budget_need(&at->limit, built.whole.name, reduce_bytes(&built.whole)));
         TRY(reduce_problem(&built.whole, &asked->how, &at->limit, &built.smaller));
         coding.kept = built.smaller.kept;
+        coding.best = built.smaller.labelling;
+        coding.lower_bound = built.smaller.found.lower_bound;
     }
     TRY(recode_problem(&built.whole, &coding, mend_of(asked, mend), &at->limit, &built.written));
     output_write_file(out, &built.written.file);

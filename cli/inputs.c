@@ -5,6 +5,7 @@
 
 #include "text/fail.h"
 #include "text/json.h"
+#include "text/numbers.h"
 
 static bool begins_with(const file_bytes *file, const char *magic)
 {
@@ -112,6 +113,33 @@ int problem_open(const char *path, budget *limit, problem_file *opened)
     return problem_check(path, file, limit, opened);
 }
 
+/* Refuses a lower bound above H of the labelling that the file carries beside it. */
+static int check_known(const problem_file *problem, budget *limit)
+{
+    const qs_known *known = &problem->qubo.known;
+    char stated[DECIMAL_SIZE], found[DECIMAL_SIZE];
+    if (known->bytes == 0 || known->lower_bound == QS_NO_BOUND) {
+        return DONE;
+    }
+    budget work = budget_inside(limit);
+    uint8_t *bits = budget_take(&work, problem->name, ((size_t)problem->qubo.variables + 7) / 8);
+    if (bits == NULL) {
+        return NO_RESOURCE;
+    }
+    qs_qubo_known_state(&problem->qubo, bits);
+    int64_t energy = qs_qubo_energy(&problem->index, bits);
+    budget_free(&work);
+    if (known->lower_bound <= energy) {
+        return DONE;
+    }
+    decimal_write(known->lower_bound, problem->scale, stated);
+    decimal_write(energy, problem->scale, found);
+    return fail(BAD_INPUT, problem->name,
+                "states the lower bound %s, but the labelling that it carries has the energy %s: "
+                "one of them is wrong, so reduce the problem again",
+                stated, found);
+}
+
 int problem_index(problem_file *problem, budget *limit)
 {
     size_t size = qs_index_workspace(&problem->qubo);
@@ -123,7 +151,7 @@ int problem_index(problem_file *problem, budget *limit)
     if (built == QS_E_CORRUPT) {
         return fail(BAD_INPUT, problem->name, ".qcf damaged: its couplings do not fit its groups");
     }
-    return built == QS_OK ? DONE : fail_status(problem->name, built);
+    return built == QS_OK ? check_known(problem, limit) : fail_status(problem->name, built);
 }
 
 uint64_t labels_left(const qs_labels *labels)

@@ -26,7 +26,8 @@ typedef struct answer {
     samples_file samples;
 } answer;
 
-/* Reads a .qcf and checks it; problem_index then prepares it for samples and solvers. Return DONE,
+/* Reads a .qcf and checks it; problem_index then prepares it for samples and solvers, and checks
+ * what needs that: blocks beside their groups, the bound stated beside the labelling. Return DONE,
  * BAD_INPUT or NO_RESOURCE. */
 int problem_open(const char *path, budget *limit, problem_file *opened);
 int problem_index(problem_file *problem, budget *limit);

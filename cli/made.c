@@ -122,5 +122,5 @@ int made_solve(const made_problem *solved_one, const solver *by, const search *h
     TRY(made_lay_out(solved_one, false, limit, laid));
     TRY(laid_out_need(laid, by, 0, limit));
     TRY(solve_problem(laid, by, how, limit, found));
-    return solved_check(laid, found);
+    return solved_check(laid, by, found);
 }

@@ -1,54 +1,70 @@
 #include "meaning_output.h"
 
-#include <inttypes.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "arrays/npy.h"
+#include "makers/kept_list.h"
 #include "pictures/picture_library.h"
 #include "pictures/picture_write.h"
 #include "text/fail.h"
 
-static int read_list(const char *path, meaning_output *asked)
-{
-    asked->format = MEANING_LIST;
-    return path_ends(path, ".csv") || output_is_straight(path)
-               ? DONE
-               : fail_usage("-o %s: this problem keeps or drops boxes: the name of its list ends "
-                            "in .csv",
-                            path);
-}
+/* What labels are called, and how the names of their files may end. */
+typedef struct forms {
+    const char *labels, *list;
+    const char *endings[5];
+} forms;
 
-static int read_numbers(const char *name, const qs_labels *labels, const char *path,
-                        meaning_output *asked)
+static const forms no_grid = {"numbers of a graph", ".npy", {".npy"}};
+static const forms forms_of[QS_MEANING_KINDS] = {
+    [QS_MEANS_DISPARITY] = {"disparities",
+                            ".png, .pgm, .pfm or .npy",
+                            {".png", ".pgm", ".pfm", ".npy"}},
+    [QS_MEANS_NUMBER] = {"numbers", ".npy, .png or .pgm", {".npy", ".png", ".pgm"}},
+    [QS_MEANS_GREY] = {"greys", ".png, .pgm or .npy", {".png", ".pgm", ".npy"}},
+    [QS_MEANS_CLASS] = {"classes", ".png, .pgm or .npy", {".png", ".pgm", ".npy"}},
+    [QS_MEANS_DISPLACEMENT] = {"displacements", ".flo, .png or .npy", {".flo", ".png", ".npy"}},
+    [QS_MEANS_KEEP] = {"boxes to keep or drop", ".csv or .npy", {".csv", ".npy"}},
+};
+
+int meaning_ending_check(const char *name, const qs_labels *labels, const char *path)
 {
-    if (labels->width == 0) {
-        return fail(BAD_INPUT, name,
-                    "is not a problem on a grid of pixels, so no picture can be made from it: "
-                    "write a .npy");
+    const forms *own = &forms_of[labels->meaning.kind];
+    if (labels->meaning.kind == QS_MEANS_NUMBER && labels->width == 0) {
+        own = &no_grid;
     }
-    asked->format = MEANING_PICTURE;
-    return picture_format_read(path, &asked->png);
+    for (size_t i = 0; own->endings[i] != NULL; i++) {
+        if (path_ends(path, own->endings[i])) {
+            return DONE;
+        }
+    }
+    bool straight = output_is_straight(path) ||
+                    (labels->meaning.kind == QS_MEANS_DISPARITY && strcmp(path, "pfm:-") == 0);
+    return straight && own != &no_grid
+               ? DONE
+               : fail_usage("-o %s: the labels of %s are %s: choose a name that ends in %s", path,
+                            name, own->labels, own->list);
 }
 
 int meaning_output_read(const char *name, const qs_labels *labels, const char *path,
                         meaning_output *asked)
 {
     memset(asked, 0, sizeof *asked);
+    TRY(meaning_ending_check(name, labels, path));
     if (path_ends(path, ".npy")) {
         asked->format = MEANING_ARRAY;
         return DONE;
     }
     switch (labels->meaning.kind) {
-    case QS_MEANS_KEEP: return read_list(path, asked);
+    case QS_MEANS_KEEP: asked->format = MEANING_LIST; return DONE;
     case QS_MEANS_DISPLACEMENT:
         asked->format = MEANING_FIELD;
         return flow_format_read(path, &asked->png);
-    case QS_MEANS_NUMBER: return read_numbers(name, labels, path, asked);
+    case QS_MEANS_NUMBER:
     case QS_MEANS_DISPARITY:
     case QS_MEANS_GREY:
     case QS_MEANS_CLASS: break;
     }
+    asked->format = MEANING_PICTURE;
     return picture_format_read(path, &asked->png);
 }
 
@@ -63,14 +79,6 @@ const char *meaning_output_ending(const qs_labels *labels)
     case QS_MEANS_CLASS: break;
     }
     return picture_library_writes_png() ? "png" : "pgm";
-}
-
-static void write_list(const qs_labels *labels, const uint16_t *labelling, output *to)
-{
-    fputs("box,keep\n", to->file);
-    for (uint32_t i = 0; i < labels->sites; i++) {
-        fprintf(to->file, "%" PRIu32 ",%d\n", i + 1, labelling[i] == 1);
-    }
 }
 
 static int write_array(const char *name, const qs_labels *labels, const uint16_t *labelling,
@@ -106,7 +114,13 @@ int meaning_output_write(const char *name, const qs_labels *labels, const uint16
 {
     flow_field field;
     switch (asked->format) {
-    case MEANING_LIST: write_list(labels, labelling, to); return DONE;
+    case MEANING_LIST:
+        if (asked->boxes != NULL) {
+            boxes_write(asked->boxes, labelling, to);
+        } else {
+            kept_list_write(labelling, labels->sites, to);
+        }
+        return DONE;
     case MEANING_ARRAY: return write_array(name, labels, labelling, limit, to);
     case MEANING_FIELD:
         TRY(meaning_field(name, labels, labelling, limit, &field));

@@ -4,6 +4,7 @@
 #ifndef MEANING_OUTPUT_H
 #define MEANING_OUTPUT_H
 
+#include "makers/boxes.h"
 #include "meanings.h"
 #include "output.h"
 
@@ -17,11 +18,16 @@ typedef enum meaning_format {
 typedef struct meaning_output {
     meaning_format format;
     bool png; /* of pictures and fields */
+    const box_file *boxes; /* those that are kept or dropped, to list them; NULL = their numbers */
 } meaning_output;
 
+/* Checks that the name of an output ends as files of such labels do, disparities too. Returns DONE
+ * or BAD_USAGE. */
+int meaning_ending_check(const char *name, const qs_labels *labels, const char *path);
+
 /* What the name of an output asks for: .npy of any labels; of numbers, greys and classes .png or
- * .pgm; of displacements .flo or .png; of boxes .csv. Returns DONE, BAD_USAGE, or BAD_INPUT if the
- * problem has no such form. */
+ * .pgm; of displacements .flo or .png; of boxes .csv. `boxes` are
+ * the caller's to set. Returns DONE or BAD_USAGE. */
 int meaning_output_read(const char *name, const qs_labels *labels, const char *path,
                         meaning_output *asked);
 

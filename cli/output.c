@@ -239,6 +239,60 @@ int output_open(output *out, const char *path)
     return DONE;
 }
 
+/* The folder that a name is in, ending in "/."; NULL = no memory. */
+static char *folder_of(const char *target)
+{
+    const char *slash = strrchr(target, '/');
+    size_t length = slash != NULL ? (size_t)(slash - target) + 1 : 0;
+    char *folder = malloc(length + 2);
+    if (folder != NULL) {
+        memcpy(folder, target, length);
+        memcpy(folder + length, ".", 2);
+    }
+    return folder;
+}
+
+static bool is_same_file(const struct stat *a, const struct stat *b)
+{
+    return a->st_dev == b->st_dev && a->st_ino == b->st_ino;
+}
+
+/* The status of the folder that a name is in. Returns false if the system refuses it. */
+static bool folder_status(const char *target, struct stat *about)
+{
+    char *folder = folder_of(target);
+    bool found = folder != NULL && stat(folder, about) == 0;
+    free(folder);
+    return found;
+}
+
+static const char *last_part(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash != NULL ? slash + 1 : path;
+}
+
+static bool is_same_name(const char *a, const char *b)
+{
+    struct stat in_a, in_b;
+    return strcmp(last_part(a), last_part(b)) == 0 && folder_status(a, &in_a) &&
+           folder_status(b, &in_b) && is_same_file(&in_a, &in_b);
+}
+
+bool output_is_same(const output *a, const output *b)
+{
+    struct stat at_a, at_b;
+    if (a->target != NULL && b->target != NULL) {
+        return is_same_name(a->target, b->target) ||
+               (lstat(a->target, &at_a) == 0 && lstat(b->target, &at_b) == 0 &&
+                is_same_file(&at_a, &at_b));
+    }
+    bool both_straight = a->target == NULL && b->target == NULL;
+    return both_straight && fstat(fileno(a->file), &at_a) == 0 &&
+           fstat(fileno(b->file), &at_b) == 0 && !S_ISCHR(at_a.st_mode) &&
+           is_same_file(&at_a, &at_b);
+}
+
 bool output_write(output *out, const void *bytes, size_t size)
 {
     if (fwrite(bytes, 1, size, out->file) == size) {
@@ -305,14 +359,10 @@ static bool back_up(output *out)
  * (EINVAL), and some folders cannot be read (EACCES): that is no failure. */
 static bool sync_folder(const char *target)
 {
-    const char *slash = strrchr(target, '/');
-    size_t length = slash != NULL ? (size_t)(slash - target) + 1 : 0;
-    char *folder = malloc(length + 2);
+    char *folder = folder_of(target);
     if (folder == NULL) {
         return false;
     }
-    memcpy(folder, target, length);
-    memcpy(folder + length, ".", 2);
     int descriptor = open(folder, O_RDONLY);
     free(folder);
     if (descriptor < 0) {

@@ -39,6 +39,11 @@ bool output_is_straight(const char *path);
  * a failure not. */
 int output_open(output *out, const char *path);
 
+/* Returns true if two open outputs would be one file, under whatever names: the same name in the
+ * same folder, two names (hard links) of a file that is there, or the same stream. A device is
+ * never the same: what is written there is not mixed up with what else is. */
+bool output_is_same(const output *a, const output *b);
+
 /* Writes bytes. Returns false if the system refused them, which output_commit reports. */
 bool output_write(output *out, const void *bytes, size_t size);
 

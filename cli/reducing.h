@@ -11,8 +11,8 @@ enum { REDUCING_TARGET, REDUCING_TIME_LIMIT, REDUCING_OPTIONS };
      false,    "N",                                                                                \
      NULL,     "stop at the first problem of at most N variables (default go on to the proof)"},   \
         {"time-limit", 0,                                                                          \
-         false,        "S",                                                                        \
-         NULL,         "stop after S seconds with what has been proven by then (default no limit)"}
+         false,        "SECONDS",                                                                  \
+         NULL,         "stop after SECONDS with what has been proven by then (default no limit)"}
 
 typedef struct reducing {
     uint64_t target; /* variables; 0 = none */

@@ -25,16 +25,21 @@ int search_read(const char *const *values, search *asked)
 }
 
 static const solver solvers[] = {
-    {"icm", qs_icm, qs_icm_workspace, NULL, NULL},
-    {"anneal", qs_anneal, qs_anneal_workspace, NULL, NULL},
-    {"swap", qs_swap, qs_swap_workspace, NULL, NULL},
-    {"expansion", qs_expansion, qs_expansion_workspace, NULL, NULL},
-    {"bp", qs_bp, qs_bp_workspace, NULL, NULL},
-    {"trws", qs_trws, qs_trws_workspace, NULL, NULL},
-    {"cut", qs_min_cut, qs_min_cut_workspace, NULL, NULL},
-    {"pack", qs_pack, qs_pack_workspace, NULL, NULL},
-    {"best", qs_best, qs_best_workspace, NULL, NULL},
-    {"trws16", NULL, NULL, qs_trws16, qs_trws16_workspace},
+    {"icm", qs_icm, qs_icm_workspace, NULL, NULL, NULL},
+    {"anneal", qs_anneal, qs_anneal_workspace, NULL, NULL, NULL},
+    {"swap", qs_swap, qs_swap_workspace, NULL, NULL, NULL},
+    {"expansion", qs_expansion, qs_expansion_workspace, NULL, NULL, NULL},
+    {"bp", qs_bp, qs_bp_workspace, NULL, NULL, NULL},
+    {"trws", qs_trws, qs_trws_workspace, NULL, NULL, NULL},
+    {"cut", qs_min_cut, qs_min_cut_workspace, NULL, NULL,
+     "linear or quadratic smoothness without truncation, Potts with two labels, or a submodular "
+     "table"},
+    {"pack", qs_pack, qs_pack_workspace, NULL, NULL,
+     "two labels and one table for all edges, in which two neighbours that both take label 1 cost "
+     "more, as boxes that overlap do"},
+    {"best", qs_best, qs_best_workspace, NULL, NULL, NULL},
+    {"trws16", NULL, NULL, qs_trws16, qs_trws16_workspace,
+     "Potts or linear smoothness on a grid without masked cells"},
 };
 enum {
     ALL_SOLVERS = sizeof solvers / sizeof solvers[0],
@@ -174,28 +179,38 @@ int lay_out_straight(const char *name, const qs_problem *problem, laid_out *made
     return status == QS_OK ? DONE : fail_status(name, status);
 }
 
-static bool is_straight(const laid_out *problem)
+/* Writes the names of the solvers that take any problem: "icm, anneal, best". */
+static void write_general(char *list, size_t size)
 {
-    return problem->model.sites == 0;
+    size_t used = 0;
+    list[0] = '\0';
+    for (size_t i = 0; i < SOLVERS && used < size; i++) {
+        if (solvers[i].needs == NULL) {
+            int more =
+                snprintf(list + used, size - used, "%s%s", used > 0 ? ", " : "", solvers[i].name);
+            used += more > 0 ? (size_t)more : size;
+        }
+    }
 }
 
-int solved_check(const laid_out *problem, const solved *found)
+int solved_check(const laid_out *problem, const solver *by, const solved *found)
 {
-    const char *name = problem->name;
-    if (found->refusal == QS_E_ENCODING && is_straight(problem)) {
-        return fail(BAD_INPUT, name, "%s is for Potts and linear smoothness: use trws or best",
-                    found->solver);
-    }
+    char general[128];
+    write_general(general, sizeof general);
     if (found->refusal == QS_E_ENCODING) {
-        return fail(
-            BAD_INPUT, name, "%s cannot be used with this pairwise cost (%s): use trws, bp or best",
-            found->solver, name_of(&smoothness_names, (int)problem->model.pairwise.smoothness));
+        const qs_pairwise *pairwise = &problem->labels.pairwise;
+        return fail_usage("--solver %s cannot solve the problem of %s (%s%s, %" PRIu32 " label%s): "
+                          "it needs %s; these take any problem: %s",
+                          by->name, problem->name, pairwise->truncation > 0 ? "truncated " : "",
+                          name_of(&smoothness_names, (int)pairwise->smoothness),
+                          problem->labels.labels, plural(problem->labels.labels), by->needs,
+                          general);
     }
     if (found->refusal == QS_E_OVERFLOW) {
-        return fail(BAD_INPUT, name,
-                    "its costs are too large for %s: use best, or fewer decimals in the costs, for "
-                    "each multiplies all of them by 10",
-                    found->solver);
+        return fail_usage("--solver %s cannot solve the problem of %s, whose costs are too large "
+                          "for it: choose fewer decimals in the costs, each of which multiplies "
+                          "all of them by 10, or one of %s",
+                          by->name, problem->name, general);
     }
     return DONE;
 }

@@ -9,9 +9,10 @@
 /* The options that say how long a solver may search: rows for a table, one behind the other. */
 enum { SEARCH_TIME_LIMIT, SEARCH_ITERATIONS, SEARCH_SEED, SEARCH_OPTIONS };
 #define SEARCH_OPTION_ROWS                                                                         \
-    {"time-limit", 0,                                                                              \
-     false,        "S",                                                                            \
-     NULL,         "stop a solver after S seconds and take its best so far (default no limit)"},   \
+    {                                                                                              \
+        "time-limit", 0,                                                                           \
+        false,        "SECONDS",                                                                   \
+        NULL,         "stop a solver after SECONDS and take its best so far (default no limit)"},  \
         {"iterations", 0,    false,                                                                \
          "N",          NULL, "stop a solver after N iterations (default its own limit)"},          \
         {"seed", 0,   false,                                                                       \
@@ -58,6 +59,7 @@ typedef struct solver {
                               void *workspace, size_t workspace_size, uint16_t *labelling,
                               qs_solution *solution);
     size_t (*straight_workspace)(const qs_problem *problem);
+    const char *needs; /* what a problem must have, for messages; NULL = it takes any problem */
 } solver;
 
 /* The names of the solvers, one by one; NULL after the last. */
@@ -134,8 +136,8 @@ uint64_t solve_bytes(const laid_out *problem, const solver *by);
 int solve_problem(const laid_out *problem, const solver *by, const search *how, budget *limit,
                   solved *found);
 
-/* Prints why the solver cannot be used. Returns DONE if it can, else BAD_INPUT. */
-int solved_check(const laid_out *problem, const solved *found);
+/* Prints why the solver cannot be used, and which can. Returns DONE if it can, else BAD_USAGE. */
+int solved_check(const laid_out *problem, const solver *by, const solved *found);
 
 bool solved_has_bound(const solved *found);
 bool solved_is_proven(const solved *found);

@@ -1,7 +1,9 @@
 #include "start.h"
 
 #include <inttypes.h>
+#include <string.h>
 
+#include "known_best.h"
 #include "survey.h"
 #include "text/fail.h"
 
@@ -15,13 +17,32 @@ static void spread(const qs_model *model, uint32_t sites, uint16_t *labelling)
     }
 }
 
+/* The labelling that the problem's own file carries. */
+static int start_from_file(job *at, const laid_out *problem, const uint16_t **start)
+{
+    known_best known;
+    TRY(known_best_open(&at->both.problem, &at->limit, &known));
+    if (known.labelling == NULL) {
+        return DONE;
+    }
+    uint16_t *labelling =
+        budget_take(&at->limit, problem->name, sizeof *labelling * problem->model.sites);
+    if (labelling == NULL) {
+        return NO_RESOURCE;
+    }
+    memcpy(labelling, known.labelling, sizeof *labelling * problem->labels.sites);
+    spread(&problem->model, problem->labels.sites, labelling);
+    *start = labelling;
+    return DONE;
+}
+
 int start_read(job *at, const char *path, const laid_out *problem, const uint16_t **start)
 {
     answer *both = &at->both;
     survey seen;
     *start = NULL;
     if (path == NULL) {
-        return DONE;
+        return start_from_file(at, problem, start);
     }
     TRY(answer_open_samples(both, path, &at->limit));
     TRY(survey_samples(both, &at->limit, &seen));

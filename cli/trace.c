@@ -15,11 +15,8 @@ int trace_open(struct job *at, const char *path, uint32_t scale, trace *made)
     if (path == NULL) {
         return DONE;
     }
-    if (output_is_standard(path)) {
-        return fail_usage("--trace cannot go to standard output: name a file");
-    }
     made->scale = scale;
-    TRY(job_open_output(at, path, &made->out));
+    TRY(job_open_beside(at, "trace", path, &made->out));
     (void)output_write(made->out, heading, sizeof heading - 1);
     return DONE;
 }

@@ -42,7 +42,7 @@ typedef struct trace {
  *
  * path  NULL = no trace
  *
- * Returns what job_open_output does, and BAD_USAGE for standard output. */
+ * Returns what job_open_beside does. */
 int trace_open(struct job *at, const char *path, uint32_t scale, trace *made);
 
 /* The rows from here on are of this solver; the name is borrowed. */

@@ -9,7 +9,7 @@ samples), `models` (terms, energies, dimod's models), `command` (what the comman
 Python), `problem` (the face for Python), `failure` (all errors), `text` (strings from outside),
 `output` (whole files or none). On it stand `solvers` and `ilp` (what runs here), `registry` (their
 names), `runner` (one run of the command), `merging` (the best of all samples), `windows` (plans,
-folded problems), `calls` and `journal` (runs of many calls), `export`, `verify` (certificates),
+folded problems), `calls` (runs of many calls), `export`, `verify` (certificates),
 `cli` (the command) and `__main__` (its end by a signal).
 
 For D-Wave's services: `services` (account and messages), `hybrid`, `qpu` and `embedding` (what each

@@ -13,6 +13,7 @@ import dataclasses
 import functools
 import hashlib
 import itertools
+import json
 import math
 import os
 import time
@@ -20,8 +21,7 @@ import time
 import numpy as np
 
 from . import embedding, jobs, merging, registry, remote, runner, windows
-from .failure import BAD_INPUT, Failure, failing, io
-from .journal import Journal
+from .failure import BAD_INPUT, NO, Failure, failing, io
 from .output import Output
 from .problem import load_samples, made
 from .qsf import NO_CHAINS, RECORD, Samples
@@ -39,18 +39,49 @@ def _reduced(problem):
     return problem.encoding is None or any(bytes(side[4:8]) != bytes(4) for side in kept)
 
 
+class Journal(jobs.Held):
+    """The journal in the file `path`: JSON, `head`, which says what the run is, then a line for
+    each call, on the disk before the next call.
+
+    lines       list of dicts, those of the calls
+    Raises Failure, also for the journal of another run.
+    """
+
+    def __init__(self, path, head):
+        super().__init__(path)
+        try:
+            self.head, *self.lines = map(json.loads, (self.take() or b"").splitlines() or [
+                json.dumps(head)])
+        except ValueError:
+            self.head = None
+        if self.head != head:
+            self.leave()
+            raise Failure(NO, f"{path}: the journal of another run (its problem, --windows, "
+                              "--seed, --solver or --start differ); give another -o, or remove "
+                              "the journal to begin anew")
+        self.append()
+
+    def append(self, *lines):
+        """Add the lines of calls, and have them on the disk."""
+        self.put("".join(json.dumps(line) + "\n" for line in [
+            self.head, *self.lines, *lines]).encode())
+        self.lines += lines
+
+
 class _Run:
     """A run: the problem, the best state known, and the bound; energies in the file's units."""
 
     def __init__(self, options):
         self.options, self.session, self.tell = options, None, runner.progress(options)
-        self.p = made(runner.read(options), options.digest, options.memory_limit)
+        self.p = made(runner.read(options))
         problem = self.p.coefficients
         if len(self.p) > options.windows and not _reduced(problem):
             raise Failure(BAD_INPUT, UNREDUCED.format(options.problem, options.output or "s.qsf",
                                                       options.solver, options.windows))
-        bounds = [options.bound]
-        self.bits = windows.begin(self.p)
+        # Where the state to begin from and the bound come from; None = from nowhere.
+        self.start = options.start or (options.problem if problem.known is not None else None)
+        self.bits = windows.begin(self.p) if problem.known is None else problem.known
+        bounds = {"--bound": options.bound}
         if options.start:
             with failing(options.start):
                 samples = load_samples(options.start, options.memory_limit)
@@ -59,15 +90,22 @@ class _Run:
                 raise Failure(BAD_INPUT, f"{options.start}: these samples are not of this problem, "
                                          "or there are none")
             self.bits = samples.bits[best]
-            bounds.append(samples.info.get("lower_bound"))
-        bounds = [bound for bound in bounds if isinstance(bound, (int, float))]
+            bounds[options.start] = samples.info.get("lower_bound")
+        bounds[options.problem] = self.real(problem.stated_bound)
+        self.bound_of, bound = next(((of, bound) for of, bound in bounds.items()
+                                     if isinstance(bound, (int, float))), (None, None))
         # Energies are whole numbers of units.
-        self.bound = math.ceil(max(bounds) * self.p.scale - 1e-6) if bounds else None
+        self.bound = None if bound is None else math.ceil(bound * self.p.scale - 1e-6)
         self.check()
 
     @property
     def energy(self):
         return int(self.p.energies(self.bits)[0])
+
+    @property
+    def proven(self):
+        """Whether the best state is at a bound on the user's word: a file may state anything."""
+        return self.energy == self.bound and self.bound_of == "--bound"
 
     def check(self):
         if self.bound is not None and self.energy < self.bound:
@@ -88,9 +126,6 @@ class _Run:
         return {"schema": 1, "format": "qstereo-journal", "problem": options.digest.hex(),
                 "windows": options.windows, "seed": options.seed or 0, "solver": options.solver,
                 "begins_from": hashlib.sha256(self.bits.tobytes()).hexdigest()}
-
-    def window(self, variables):
-        return windows.window(self.p, self.bits, variables)
 
     @functools.cached_property
     def chip(self):
@@ -120,7 +155,7 @@ class _Run:
     def samples(self, lines):
         """The Samples for the file: the best state known, and what each call was."""
         info = {"windows": self.options.windows, "seed": self.options.seed or 0,
-                "lower_bound": self.real(self.bound),
+                "lower_bound": self.real(self.bound), "bound_of": self.bound_of,
                 "calls": [{key: value for key, value in line.items() if key != "bits"}
                           for line in lines]}
         return Samples(self.p.digest, self.options.solver, np.array(
@@ -139,26 +174,10 @@ def _options_of(options, number, part):
     return call
 
 
-def _ask(call, part, session, tell):
-    """(Answer to the window of a call, a context that removes its job)."""
-    problem = part.coefficients
-    if session is None:
-        return runner.here(call, problem, tell)
-    path = jobs.path_of(call.output, call.digest)
-    job = jobs.Job.load(path, whatever=True)
-    if job and job.facts.get("problem_digest") == call.digest.hex() and jobs.was_sent(job):
-        return remote.collected(call, problem, job, tell), jobs.keeping(job)
-    if job:
-        job.leave()
-    answer, job = remote.send(call, problem, session, tell)
-    return answer, jobs.keeping(job)
-
-
 def charged(info):
     """Seconds that the service has charged, by its own timing."""
     timing = info.get("timing", {})
-    return timing.get("qpu_access_time", 0) / 1e6 if "charge_time" not in timing else (
-        timing["charge_time"] / 1e6)
+    return timing.get("charge_time", timing.get("qpu_access_time", 0)) / 1e6
 
 
 def _line(run, number, variables, answer, found):
@@ -184,7 +203,7 @@ def solve(options):
         run = _Run(options)
     if not len(run.p):
         # Nothing is left to decide.
-        return runner.solve(options)
+        return remote.solve(options)
     with (Journal(f"{options.output}.journal", run.head()) as journal,
           remote.account(options) as run.session):
         if options.max_charge is not None:
@@ -196,9 +215,9 @@ def solve(options):
 
 def _calls(run, journal):
     """The calls that are still to be made, each into journal and samples file."""
-    options, before = run.options, run.energy if run.options.start else None
+    options, before = run.options, run.energy if run.start else None
     for number, (variables, last) in run.calls():
-        known = bool(number or options.start)
+        known = bool(number or run.start)
         if known and run.energy == run.bound:
             return
         if number < len(journal.lines):
@@ -207,13 +226,14 @@ def _calls(run, journal):
             with contextlib.suppress(FileNotFoundError):
                 os.remove(jobs.path_of(f"{options.output}.call-{number + 1}", b""))
         else:
-            part = run.window(variables)
+            part = windows.window(run.p, run.bits, variables)
             call = _options_of(options, number, part)
             if options.solver == "qpu":
                 run.embedded(part, variables)
-            answer, kept = _ask(call, part, run.session,
-                                lambda text: run.tell(text and f"call {number + 1}, {text}"))
-            with kept:
+            with remote.answered(
+                    call, part.coefficients,
+                    lambda text: run.tell(text and f"call {number + 1}, {text}"),
+                    run.session, again=True) as answer:
                 runner.checked(call, part.coefficients, answer)
                 run.bits = windows.improved(run.p, run.bits, variables, answer.bits, known)
                 run.check()
@@ -235,9 +255,9 @@ def _charge(lines):
 
 def _state(run, journal):
     """The best state known, and the charge, in words."""
-    known = run.bound is not None
-    bound = (f", bound {run.real(run.bound):,}, gap {run.real(run.energy - run.bound):,}"
-             if known else ", bound not known")
+    said = "" if run.bound_of in (None, "--bound") else f" (stated by {run.bound_of})"
+    bound = (f", bound {run.real(run.bound):,}{said}, gap {run.real(run.energy - run.bound):,}"
+             if run.bound_of else ", bound not known")
     charge = f", charged {_charge(journal.lines):,.3f} s"
     return f"energy {run.real(run.energy):,}{bound}" + charge * bool(
         registry.find(run.options.solver).kind)
@@ -247,7 +267,7 @@ def _deliver(run, journal, seconds):
     """Write the samples file once more: the last call's may be missing; print the result."""
     options, done = run.options, journal.lines
     run.samples(done).save(options.output)
-    proven = run.energy == run.bound
+    proven = run.proven
     gap = None if run.bound is None else run.energy - run.bound
     text = (f"{options.solver}: {len(done)} calls, {_state(run, journal)}"
             f"{' (proven optimal)' * proven}; {seconds:.1f} s\n{options.output}: written")
@@ -256,7 +276,8 @@ def _deliver(run, journal, seconds):
     runner.show(options, text, {
         "solver": options.solver, "energy": run.real(run.energy),
         "best_energy": run.real(run.energy), "lower_bound": run.real(run.bound),
-        "gap": run.real(gap), "proven_optimal": proven, "samples": 1, "calls": len(done),
+        "bound_of": run.bound_of, "gap": run.real(gap), "proven_optimal": proven, "samples": 1,
+        "calls": len(done),
         "variables_of_calls": [line["variables"] for line in done],
         "energies_of_calls": [line["energy"] for line in done],
         "charge_seconds": _charge(done), "seconds": round(seconds, 3)})
@@ -266,29 +287,25 @@ def _plans(run):
     """What each call would send, at most: dicts. On a chip with its embedding, which is kept."""
     options, plans = run.options, []
     for number, (variables, _) in run.calls():
-        part, chains = run.window(variables), {}
+        part, chains = windows.window(run.p, run.bits, variables), {}
         if options.solver == "qpu":
             figures = run.embedded(part, variables).figures()
             chains = {"embedded_qubits": figures.pop("qubits"), **figures, "fits": True}
         call = _options_of(options, number, part)
-        plans.append({**remote.plan(call, run.session, part.coefficients), **chains})
+        plans.append({"call": number + 1, **remote.plan(call, run.session, part.coefficients),
+                      **chains})
     return plans
 
 
 def dry_run(options):
     """The command `solve --windows --dry-run`."""
+    remote.show_plans(options, "calls", plans(options))
+
+
+def plans(options):
+    """What each call would send, at most: dicts."""
     run = _Run(options)
     with remote.account(options) as run.session:
-        plans = _plans(run)
-        run.tell(None)
-    charge = remote.charge_of(plans) if registry.find(options.solver).kind else 0
-    said = []
-    for number, found in enumerate(plans, 1):
-        chains = (f", {found['embedded_qubits']:,} qubits, chains of {found['mean_chain']:.2f} on "
-                  f"average and {found['longest_chain']} at most" if "mean_chain" in found else "")
-        each = found.get("charge_seconds")
-        said.append(f"call {number}: {found['variables']:,} variables{chains}"
-                    + (f", estimated charge {each:,.3f} s" if each else ""))
-    said.append(f"{options.solver}: at most {len(plans):,} calls; {remote.bill(options, charge)}")
-    runner.show(options, "\n".join(said), {"solver": options.solver, "dry_run": True,
-                                           "calls": plans, "charge_seconds": charge})
+        found = _plans(run)
+    run.tell(None)
+    return found

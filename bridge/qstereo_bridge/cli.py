@@ -100,7 +100,8 @@ from the best labelling that reduce knows, and knows the bound.
 
 The workers of a scheduler need qstereo-bridge, the command qstereo and the same
 folders. Paid calls go to workers with the resource qpu: dask worker ADDRESS
---resources qpu=1. --max-charge counts for each frame.
+--resources qpu=1. A call that was interrupted is not charged again: a second
+run fetches its answer.
 
 {STATUS}
 
@@ -108,7 +109,7 @@ Examples:
   qstereo-bridge frames pairs --out-dir out --encode '--disparity 0:31' \\
       --solve '--windows 1000 --seed 1' --score '--truth-scale 4'
   qstereo-bridge frames list.txt --out-dir out --scheduler tcp://10.0.0.1:8786 \\
-      --solve '--solver qpu --windows 1000 --calls 3 --max-charge 1'"""
+      --solve '--solver qpu --windows 1000 --calls 3' --max-charge 60"""
 
 
 class _Command(click.Command):
@@ -178,6 +179,8 @@ COMMON = [
 NO_POSTPROCESS = _flag(
     "--no-postprocess", "write the samples as the solver gave them. Else descent and merging make "
     "the best state of them; where it is better than all of them it is one more sample, the last")
+ALONE = _flag("--alone", "use neither the labelling nor the lower bound that P.qcf carries: what "
+              "the solver finds alone")
 SOLVE = [
     click.argument("problems", metavar="P.qcf...", nargs=-1, required=True),
     _option("-o --output", str, "S.qsf", "samples file to write, - is standard output"),
@@ -211,15 +214,16 @@ SOLVE = [
     _option("--max-charge", POSITIVE, "S", "send nothing if the charge may be above S seconds; of "
             "several problems their sum counts"),
     _flag("--dry-run", "send nothing; say what would be sent, and which limits apply"),
-    NO_POSTPROCESS,
+    NO_POSTPROCESS, ALONE,
     _option("--windows", WHOLE, "N", "solve a reduced problem in calls of at most N variables, "
-            "each merged into the best state known. After an interruption the same command goes "
-            "on, by its journal, S.qsf.journal"),
+            "each merged into the best state known, at first the one that the file of `qstereo "
+            "reduce` carries. After an interruption the same command goes on, by its journal, "
+            "S.qsf.journal"),
     _option("--calls", WHOLE, "K", "with --windows: at most K calls (default 10)"),
-    _option("--start", str, "S0.qsf", "with --windows: begin from the best sample of S0.qsf; a "
-            "lower bound in it (of `qstereo reduce --samples`) ends the calls"),
-    _option("--bound", Number(float, -1e15, 1e15), "E", "with --windows: end at this proven lower "
-            "bound, in real units; `qstereo reduce` prints one")]
+    _option("--start", str, "S0.qsf", "with --windows: begin from the best sample of S0.qsf, and "
+            "end at the lower bound that S0.qsf states"),
+    _option("--bound", Number(float, -1e15, 1e15), "E", "with --windows: end at this lower bound, "
+            "in real units, which you know to be proven (default the one that the file states)")]
 
 
 @click.group(no_args_is_help=False, subcommand_metavar="COMMAND ...",
@@ -325,7 +329,7 @@ def _windows(options):
                   "(default the job file's name without .job)"),
           _option("--problem", str, "P.qcf", "the problem (default the file that was sent)"),
           _flag("--no-wait", "do not wait: exit with 1 if there is no answer yet"),
-          NO_POSTPROCESS, *COMMON)
+          NO_POSTPROCESS, ALONE, *COMMON)
 def collect(options):
     """Fetch the answer to a problem that was sent to D-Wave. When the samples are written, the job
     file is removed."""
@@ -354,6 +358,10 @@ def merge(options):
                   "(default one for this run, with workers on this machine)"),
           _option("--workers", WHOLE, "N", "without --scheduler: how many workers (default one "
                   "for each core)"),
+          _option("--max-charge", POSITIVE, "S", "send nothing if the charge of all frames "
+                  "together may be above S seconds"),
+          _flag("--dry-run", "encode and reduce, send nothing; say how many calls each frame "
+                "takes, and what all of them may be charged"),
           *(_option(f"--{step}", str, "WORDS", f"options for `{program}`{default and ' '}"
                     f"{default and f'(default {default})'}", default=default)
             for step, program, default in (
@@ -397,7 +405,7 @@ def export(options):
 
 
 @_command("export", None, click.argument("samples", metavar="S.qsf"),
-          _option("--problem", str, "P.qcf", "the problem of the samples (required)"),
+          _option("--problem", str, "P.qcf", "the problem of the samples", required=True),
           _option("--embedding", str, "E.json", "its embedding (default the one in the samples)"),
           *COMMON)
 def inspect(options):

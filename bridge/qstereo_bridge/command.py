@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import tempfile
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,8 @@ def call(folder, *words):
         done = subprocess.run([os.path.abspath(found), *words], cwd=folder, capture_output=True,
                               stdin=subprocess.DEVNULL, text=True, errors="replace")
     if done.returncode == 0:
+        for line in re.findall(r"^qstereo [a-z]+: (.*)$", done.stderr, re.MULTILINE):
+            warnings.warn(line.replace("warning: ", "", 1), stacklevel=4)
         return done.stdout
     said = re.sub(r"^qstereo [a-z]+: | \(help: [^)]*\)$", "", done.stderr.strip())
     if done.returncode in (USAGE, BAD_INPUT):
@@ -74,11 +77,11 @@ def encode(costs, pairwise, edges, arrays, options):
     with tempfile.TemporaryDirectory(prefix="qstereo-") as name:
         for option, group in {"": {"costs": costs}, **_named(arrays, edges)}.items():
             for key, array in group.items():
-                array = np.asarray(array, order="C")
+                array = np.asarray(array)
                 if array.dtype.kind not in "biuf":
                     raise InputError(f"{key} is missing, or is no array of numbers")
-                with io(f"{key}.npy", "write"):
-                    np.save(f"{name}/{key}.npy", array)
+                with io(f"{key}.npy", "write"):  # in the byte order that the command reads
+                    np.save(f"{name}/{key}.npy", array.astype(array.dtype.newbyteorder("="), "C"))
             files = ",".join(f"{key}.npy" for key in group)
             words.append(f"{option}={files}" if option else files)
         call(name, "encode", "--problem=label", *words, "-o", "problem.qcf")

@@ -1,7 +1,6 @@
 """Pictures and drawings of a report, each as text that stands in a page by itself."""
 
 import base64
-import html
 import io
 import re
 import zlib
@@ -9,6 +8,7 @@ import zlib
 import matplotlib
 import matplotlib.image
 import numpy as np
+from markupsafe import Markup
 from matplotlib.figure import Figure
 
 # A drawing's ink becomes the page's own, so that it is right on dark paper, too.
@@ -20,19 +20,12 @@ matplotlib.rcParams.update({
     "axes.spines.top": False, "axes.spines.right": False, "svg.hashsalt": "qstereo"})
 
 
-def image(values, alt):
-    """An <img> that holds a picture: H x W x 3, or H x W, bytes."""
+def image(values, colours="gray", low=0, high=255):
+    """The address of a picture that holds it: H x W x 3 bytes, or H x W values from `low` to
+    `high`, in colours, without any where a value is NaN."""
     out = io.BytesIO()
-    matplotlib.image.imsave(out, values, format="png", cmap="gray", vmin=0, vmax=255)
-    text = base64.b64encode(out.getvalue()).decode()
-    return f'<img alt="{html.escape(alt, True)}" src="data:image/png;base64,{text}">'
-
-
-def coloured(values, low, high, colours="turbo"):
-    """A map in colours, white where it has no value: H x W x 3, bytes."""
-    shown = matplotlib.colormaps[colours](np.clip((values - low) / max(high - low, 1), 0, 1))
-    shown[np.isnan(values)] = 1
-    return (255 * shown[..., :3]).astype(np.uint8)
+    matplotlib.image.imsave(out, values, format="png", cmap=colours, vmin=low, vmax=high)
+    return "data:image/png;base64," + base64.b64encode(out.getvalue()).decode()
 
 
 def svg(figure):
@@ -50,17 +43,17 @@ def drawing(figure):
     # Names are addresses to no page; the names of parts are unique in a file, not in a page.
     text = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->", "", text, flags=re.S)
     mark = f"f{zlib.crc32(text.encode()):08x}-"
-    return re.sub(r'(id="|href="#|url\(#)', rf"\g<1>{mark}", text)
+    return Markup(re.sub(r'(id="|href="#|url\(#)', rf"\g<1>{mark}", text))
 
 
-def bar(low, high, text):
+def bar(low, high):
     """The scale bar of maps."""
     figure = Figure(figsize=(3.2, 0.45))
     axes = figure.add_axes((0, 0.5, 1, 0.5))
     axes.imshow(np.linspace(0, 1, 256)[None], aspect="auto", cmap="turbo",
-                extent=(low, max(high, low + 1), 0, 1))
+                extent=(low, high, 0, 1))
     axes.set_yticks([])
-    axes.set_xlabel(text)
+    axes.set_xlabel("disparity, pixels")
     return figure
 
 
@@ -79,35 +72,34 @@ def sheet(maps, low, high):
     return figure
 
 
-def energies(results, bound):
-    """Energies of the methods above the proven bound, as bars."""
-    low = bound if bound is not None else min(one["energy"] for one in results)
-    figure = Figure(figsize=(6, 0.3 * len(results) + 0.7))
-    axes = figure.subplots()
-    above = [one["energy"] - low for one in results]
+def energies(results, low, what):
+    """The energies of results above `low`, which is `what`, as bars."""
+    figure = Figure(figsize=(4.5, 0.3 * len(results) + 0.7))
+    axes, above = figure.subplots(), [one["energy"] - low for one in results]
     # Two results may have one name; bars of one name would lie on each other.
-    axes.barh(range(len(results)), above, color=BLUE)
+    bars = axes.barh(range(len(results)), above, color=BLUE)
+    axes.bar_label(bars, [f"+{value:,.10g}" if value else "0" for value in above], padding=3)
     axes.set_yticks(range(len(results)), [one["solver"] for one in results])
-    for place, value in enumerate(above):
-        axes.annotate(f"+{value:,.10g}" if value else "0", (value, place), (3, 0), va="center",
-                      textcoords="offset points")
     axes.axvline(0, color=RED)
     axes.invert_yaxis()
     axes.set_xscale("symlog", linthresh=1)
-    axes.set_xlim(0, 4 * max(above, default=0) + 1)
-    axes.set_xlabel(f"energy above {'the proven bound' if bound is not None else 'the lowest'}, "
-                    f"{low:,.10g} (red)")
+    axes.set_xlim(0, 9 * max(above) + 1)
+    axes.set_xlabel(f"energy above {what} {low:,.10g} (red)")
     return figure
 
 
-def course(traces, across, up, keys=("energy", "bound"), bound=None, scale="linear"):
-    """What `keys` name, the second dashed; None where no trace tells it. traces: name -> rows of
-    `--trace`, or the lines of a journal; `across` names their column of places, `up` the axis."""
-    figure = Figure(figsize=(6, 2.8))
+def course(traces, across, up, keys=("energy", "bound"), low=0):
+    """What `keys` name, the second dashed, above `low`; None where no trace tells it.
+
+    traces      name -> rows of `--trace`, or lines of a journal
+    across      the column of places along the x axis
+    up          what stands beside the y axis
+    """
+    figure = Figure(figsize=(4.5, 2.8), layout="constrained")
     axes = figure.subplots()
     for number, (name, rows) in enumerate(traces.items()):
         for key, line in zip(keys, ("-", "--")):
-            points = [(float(row[across]), float(row[key])) for row in rows
+            points = [(float(row[across]), float(row[key]) - low) for row in rows
                       if row.get(key) not in (None, "")]
             if points:
                 axes.step(*zip(*points), line, where="post", color=f"C{number % 10}",
@@ -115,10 +107,16 @@ def course(traces, across, up, keys=("energy", "bound"), bound=None, scale="line
                           label=name if key == keys[0] else None)
     if not axes.lines:
         return None
-    if bound is not None:
-        axes.axhline(bound, color=RED, lw=1, label="proven bound")
-    axes.set_yscale(scale)
+    # Most of the way is made at once.
+    axes.set_yscale("symlog", linthresh=1)
+    axes.yaxis.get_major_locator().set_params(numticks=7)
+    if across == "seconds":
+        axes.set_xscale("symlog", linthresh=0.01)
+        axes.set_xlim(left=0)
+    else:
+        axes.xaxis.get_major_locator().set_params(integer=True)
     axes.set_xlabel(across)
     axes.set_ylabel(up)
-    axes.legend(frameon=False, fontsize=8, labelcolor=INK)
+    if len(traces) > 1:
+        figure.legend(frameon=False, fontsize=8, labelcolor=INK, loc="outside right upper")
     return figure

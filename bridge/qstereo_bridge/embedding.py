@@ -21,8 +21,8 @@ import networkx as nx
 import numpy as np
 
 from . import models, packing, services, tiles
-from .failure import NO, Error, SolverError
-from .output import temporary
+from .failure import NO, Error, FileError, SolverError
+from .output import save
 from .qcf import DEFAULT_LIMIT
 from .solvers import interruptible
 
@@ -299,11 +299,9 @@ def keep(embedding, source, chip, copies=1):
     written is none."""
     before, path = kept(source, chip, copies), _cache_path(source, chip, copies)
     if before is None or len(before.used()) > len(embedding.used()):
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError, FileError):
             os.makedirs(os.path.dirname(path), exist_ok=True)
-            with temporary(path) as (name, stream), stream:
-                stream.write(embedding.to_json().encode())
-                os.replace(name, path)
+            save(path, embedding.to_json().encode())
 
 
 def obtain(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None, copies=1):

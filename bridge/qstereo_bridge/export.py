@@ -77,8 +77,6 @@ def inspect(options):
     if samples.solver != "qpu":
         raise Failure(BAD_INPUT, f"{options.samples}: samples of {samples.solver}; the inspector "
                       "shows those of the solver qpu")
-    if options.problem is None:
-        raise Failure(USAGE, "the inspector needs the problem; name it with --problem P.qcf")
     whole, chains = problem.load(options.problem, options.memory_limit), samples.info.get("chains")
     if options.embedding:
         from . import embedding

@@ -4,7 +4,8 @@ import contextlib
 
 OK, NO, USAGE, BAD_INPUT, IO, SERVICE = 0, 1, 2, 3, 4, 5
 # Which extra of the package brings a module; all others come with `dwave`.
-EXTRAS = {"scipy": "exact", "matplotlib": "picture", "dask": "dask", "distributed": "dask"}
+EXTRAS = {"scipy": "exact", "matplotlib": "picture", "jinja2": "report",
+          "dask": "dask", "distributed": "dask"}
 
 
 class Error(Exception):
@@ -33,9 +34,14 @@ class InputError(Error, ValueError):
 
 
 class SolverError(Error):
-    """The solver failed, refused the problem, or answered something that cannot be."""
+    """The solver failed, refused the problem, or answered something that cannot be. `code` is the
+    status of HTTP, where a service said one."""
 
     status = SERVICE
+
+    def __init__(self, message, code=None):
+        super().__init__(message)
+        self.code = code
 
 
 @contextlib.contextmanager

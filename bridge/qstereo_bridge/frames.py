@@ -80,20 +80,28 @@ def _value(words, option, default):
     return default
 
 
-def _step(frame, name, key, ends, work):
-    """The facts of a step, from the frame's .json where they are made from the same and the files
-    are there. Else what work(folder) returns, `folder` being one that is removed."""
-    path, files = Path(f"{frame['base']}.json"), [Path(frame["base"] + end) for end in ends]
+def _known(frame, name, key, ends):
+    """(The facts of the frame's steps, from its .json; whether the step `name` is done: made from
+    the same, and its files are there)."""
     try:
-        state = json.loads(path.read_bytes())
+        state = json.loads(Path(f"{frame['base']}.json").read_bytes())
     except (FileNotFoundError, ValueError):
         state = {}
-    if state.get(name, {}).get("key") == key and all(file.exists() for file in files):
+    return state, state.get(name, {}).get("key") == key and all(
+        Path(frame["base"] + end).exists() for end in ends)
+
+
+def _step(frame, name, key, ends, work):
+    """The facts of a step that is done, else what work(folder) returns, `folder` being one that is
+    removed."""
+    state, done = _known(frame, name, key, ends)
+    if done:
         return state[name]
+    path = Path(f"{frame['base']}.json")
     if state.pop(name, None):
         # Samples without these facts are those of a run that was interrupted, and are kept.
-        for file in [*files, *(Path(f"{file}.journal") for file in files)]:
-            file.unlink(missing_ok=True)
+        for end in [*ends, *(f"{end}.journal" for end in ends)]:
+            Path(frame["base"] + end).unlink(missing_ok=True)
         save(path, json.dumps(state).encode())
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="qstereo-") as folder:
@@ -123,28 +131,40 @@ def reduced(frame):
     def work(folder):
         command.call(folder, "encode", str(frame["left"]), str(frame["right"]), "-o", "p.qcf",
                      *words["encode"])
-        said = json.loads(command.call(folder, "reduce", "p.qcf", "-o", "core.qcf", "--samples",
-                                       "start.qsf", "--json", *words["reduce"]))
-        for end, made in ((".qcf", "core.qcf"), (".start.qsf", "start.qsf")):
-            save(frame["base"] + end, Path(folder, made).read_bytes())
+        said = json.loads(command.call(folder, "reduce", "p.qcf", "-o", "core.qcf", "--json",
+                                       *words["reduce"]))
+        save(frame["base"] + ".qcf", Path(folder, "core.qcf").read_bytes())
         return {"variables": said["variables_before"], "variables_left": said["variables_after"],
                 "lower_bound": said["lower_bound"]}
     key = _key(frame["left"], frame["right"], words["encode"], words["reduce"])
-    return _step(frame, "reduce", key, (".qcf", ".start.qsf"), work)
+    return _step(frame, "reduce", key, (".qcf",), work)
 
 
 def solving(base, words):
     """The options of `solve` for a frame. Raises click.UsageError, Failure."""
     given = cli.options_of("solve", [f"{base}.qcf", "-o", f"{base}.qsf", "--quiet", *words])
-    if given.windows and not given.start:
-        given.start = f"{base}.start.qsf"
-    for option, wrong in (("-o", given.output != f"{base}.qsf"), ("--no-wait", given.no_wait),
-                          ("--dry-run", given.dry_run)):
+    for option, wrong, why in (
+            ("-o", given.output != f"{base}.qsf", "each frame's samples have a name"),
+            ("--no-wait", given.no_wait, "each frame's samples are decoded"),
+            ("--dry-run", given.dry_run, "give it to frames: it is for all frames"),
+            ("--max-charge", given.max_charge, "give it to frames: it is for all frames")):
         if wrong:
-            raise Failure(USAGE, f"--solve does not take {option}: each frame's samples are "
-                                 "written, and decoded")
+            raise Failure(USAGE, f"--solve does not take {option}; {why}")
     given.said = []
     return given
+
+
+@_task
+def planned(frame, before):
+    """What solving the frame would send, at most: the frame as the bill has it."""
+    given = solving(frame["base"], frame["words"]["solve"])
+    given.dry_run = frame["dry_run"]
+    _, done = _known(frame, "solve", _key(before["key"], frame["words"]["solve"]), (".qsf",))
+    plans = [] if done else calls.plans(given) if given.windows else remote.plans(given)
+    unfit = [{key: found[key] for key in ("fits", "reason")} for found in plans
+             if found.get("fits") is False]
+    return {"frame": frame["name"], "variables": before["variables_left"], "calls": len(plans),
+            "charge_seconds": remote.charge_of(plans), "skipped": done, **dict(*unfit[:1])}
 
 
 @_task
@@ -232,38 +252,61 @@ def _summary(folder, problems, failed):
     save(folder / "summary.csv", table.getvalue().encode("utf-8", "surrogateescape"))
 
 
+def _ends(tasks, failed, tell):
+    """The results of the tasks {task: frame's name}, as they come. The errors of others are told,
+    and put into `failed`, {name: error}."""
+    from dask.distributed import as_completed
+
+    for task in as_completed(tasks):
+        error = task.exception()
+        if error is None:
+            yield task.result()
+        else:
+            failed[tasks[task]] = str(error)
+            tell(f"{tasks[task]}: {error}")
+
+
 def frames(options):
     """The command `frames`."""
     began, folder = time.monotonic(), Path(options.out_dir).absolute()
     words = {step: _split(getattr(options, step), f"--{step}") for step in STEPS}
     solver, found = solving("frame", words["solve"]).solver, pairs(options.pairs)
-    paid = bool(registry.find(solver).kind)
+    options.solver, paid = solver, bool(registry.find(solver).kind)
+    if options.max_charge and not paid:
+        raise Failure(USAGE, f"{solver} runs on your workers and charges nothing; leave "
+                             "--max-charge out")
 
     def tell(text):
         if not options.quiet:
             runner.say(options, text)
     with io(folder, "make"):
         folder.mkdir(parents=True, exist_ok=True)
-    problems, failed, tasks = [], {}, {}
-    with _client(options, paid) as client:
-        from dask.distributed import as_completed
+    problems, failed, first, plans, tasks = [], {}, {}, {}, {}
+    with _client(options, paid and not options.dry_run) as client:
         tell(f"dashboard at {client.dashboard_link}")
         for name, left, right, truth in found:
             frame = {"name": name, "left": left, "right": right, "truth": truth, "words": words,
-                     "solver": solver, "base": str(folder / f"frame_{name}")}
+                     "solver": solver, "base": str(folder / f"frame_{name}"),
+                     "dry_run": options.dry_run}
             # Pure tasks would be those of another run with this scheduler.
-            first = client.submit(reduced, frame, pure=False)
-            second = client.submit(solved, frame, first, pure=False,
+            first[name] = frame, client.submit(reduced, frame, pure=False)
+            if options.dry_run or options.max_charge:
+                plans[client.submit(planned, *first[name], pure=False)] = name
+        bill = sorted(_ends(plans, failed, tell), key=lambda one: one["frame"])
+        if options.dry_run:
+            remote.show_plans(options, "frames", bill)
+            return NO if failed else OK
+        if options.max_charge:
+            remote.check_charge(options, bill)
+        for name in [name for name in first if name not in failed]:
+            frame, before = first[name]
+            second = client.submit(solved, frame, before, pure=False,
                                    resources={"qpu": 1} if paid else None)
-            tasks[client.submit(finished, frame, first, second, pure=False)] = name
-        for number, task in enumerate(as_completed(tasks), 1):
-            error = task.exception()
-            if error is not None:
-                failed[tasks[task]] = str(error)
-            else:
-                problems.append(task.result())
-            tell(f"[{number}/{len(tasks)}] {tasks[task]}: " + (
-                str(error) if error is not None else _told(problems[-1])))
+            tasks[client.submit(finished, frame, before, second, pure=False)] = name
+        for problem in _ends(tasks, failed, tell):
+            problems.append(problem)
+            tell(f"[{len(problems) + len(failed)}/{len(found)}] {problem['name']}: "
+                 f"{_told(problem)}")
     problems.sort(key=lambda problem: problem["name"])
     _summary(folder, problems, failed)
     text = f"{len(problems)} of {len(found)} frames, {time.monotonic() - began:.1f} s"

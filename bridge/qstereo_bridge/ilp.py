@@ -37,11 +37,13 @@ class Form:
 
     The literal i < n is x_i, n + i is 1 - x_i. `coupling` is the coupling that each product is of,
     `site` the one-hot group or free variable of each variable; `first` and `hot` say of each site
-    its first variable and whether it is a one-hot group. All are i64 arrays.
+    its first variable and whether it is a one-hot group. `twice`: no labelling costs less than the
+    half of its sum over the variables at 1. All are i64 arrays.
     """
 
     offset: int
     linear: np.ndarray
+    twice: np.ndarray
     left: np.ndarray
     right: np.ndarray
     cost: np.ndarray
@@ -76,11 +78,17 @@ def _not_above_zero(table):
     return min(forms, key=lambda form: np.count_nonzero(form[2]))
 
 
+def _add(total, ends, times, costs):
+    """Adds to the totals of variables what rows and columns of a block cost, in each coupling."""
+    for first, of_end in zip(ends, costs):
+        np.add.at(total, first + np.arange(of_end.size), times * of_end)
+
+
 def reduce(problem, limit):
     """The Form of `problem`, each of its blocks written with factors below 0. Raises OverLimit."""
     starts, one_hot, linear = problem.starts[:-1], problem.one_hot, problem.linear.copy()
     free, n = ~problem.of_variables(one_hot), linear.size
-    begins = free.copy()
+    begins, twice = free.copy(), 2 * problem.linear
     begins[starts] = True
     first = np.flatnonzero(begins)
     g, h, block, weight = problem.couplings
@@ -90,14 +98,19 @@ def reduce(problem, limit):
         content, these = problem.blocks[each // 8], np.flatnonzero((kind == each) & (weight != 0))
         rows, columns = content.shape
         check_memory(40 * rows * columns, limit, f"a block of {rows:,} x {columns:,}")
-        table = content.dense().astype(np.int64) * (-1 if each & 1 else 1)
+        table = content.astype(np.int64) * (-1 if each & 1 else 1)
         table = np.triu(table, 1) if each & 4 else table
         above, beside = starts[g[these], None], starts[h[these], None]
-        times = np.abs(weight[these, None])
+        ends, times = (above, beside), np.abs(weight[these, None])
+        shares = [np.minimum(table, 0).sum(axis) for axis in (1, 0)]
         if each & 2:
-            of_rows, of_columns, table = _not_above_zero(table)
-            np.add.at(linear, above + np.arange(rows), times * of_rows)
-            np.add.at(linear, beside + np.arange(columns), times * of_columns)
+            *unary, rest = _not_above_zero(table)
+            _add(linear, ends, times, unary)
+            # Each end has half of what the block costs at least; where no product is left, its own.
+            shares = ([table.min(axis) for axis in (1, 0)] if rest.any() else
+                      [2 * costs for costs in unary])
+            table = rest
+        _add(twice, ends, times, shares)
         i, j = np.nonzero(table)
         entries += 3 * i.size * these.size
         check_memory(ENTRY_BYTES * entries, limit, f"an integer program of {entries:,} entries")
@@ -110,7 +123,7 @@ def reduce(problem, limit):
             value[turned] *= -1
         number = np.broadcast_to(these[:, None], value.shape)
         parts.append(np.stack([left, right, -value, number]).reshape(4, -1))
-    return Form(problem.offset, linear, *np.concatenate(parts, axis=1), np.cumsum(begins) - 1,
+    return Form(problem.offset, linear, twice, *np.concatenate(parts, axis=1), np.cumsum(begins) - 1,
                 first, ~free[first])
 
 
@@ -148,20 +161,23 @@ def split(form):
     return program[part], int(np.sum(met > 0))
 
 
-def bounds_of(form, program, of_product):
-    """A bound of each program without any search: -c A B >= -c (A + B) / 2, then every site for
-    itself. i64 array."""
-    n, ends = form.linear.size, np.zeros(2 * form.linear.size, np.int64)
-    for end in (form.left, form.right):
-        np.add.at(ends, end, form.cost)
-    double, twice = 2 * form.linear - ends[:n] + ends[n:], np.zeros(program.max() + 1, np.int64)
-    least = np.minimum.reduceat(double, form.first)
-    inside = program[form.first] >= 0
-    np.add.at(twice, program[form.first][inside],
+def bounds_of(form, program):
+    """A bound of each program without any search: every site for itself. i64 array."""
+    least = np.minimum.reduceat(form.twice, form.first)
+    bounds, inside = np.zeros(program.max() + 1, np.int64), program[form.first] >= 0
+    np.add.at(bounds, program[form.first][inside],
               np.where(form.hot, least, np.minimum(least, 0))[inside])
-    for end in (form.left, form.right):
-        np.subtract.at(twice, of_product, np.where(end >= n, form.cost, 0))
-    return -(-twice // 2)
+    return -(-bounds // 2)
+
+
+def better_of(form, program, x, other):
+    """Of two states the better one in each program; `x` at sites without products."""
+    change = np.zeros(program.max() + 2, np.int64)
+    np.add.at(change, program, form.linear * (other - x))
+    np.subtract.at(change, program[form.left % form.linear.size],
+                   form.cost * (form.products(other) - form.products(x)))
+    change[-1] = 0
+    return np.where(change[program] < 0, other, x)
 
 
 def constraints(form, variables, products):
@@ -230,11 +246,13 @@ class Search:
         form = reduce(self.problem, self.limit)
         self.bits, (program, parts) = form.best(form.linear), split(form)
         of_product, alone = program[form.left % form.linear.size], program < 0
-        bounds = bounds_of(form, program, of_product)
+        bounds = bounds_of(form, program)
         rest = form.offset + int(form.linear[alone] @ self.bits[alone])
         self.bound = rest + int(bounds.sum())
         self.info = {"components": parts, "programs": bounds.size, "open_programs": bounds.size}
         self.bits = descend(self.problem, form, self.bits, self.limit, self.over)
+        if self.problem.known is not None:
+            self.bits = better_of(form, program, self.bits, self.problem.known.astype(np.int64))
         for k, low in enumerate(bounds.tolist()):
             variables, products = np.flatnonzero(program == k), np.flatnonzero(of_product == k)
             self.text = f"program {k + 1:,} of {bounds.size:,}, {variables.size:,} variables"

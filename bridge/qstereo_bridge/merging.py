@@ -23,14 +23,13 @@ class States:
     """Some states of a problem.
 
     bits        u8 array (states, n)
-    fields      i64 array (states, n): what H, penalties left out, changes by where the variable
-                becomes 1
+    fields      i64 array (states, n): what H changes by where the variable becomes 1
     """
 
-    def __init__(self, problem, terms, bits):
-        self.problem, self.terms = problem, terms
+    def __init__(self, problem, bits):
+        self.problem, self.terms = problem, models.Terms(problem, both=True)
         self.bits = np.zeros(bits.shape, np.uint8)
-        self.fields = np.tile(problem.linear, (bits.shape[0], 1))
+        self.fields = np.tile(models.linear_terms(problem), (bits.shape[0], 1))
         self.flip(*np.nonzero(bits))
 
     def flip(self, state, variable):
@@ -52,13 +51,12 @@ class States:
         another. The moves of all other groups are flips.
         """
         problem, bits, fields = self.problem, self.bits, self.fields
-        ones = np.add.reduceat(bits, problem.starts[:-1], axis=1, dtype=np.int64)
-        exchanges = (ones == 1) & problem.one_hot
+        exchanges = (models.ones(problem, bits) == 1) & problem.one_hot
         hot = np.add.reduceat(bits * fields, problem.starts[:-1], axis=1)
-        on, off = problem.b * ones - problem.a, problem.a - problem.b * (ones - 1)
-        spread = problem.of_variables
-        flips = np.where(bits == 0, fields + spread(on), spread(off) - fields)
-        deltas = np.where(spread(exchanges), fields - spread(hot), flips)
+        # What an exchange brings to 1 no longer pays for the one that leaves.
+        exchanged = np.where(bits == 0, fields - problem.of_variables(hot + problem.b), 0)
+        deltas = np.where(problem.of_variables(exchanges), exchanged,
+                          np.where(bits == 0, fields, -fields))
         return deltas, np.minimum.reduceat(deltas, problem.starts[:-1], axis=1), exchanges
 
 
@@ -72,13 +70,12 @@ def _independent(best, g, h):
     return moves
 
 
-def _descend(problem, terms, bits):
+def _descend(problem, bits):
     """The local minima that steepest descent leads to from the states `bits`: u8 array. Groups that
     no coupling joins move at once."""
-    states = States(problem, terms, bits)
-    g, h = np.sort(problem.couplings[:2, problem.couplings[3] != 0], axis=0)
+    states = States(problem, bits)
+    g, h = np.sort(problem.edges, axis=0)
     g, h = g[g != h], h[g != h]
-    group = problem.of_variables(np.arange(problem.sizes.size))
     while True:
         deltas, best, exchanges = states.best_moves()
         moves = _independent(best, g, h)
@@ -87,7 +84,7 @@ def _descend(problem, terms, bits):
         state, variable = np.nonzero(problem.of_variables(moves)
                                      & (deltas == problem.of_variables(best)))
         # Of equal moves of a group the first.
-        _, first = np.unique(state * moves.shape[1] + group[variable], return_index=True)
+        _, first = np.unique(state * moves.shape[1] + problem.group[variable], return_index=True)
         state, variable = state[first], variable[first]
         leaving = problem.of_variables(moves & exchanges) & (states.bits == 1)
         states.flip(*(np.append(*pair) for pair in zip((state, variable), np.nonzero(leaving))))
@@ -96,30 +93,28 @@ def _descend(problem, terms, bits):
 def descend(problem, bits):
     """Steepest descent of each state: u8 array (samples, n). A feasible state stays feasible.
 
-    problem     qcf.Problem
+    problem     qcf.Coefficients
     bits        u8 array (samples, n)
     """
     if not bits.size:
         return bits
-    terms = models.Terms(problem, penalties=False, both=True)
     step = max(1, BLOCK // bits.shape[1])
-    return np.concatenate([_descend(problem, terms, bits[at:at + step])
+    return np.concatenate([_descend(problem, bits[at:at + step])
                            for at in range(0, bits.shape[0], step)])
 
 
 class Merger(States):
     """One state, into which others are merged."""
 
-    def __init__(self, problem, terms, bits):
-        super().__init__(problem, terms, bits[None])
-        self.group = problem.of_variables(np.arange(problem.sizes.size))
+    def __init__(self, problem, bits):
+        super().__init__(problem, bits[None])
         self.place = np.full(bits.size, -1)
 
     def take(self, other):
         """Take the components of the difference to `other` that lower H; whether there are any."""
         bits, problem = self.bits[0], self.problem
         differ = np.flatnonzero(bits != other)
-        sign, group = 1 - 2 * bits[differ].astype(np.int64), self.group[differ]
+        sign, group = 1 - 2 * bits[differ].astype(np.int64), problem.group[differ]
         at, column, value = self.terms.of_rows(differ)
         self.place[differ] = np.arange(differ.size)
         there = self.place[column]
@@ -130,29 +125,15 @@ class Merger(States):
         label = models.components(differ.size, np.append(at, same), np.append(there, same + 1))
         gains = sign * self.fields[0, differ]
         np.add.at(gains, at, value * sign[at] * sign[there])
-        lost = self._penalties(other, differ, group, gains)
         total, spoilt = np.zeros(differ.size, np.int64), np.zeros(differ.size, bool)
         np.add.at(total, label, gains)
-        np.logical_or.at(spoilt, label, lost)
+        # A group with one variable at 1 keeps that.
+        lost = problem.one_hot & (models.ones(problem, self.bits)[0] == 1) & (
+            models.ones(problem, other[None])[0] != 1)
+        np.logical_or.at(spoilt, label, lost[group])
         taken = differ[(total < 0)[label] & ~spoilt[label]]
         self.flip(np.zeros(taken.size, np.int64), taken)
         return taken.size > 0
-
-    def _penalties(self, other, differ, group, gains):
-        """Adds what a group's penalty changes to the gain of the first of its variables that
-        differ; where a group would cease to be feasible: bool array as `differ`."""
-        problem, first = self.problem, np.flatnonzero(np.diff(group, prepend=-1))
-        before, after = (np.bincount(group, state[differ], problem.sizes.size)[group[first]]
-                         .astype(np.int64) for state in (self.bits[0], other))
-        common = np.add.reduceat(self.bits[0] & other, problem.starts[:-1],
-                                 dtype=np.int64)[group[first]]
-        before, after, which = before + common, after + common, group[first]
-        a, b = problem.a[which], problem.b[which]
-        gains[first] += (a * (before - after) + b * (after * (after - 1) // 2
-                                                     - before * (before - 1) // 2))
-        lost = np.zeros(differ.size, bool)
-        lost[first] = problem.one_hot[which] & (before == 1) & (after != 1)
-        return lost
 
 
 def merged(problem, bits):
@@ -161,7 +142,7 @@ def merged(problem, bits):
     Its H is at most that of each feasible sample, and it is feasible, where there is one; else at
     most that of every sample.
 
-    problem     qcf.Problem
+    problem     qcf.Coefficients
     bits        u8 array (samples, n), at least one sample
     """
     if not bits.size:
@@ -169,7 +150,7 @@ def merged(problem, bits):
     states = np.unique(np.packbits(descend(problem, bits), axis=1), axis=0)
     states = np.unpackbits(states, axis=1, count=bits.shape[1])
     order = np.lexsort((models.energies(problem, states), ~models.feasible(problem, states)))
-    merger = Merger(problem, models.Terms(problem, penalties=False, both=True), states[order[0]])
+    merger = Merger(problem, states[order[0]])
     # Another round may find more: what was taken last changes what the first ones offer.
     while any([merger.take(states[at]) for at in order[1:]]):
         pass
@@ -182,13 +163,14 @@ def best_of(problem, samples):
     return int(order[0]) if order.size else None
 
 
-def finished(problem, samples, limit):
+def finished(problem, samples, limit, known=None):
     """The Samples with the result of descent and merging: as one more sample, the last, where it
-    is better than all others. INFO's "result" says how many reads there are and which sample is the
-    result.
+    is better than all others. INFO's "result" says how many reads there are, which sample is the
+    result, and whether a state known before was merged, too.
 
-    problem     qcf.Problem
+    problem     qcf.Coefficients
     limit       bytes that the work may take
+    known       u8 array (n,): a state to merge with the samples, or None
     Raises OverLimit.
     """
     bits, records, reads = samples.bits, samples.records, samples.records.size
@@ -197,13 +179,15 @@ def finished(problem, samples, limit):
     n = bits.shape[1]
     check_memory(ENTRY_BYTES * min(n * reads, max(BLOCK, n)), limit,
                  f"descent of {reads:,} samples of {n:,} variables")
-    result = merged(problem, bits)[None]
+    others = bits[:0] if known is None else known[None]
+    result = merged(problem, np.append(bits, others, axis=0))[None]
     energy, best = models.energies(problem, result), best_of(problem, samples)
     sound, was_sound = (models.feasible(problem, one)[0] for one in (result, bits[[best]]))
     if (not sound, energy[0]) < (not was_sound, records["energy"][best]):
         best, bits = reads, np.append(bits, result, axis=0)
         records = np.append(records, np.array([(energy[0], 1, NO_CHAINS)], RECORD))
-    info = {**samples.info, "result": {"reads": reads, "sample": best}}
+    info = {**samples.info, "result": {"reads": reads, "sample": best,
+                                       **({} if known is None else {"known": True})}}
     return Samples(samples.digest, samples.solver, records, bits, info, samples.sides)
 
 
@@ -224,4 +208,4 @@ def merge(p, *samples):
         np.concatenate([one.bits for one in samples]),
         samples[0].info if len(samples) == 1 else {"merged": [
             {"solver": one.solver, "samples": one.records.size, **one.info} for one in samples]})
-    return finished(p.coefficients, together, p.memory_limit)
+    return finished(p, together, p.memory_limit)

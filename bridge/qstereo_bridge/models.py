@@ -1,11 +1,25 @@
-"""From a Problem to its terms, its exact energies, and dimod's models."""
+"""From a problem to its terms, its exact energies, and dimod's models.
+
+`problem` is qcf.Coefficients everywhere; for Python, functions are methods of problem.Problem.
+"""
+
+from __future__ import annotations
 
 import functools
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .container import DEFAULT_LIMIT, check_memory
-from .qcf import Block, places
+from .container import Corrupt, check_memory
+from .failure import InputError
+from .qcf import ENTRY_BYTES, places
+
+if TYPE_CHECKING:
+    import dimod
+    from dwave.optimization import Model
+    from numpy.typing import ArrayLike, NDArray
+
+    from .qcf import Coefficients
 
 # Terms expanded at a time: enough for numpy, few enough to keep temporary arrays out of the peak.
 CHUNK = 1 << 19
@@ -26,15 +40,16 @@ class Terms:
     """
 
     def __init__(self, problem, penalties=True, both=False):
-        self.starts, sizes, blocks = problem.starts, problem.sizes, list(problem.blocks)
+        self.starts, self.limit = problem.starts, problem.memory_limit
+        sizes, blocks = problem.sizes, list(problem.blocks)
         g, h, block, weight = problem.couplings
         if penalties:
             own = np.flatnonzero((problem.b != 0) & (sizes > 1))
             own_sizes, of_size = np.unique(sizes[own], return_inverse=True)
             g, h, weight, block = (np.append(*pair) for pair in (
                 (g, own), (h, own), (weight, problem.b[own]), (block, len(blocks) + of_size)))
-            blocks += [Block((size, size), np.ones(2 * size - 1, np.int32))
-                       for size in own_sizes.tolist()]
+            ones = np.int32(1)
+            blocks += [np.broadcast_to(ones, (size, size)) for size in own_sizes.tolist()]
         # What a block serves as: 0 itself, 1 its part above the diagonal, 2 transposed, 3 mirrored.
         kind = (g == h).astype(np.int64)
         if both:
@@ -47,10 +62,9 @@ class Terms:
         order = order[weight[order] != 0]
         self.g, self.h, self.weight = g[order], h[order], weight[order]
         used, self.pattern = np.unique(4 * block[order] + kind[order], return_inverse=True)
-        ways = (lambda block: block, lambda block: block, Block.transposed, Block.mirrored)
-        self.patterns = [(ways[key % 4](blocks[key // 4]), key % 4 == 1) for key in used.tolist()]
+        self.blocks = [(blocks[key // 4], key % 4) for key in used.tolist()]
         again = (self.g[1:] == self.g[:-1]) & (self.h[1:] == self.h[:-1])
-        of_pattern = np.array([block.count_nonzero(upper) for block, upper in self.patterns], int)
+        of_pattern = np.array([_count(*one) for one in self.blocks], int)
         self.terms_of_coupling = of_pattern[self.pattern]
         self.count = int(self.terms_of_coupling.sum())
         self.repeated = self.count > 0 and bool(again.any())
@@ -60,10 +74,16 @@ class Terms:
         """Of all patterns' rows one after another: the number of entries, where they begin, their
         columns and values; then the first row of each coupling, and of each group the number of its
         couplings and the first of them."""
-        entries = [block.entries(upper) for block, upper in self.patterns]
-        lengths, columns, values = (np.concatenate(parts) for parts in zip(*entries))
-        rows_of_patterns = np.array([entry[0].size for entry in entries])
-        first_row = (np.cumsum(rows_of_patterns) - rows_of_patterns)[self.pattern]
+        entries = sum(block.size for block, _ in self.blocks)
+        check_memory(ENTRY_BYTES * entries, self.limit, f"blocks of {entries:,} entries")
+        ways = (lambda block: block, lambda block: np.triu(block, 1), np.transpose,
+                lambda block: np.triu(block, 1) + np.triu(block, 1).T)
+        patterns = [ways[kind](block) for block, kind in self.blocks]
+        lengths, columns, values = (np.concatenate(parts) for parts in zip(*(
+            (np.count_nonzero(block, axis=1), np.nonzero(block)[1].astype(np.int32),
+             block[block != 0]) for block in patterns)))
+        rows = np.array([len(block) for block in patterns])
+        first_row = (np.cumsum(rows) - rows)[self.pattern]
         partners = np.bincount(self.g, minlength=self.starts.size - 1)
         return (lengths, np.cumsum(lengths) - lengths, columns, values, first_row, partners,
                 np.cumsum(partners) - partners)
@@ -102,16 +122,26 @@ class Terms:
             yield row[at], columns, values
 
 
-def expand(problem, penalties=True, limit=DEFAULT_LIMIT):
+def _count(block, kind):
+    """How many entries a pattern has; of a penalty's, whose block is one 1, without its entries."""
+    if kind in (0, 2):
+        return np.count_nonzero(block)
+    above = (len(block) * (len(block) - 1) // 2 if block.strides == (0, 0) else
+             np.count_nonzero(np.triu(block, 1)))
+    return above * (2 if kind == 3 else 1)
+
+
+def expand(problem, penalties=True, limit=None):
     """All coefficients: (linear, (rows, columns, values), offset).
 
     linear, values are i64; rows < columns are i32, sorted by (row, column), without repetitions and
     without zeros. The penalties are folded in (-a on each linear term, b on each pair of the group,
     a in the offset) or, with `penalties` false, left out.
-    Raises OverLimit where these arrays and dimod's model of them would not fit into `limit` bytes.
+    Raises OverLimit where these arrays and dimod's model of them would not fit into `limit` bytes,
+    or else the problem's own limit.
     """
     terms = Terms(problem, penalties)
-    check_memory(terms.count * (COO_BYTES + BQM_BYTES), limit,
+    check_memory(terms.count * (COO_BYTES + BQM_BYTES), limit or problem.memory_limit,
                  f"a model of {terms.count:,} quadratic terms")
     found, at = [np.empty(terms.count, kind) for kind in (np.int32, np.int32, np.int64)], 0
     for chunk in terms.chunks():
@@ -143,16 +173,29 @@ def constant(problem, penalties=True):
     return problem.offset + (int(problem.a.sum()) if penalties else 0)
 
 
-def energies(problem, bits, penalties=True):
-    """Exact H of each sample: i64 array. `bits` is a u8 array (samples, n) of 0 and 1."""
+def fitting(problem, bits):
+    """Samples as a u8 array (samples, n) of 0 and 1. Raises InputError."""
+    bits, n = np.atleast_2d(np.asarray(bits)), problem.linear.size
+    if bits.ndim != 2 or bits.shape[1] != n or not ((bits == 0) | (bits == 1)).all():
+        raise InputError(f"bits are 0 and 1 in an array (samples, {n}), these are {bits.shape} of "
+                         f"{bits.dtype}")
+    return bits.astype(np.uint8, copy=False)
+
+
+def energies(problem: Coefficients, bits: ArrayLike, penalties: bool = True) -> NDArray[np.int64]:
+    """i64 array (samples,): exact H, or with `penalties` false what it is without them.
+
+    bits    array (samples, n) or (n,) of 0 and 1; InputError where it does not fit
+    """
+    bits = fitting(problem, bits)
     total = np.full(bits.shape[0], problem.offset, np.int64)
     block = max(1, (1 << 26) // max(bits.shape[1], 1))
     for at in range(0, total.size, block):
         part = bits[at:at + block]
         total[at:at + block] += part.astype(np.int64) @ problem.linear
         if penalties:
-            ones = _ones(problem, part)
-            total[at:at + block] += (1 - ones) @ problem.a + (ones * (ones - 1) // 2) @ problem.b
+            count = ones(problem, part)
+            total[at:at + block] += (1 - count) @ problem.a + (count * (count - 1) // 2) @ problem.b
     bits = np.ascontiguousarray(bits.T, np.uint8)
     block = max(1, (1 << 24) // CHUNK)
     for row, column, value in Terms(problem, penalties=False).chunks():
@@ -162,14 +205,26 @@ def energies(problem, bits, penalties=True):
     return total
 
 
-def _ones(problem, bits):
+def ones(problem, bits):
     """i64 array (samples, groups): how many variables of each group are 1."""
     return np.add.reduceat(bits, problem.starts[:-1], axis=1, dtype=np.int64)
 
 
-def feasible(problem, bits):
-    """bool array: which samples have exactly one variable at 1 in every one-hot group."""
-    return ((_ones(problem, bits) == 1) | ~problem.one_hot).all(axis=1)
+def check_known(problem):
+    """Raises Corrupt where the labelling that the file carries is below the bound that it
+    states."""
+    if problem.known is not None and problem.stated_bound is not None:
+        energy = int(energies(problem, problem.known[None])[0])
+        if energy < problem.stated_bound:
+            raise Corrupt(f"chunk best: it states the lower bound {problem.stated_bound:,}, but "
+                          f"its labelling has {energy:,}, in integer units: one of them is wrong, "
+                          "so reduce the problem again")
+
+
+def feasible(problem: Coefficients, bits: ArrayLike) -> NDArray[np.bool_]:
+    """bool array (samples,): whether each one-hot group has one variable at 1. `bits` as of
+    energies()."""
+    return ((ones(problem, fitting(problem, bits)) == 1) | ~problem.one_hot).all(axis=1)
 
 
 def components(count, g, h):
@@ -184,24 +239,26 @@ def components(count, g, h):
     return least
 
 
-def parts(problem):
-    """The variables of each connected part: list of i64 arrays, the largest first."""
-    g, h = problem.couplings[:2, problem.couplings[3] != 0]
-    of_variable = problem.of_variables(components(problem.sizes.size, g, h))
+def parts(problem: Coefficients) -> list[NDArray[np.int64]]:
+    """The variables of each connected part: list of i64 arrays, the largest first. No coupling
+    joins two parts; a group is in one part."""
+    of_variable = components(problem.sizes.size, *problem.edges)[problem.group]
     order = np.argsort(of_variable, kind="stable")
     cuts = np.flatnonzero(np.diff(of_variable[order])) + 1
     return sorted(np.split(order, cuts) if order.size else [], key=lambda part: -part.size)
 
 
-def to_bqm(problem, limit=DEFAULT_LIMIT):
-    """dimod's BinaryQuadraticModel of H, its variables 0 .. n - 1."""
+def to_bqm(problem: Coefficients, limit: int | None = None) -> dimod.BinaryQuadraticModel:
+    """dimod.BinaryQuadraticModel of H, penalties folded in, variables 0 .. n - 1. Raises OverLimit.
+    """
     import dimod
 
     return dimod.BinaryQuadraticModel.from_numpy_vectors(*expand(problem, limit=limit), "BINARY")
 
 
-def to_cqm(problem, limit=DEFAULT_LIMIT):
-    """dimod's ConstrainedQuadraticModel: H without penalties, each one-hot group a constraint."""
+def to_cqm(problem: Coefficients, limit: int | None = None) -> dimod.ConstrainedQuadraticModel:
+    """dimod.ConstrainedQuadraticModel: H without penalties, each one-hot group a constraint. Raises
+    OverLimit."""
     import dimod
 
     cqm, terms = dimod.ConstrainedQuadraticModel(), expand(problem, penalties=False, limit=limit)
@@ -215,8 +272,8 @@ def to_cqm(problem, limit=DEFAULT_LIMIT):
     return cqm
 
 
-def to_nl(problem, limit=DEFAULT_LIMIT):
-    """dwave.optimization's Model of H.
+def to_nl(problem: Coefficients, limit: int | None = None) -> Model:
+    """dwave.optimization.Model of H. Raises OverLimit, ImportError without the extra `dwave`.
 
     Where every group is one-hot, it decides on an integer for each group, the variable that is 1:
     no penalty, no constraint, no infeasible state. Else on a bit for each variable, penalties
@@ -236,7 +293,7 @@ def _nl_labels(model, problem, limit):
     # most labels that any has.
     most = int(sizes.max())
     # A constant is held as doubles; of each coupling the model's state keeps a few numbers.
-    check_memory(24 * most * sizes.size + 80 * g.size, limit,
+    check_memory(24 * most * sizes.size + 80 * g.size, limit or problem.memory_limit,
                  f"a model of {problem.linear.size:,} labels and {g.size:,} couplings")
     costs = np.zeros((sizes.size, most))
     costs[np.arange(most) < sizes[:, None]] = problem.linear
@@ -247,7 +304,7 @@ def _nl_labels(model, problem, limit):
         these = np.flatnonzero((block == number) & (weight != 0))
         if these.size:
             padded = np.zeros((most, most))
-            padded[:content.shape[0], :content.shape[1]] = content.dense()
+            padded[:content.shape[0], :content.shape[1]] = content
             table = model.constant(padded)
             costs = table[label[model.constant(g[these])], label[model.constant(h[these])]]
             alike = (weight[these] == weight[these[0]]).all()

@@ -6,64 +6,32 @@ those of small graphs, which the cache keeps for all problems that have a part o
 """
 
 import dataclasses
-import functools
 
 import networkx as nx
-import numpy as np
-
-from . import tiles
 
 # A part is first looked for on a small chip of at least this many qubits a variable; a large one,
 # whose chains are longer, straight on the whole.
 ROOM, LARGE = 2, 150
 
 
-class _Board:
-    """What is taken of a chip."""
-
-    def __init__(self, chip):
-        self.chip, self.tile = chip, tiles.tiling(chip)
-        self.free = np.zeros(2 * self.tile.lines * self.tile.places, bool)
-        self.free[list(chip.graph)] = True
-
-    def place(self, small, chains):
-        """The chains of a small chip, moved to the first tiles where all of their qubits are free
-        and all of their couplers work; None where there are none."""
-        tile, here = tiles.tiling(small), [q for chain in chains for q in chain]
-        couplers = np.array(small.graph.subgraph(here).edges, np.int64).reshape(-1, 2)
-        x, y = (shift.ravel() for shift in np.indices((self.tile.tiles - tile.tiles + 1,) * 2))
-
-        def moved(qubits):
-            across, place = np.divmod(np.asarray(qubits, np.int64), tile.places)
-            turn, line = np.divmod(across, tile.lines)
-            dx, dy = x.reshape(-1, *[1] * turn.ndim), y.reshape(-1, *[1] * turn.ndim)
-            line = line + self.tile.step * np.where(turn == 0, dx, dy)
-            return (turn * self.tile.lines + line) * self.tile.places + place + np.where(
-                turn == 0, dy, dx)
-        every = moved(here)
-        for at in np.flatnonzero(self.free[every].all(axis=1)):
-            ends = moved(couplers)[at]
-            if all(self.chip.graph.has_edge(p, q) for p, q in ends.tolist()):
-                self.free[every[at]] = False
-                cuts = np.cumsum([len(chain) for chain in chains])[:-1]
-                return [chain.tolist() for chain in np.split(every[at], cuts)]
-        return None
-
-    def rest(self):
-        """The Chip of the qubits that are free."""
-        graph = self.chip.graph.copy()
-        graph.remove_nodes_from([q for q in self.chip.graph if not self.free[q]])
-        return dataclasses.replace(self.chip, graph=graph)
+def _shaped(chip):
+    """The chip's graph, with what dwave.graphs asks of its shape."""
+    return nx.Graph(chip.graph, family=chip.family, rows=chip.size, columns=chip.size, tile=4,
+                    labels="int")
 
 
-def _of_shape(source, chip, small, obtain):
-    """(small chip, chains) of a part on the smallest chip, `small` of its size, that takes it; None
-    where none does."""
-    variables = len(source.graph)
-    for size in range(2, chip.size if variables <= LARGE else 2):
-        if len(small(size).graph) >= ROOM * variables and (found := obtain(source, small(size))):
-            return small(size), [found[v] for v in range(variables)]
-    return None
+def _placed(source, count, chip, free, obtain):
+    """At most `count` embeddings of a part in the graph `free`: that on the smallest chip that
+    takes it, moved. List of {variable: qubits}."""
+    from minorminer.utils.parallel_embeddings import find_sublattice_embeddings
+
+    for size in range(2, chip.size if len(source.graph) <= LARGE else 2):
+        small = chip.named(f"{chip.family}:{size}")
+        if len(small.graph) >= ROOM * len(source.graph) and (found := obtain(source, small)):
+            return find_sublattice_embeddings(
+                source.graph, free, tile=_shaped(small), tile_embedding=found, max_num_emb=count,
+                one_to_iterable=True, use_filter=False)
+    return []
 
 
 def lay_out(source, chip, obtain, find, progress=lambda text: None):
@@ -74,21 +42,20 @@ def lay_out(source, chip, obtain, find, progress=lambda text: None):
                     is worth to be kept, one for what is left of this chip
     """
     parts = sorted(map(sorted, nx.connected_components(source.graph)), key=len, reverse=True)
-    if len(parts) < 2 or tiles.tiling(chip) is None:
+    if len(parts) < 2 or chip.family is None:
         return None
-    board, known, chains = _Board(chip), {}, {}
-    small = functools.cache(lambda size: chip.named(f"{chip.family}:{size}"))
-    for number, part in enumerate(parts, 1):
-        progress(f"part {number} of {len(parts)}")
+    shapes, free, chains = {}, _shaped(chip), {}
+    for part in parts:
         shape = source.part(part)
-        if shape.digest not in known:
-            known[shape.digest] = _of_shape(shape, chip, small, obtain)
-        found = known[shape.digest] and board.place(*known[shape.digest])
-        if found is None:
-            rest = find(shape, board.rest())
-            if not rest:
+        shapes.setdefault(shape.digest, (shape, []))[1].append(part)
+    for number, (shape, alike) in enumerate(shapes.values(), 1):
+        progress(f"shape {number} of {len(shapes)}")
+        placed = _placed(shape, len(alike), chip, free, obtain)
+        for at, part in enumerate(alike):
+            found = placed[at] if at < len(placed) else find(
+                shape, dataclasses.replace(chip, graph=free))
+            if not found:
                 return None
-            found = [rest[v] for v in range(len(part))]
-            board.free[sum(found, [])] = False
-        chains.update(zip(part, found))
+            chains.update((v, list(found[i])) for i, v in enumerate(part))
+            free.remove_nodes_from([qubit for chain in found.values() for qubit in chain])
     return chains

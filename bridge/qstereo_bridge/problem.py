@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, BinaryIO
@@ -14,13 +13,11 @@ from . import command, models, solvers
 from .container import DEFAULT_LIMIT, FormatError
 from .failure import InputError, io
 from .output import save
-from .qcf import Problem as Coefficients
-from .qcf import parse_qcf, read_qcf
+from .qcf import Coefficients, parse_qcf, read_qcf
 from .qsf import Samples, plain, read_qsf
 
 if TYPE_CHECKING:
     import dimod
-    from dwave.optimization import Model
     from numpy.typing import ArrayLike, NDArray
     Number = int | float | str
 
@@ -47,14 +44,13 @@ def load(file: File, memory_limit: int = DEFAULT_LIMIT) -> Problem:
     Raises FormatError (no sound .qcf), OverLimit, FileError.
     """
     with opened(file) as stream:
-        coefficients, data = read_qcf(stream, memory_limit)
-    return made(coefficients, hashlib.sha256(data).digest(), memory_limit, data)
+        return made(read_qcf(stream, memory_limit))
 
 
-def made(coefficients, digest, memory_limit=DEFAULT_LIMIT, data=None):
-    """The Problem of coefficients; `data` are its file's bytes, if it has one."""
+def made(coefficients):
+    """The Problem of these Coefficients."""
     problem = Problem.__new__(Problem)
-    problem._hold(coefficients, digest, memory_limit, data)
+    vars(problem).update(vars(coefficients))
     return problem
 
 
@@ -81,23 +77,24 @@ def decode(problem: Problem, samples: Samples | None = None, *, sample: int | No
     return command.decode(problem, samples, sample, repair)
 
 
-class Problem:
+class Problem(Coefficients):
     """One QUBO: H(x) of n variables 0 .. n - 1, each 0 or 1, in groups.
 
     In a one-hot group, one with a penalty, a labelling has exactly one variable at 1. Energies are
     exact integers; `scale` of their units are one real unit. An array `bits` is (samples, n) or
-    (n,), of 0 and 1.
-
-    coefficients    qcf.Problem: groups, blocks and couplings as the file has them
-    digest          SHA-256 of the file, by which samples know their problem
+    (n,), of 0 and 1. Of the attributes see qcf.Coefficients.
     """
+
+    to_bqm, to_cqm, to_nl = models.to_bqm, models.to_cqm, models.to_nl
+    energies, feasible, parts = models.energies, models.feasible, models.parts
 
     def __init__(self, costs: ArrayLike, pairwise: str | ArrayLike | None = None, *,
                  lam: Number = 1, truncation: Number | None = None,
                  right: ArrayLike | None = None, down: ArrayLike | None = None,
                  weights: ArrayLike | None = None, edges: ArrayLike | None = None,
                  tables: ArrayLike | Sequence[ArrayLike] | None = None,
-                 mask: ArrayLike | None = None, scale: int = 1, encoding: str | None = None,
+                 mask: ArrayLike | None = None, scale: int | None = None,
+                 encoding: str | None = None,
                  penalty: Number | None = None, memory_limit: int = DEFAULT_LIMIT):
         """The QUBO of a labelling problem: what `qstereo encode --problem label` makes.
 
@@ -114,7 +111,8 @@ class Problem:
         tables      instead of V a table for each edge: M x K x K, or of a grid a pair of arrays
                     H x (W - 1) x K x K and (H - 1) x W x K x K
         mask        H x W: cells where it is 0 are no sites
-        scale       floats are rounded to 1 / scale; whole numbers stay exact
+        scale       floats are rounded to 1 / scale; whole numbers stay exact. None = 1, with a
+                    UserWarning that says how much is lost, if anything is
         encoding, penalty   names as in `qstereo encode --help`
 
         Raises InputError with the command's sentence, and Error of status 4 (no command qstereo, no
@@ -124,55 +122,23 @@ class Problem:
         data = command.encode(costs, pairwise, edges, arrays, {
             "lambda": lam, "truncation": truncation, "scale": scale, "encoding": encoding,
             "penalty": penalty, "memory-limit": max(1, memory_limit >> 20)})
-        self._hold(parse_qcf(data, memory_limit), hashlib.sha256(data).digest(), memory_limit, data)
+        vars(self).update(vars(parse_qcf(data, memory_limit)))
 
-    def _hold(self, coefficients, digest, memory_limit, data):
-        self.coefficients, self.digest = coefficients, digest
-        self.memory_limit, self._data = memory_limit, data
+    @property
+    def coefficients(self) -> Coefficients:
+        """The same, for those who ask for the file's content alone."""
+        return self
 
     def save(self, file: str | os.PathLike | BinaryIO) -> None:
         """Write the .qcf to a path, whole or not at all, or to a binary stream. Raises FileError,
         and InputError for a window, which is part of a file."""
-        if self._data is None:
+        if self.data is None:
             raise InputError("a window has no file of its own; save the whole problem")
-        save(file, self._data)
+        save(file, self.data)
 
     def __len__(self) -> int:
         """n, the number of variables."""
-        return self.coefficients.linear.size
-
-    @property
-    def scale(self) -> int:
-        """int: energy units in one real unit."""
-        return self.coefficients.scale
-
-    def to_bqm(self) -> dimod.BinaryQuadraticModel:
-        """dimod.BinaryQuadraticModel of H, penalties folded in. Raises OverLimit."""
-        return models.to_bqm(self.coefficients, self.memory_limit)
-
-    def to_cqm(self) -> dimod.ConstrainedQuadraticModel:
-        """dimod.ConstrainedQuadraticModel: a constraint for each one-hot group, no penalties.
-        Raises OverLimit."""
-        return models.to_cqm(self.coefficients, self.memory_limit)
-
-    def to_nl(self) -> Model:
-        """dwave.optimization.Model: one integer for each group where all are one-hot. Raises
-        OverLimit, ImportError without the extra `dwave`."""
-        return models.to_nl(self.coefficients, self.memory_limit)
-
-    def energies(self, bits: ArrayLike) -> NDArray[np.int64]:
-        """i64 array (samples,): exact H. Raises InputError for bits that do not fit."""
-        return models.energies(self.coefficients, self.fitting(bits))
-
-    def feasible(self, bits: ArrayLike) -> NDArray[np.bool_]:
-        """bool array (samples,): whether each one-hot group has one variable at 1. Raises
-        InputError."""
-        return models.feasible(self.coefficients, self.fitting(bits))
-
-    def parts(self) -> list[NDArray[np.int64]]:
-        """The variables of each connected part: list of i64 arrays, the largest first. No coupling
-        joins two parts; a group is in one part."""
-        return models.parts(self.coefficients)
+        return self.linear.size
 
     def sample(self, sampler: dimod.Sampler, **parameters) -> Samples:
         """The Samples of a dimod.Sampler, which gets to_bqm() and `parameters`.
@@ -191,11 +157,4 @@ class Problem:
         Raises SolverError for other variables or values.
         """
         answer = solvers.from_sampleset(sampleset, len(self), info=plain(dict(sampleset.info)))
-        return solvers.samples_of(self.coefficients, self.digest, solver, answer)
-
-    def fitting(self, bits):
-        bits = np.atleast_2d(np.asarray(bits))
-        if bits.ndim != 2 or bits.shape[1] != len(self) or not np.isin(bits, (0, 1)).all():
-            raise InputError(f"bits are 0 and 1 in an array (samples, {len(self)}), these are "
-                             f"{bits.shape} of {bits.dtype}")
-        return bits.astype(np.uint8)
+        return solvers.samples_of(self, self.digest, solver, answer)

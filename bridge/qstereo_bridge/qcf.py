@@ -7,6 +7,7 @@ with S_g the sum of the variables of group g. All numbers are integers.
 """
 
 import functools
+import hashlib
 import struct
 from dataclasses import dataclass, field
 
@@ -17,12 +18,16 @@ from .container import (DEFAULT_LIMIT, MAX_COUNT, Corrupt, check_memory, read_ch
 
 MAGIC = b"\x89QCF\r\n\x1a\n"
 FIELDS = struct.Struct("<IIQ20s")
+SIDES = ["labl", "mean", "kept", "trnc", "best"]
 REQUIRED = ["GRPS", "BLKS", "CPLS", "LINR", "PNLT", "OFFS"]
 MAX_ENERGY = 2**53
 WIDTHS = (1, 2, 4, 8)
-LABL_SIZE, LABL_ENCODING, LABL_SCALE, LABL_GRID, LABL_MASK = 64, 0, 16, 32, 60
+LABL_SIZE, LABL_ENCODING, LABL_LABELS, LABL_SCALE, LABL_GRID, LABL_MASK = 64, 0, 12, 16, 32, 60
 COUPLINGS_PER_BYTE = 16
-ONE_HOT_ENCODINGS = (1, 2)
+# Bytes that the work on an entry of a block takes.
+ENTRY_BYTES = 16
+ONE_HOT_ENCODINGS, DOMAIN_WALL = (1, 2), 3
+NO_BOUND = -2**63
 
 
 def places(lengths):
@@ -31,69 +36,11 @@ def places(lengths):
 
 
 @dataclass
-class Block:
-    """The matrix t of a coupling, rows x columns.
-
-    values      i32 array: all entries (rows, columns); or, where t is constant along each diagonal,
-                one value for each of the rows + columns - 1, from the bottom left corner on
-    """
-
-    shape: tuple
-    values: np.ndarray
-
-    def _upper(self, upper):
-        """The values and how many entries have each; with `upper` only entries above the diagonal
-        are not 0."""
-        if self.values.ndim == 2:
-            return (np.triu(self.values, 1) if upper else self.values), 1
-        (rows, columns), diagonal = self.shape, np.arange(1 - self.shape[0], self.shape[1])
-        often = np.minimum(rows, columns - diagonal) - np.maximum(0, -diagonal)
-        return (np.where(diagonal > 0, self.values, 0) if upper else self.values), often
-
-    def entries(self, upper):
-        """(number in each row, columns, values) of the entries that are not 0."""
-        (rows, columns), (values, _), row = self.shape, self._upper(upper), np.arange(self.shape[0])
-        if values.ndim == 2:
-            row, column = np.nonzero(values)
-            return np.bincount(row, minlength=rows), column.astype(np.int32), values[row, column]
-        used = np.flatnonzero(values)
-        low, high = (np.searchsorted(used, start - row) for start in (rows - 1, rows - 1 + columns))
-        diagonal = used[np.repeat(low, high - low) + places(high - low)]
-        column = diagonal - np.repeat(rows - 1 - row, high - low)
-        return high - low, column.astype(np.int32), values[diagonal]
-
-    def count_nonzero(self, upper):
-        """How many entries() there are."""
-        values, often = self._upper(upper)
-        return int(((values != 0) * often).sum())
-
-    def dense(self):
-        """The entries as an array, rows x columns."""
-        rows, columns = (np.arange(length) for length in self.shape)
-        return (self.values if self.values.ndim == 2 else
-                self.values[columns - rows[:, None] + rows.size - 1])
-
-    def transposed(self):
-        return Block(self.shape[::-1], np.flip(self.values) if self.values.ndim == 1
-                     else self.values.T)
-
-    def mirrored(self):
-        """The entries above the diagonal, and the same below it."""
-        upper = Block(self.shape, self._upper(True)[0])
-        return Block(self.shape, upper.values + upper.transposed().values)
-
-    def abs_sum(self, dtype):
-        """Sum of the entries' absolute values, computed in `dtype`."""
-        values, often = self._upper(False)
-        return (np.abs(values.astype(dtype)) * often).sum()
-
-
-@dataclass
-class Problem:
-    """One QUBO; arrays are of i64.
+class Coefficients:
+    """One QUBO as its file has it; arrays are of i64.
 
     sizes           the number of variables of each group
-    blocks          list of Block
+    blocks          list of i32 arrays, the matrices t of couplings
     couplings       array (4, ..): the groups g and h, the block and the weight of each coupling
     linear          the linear term of each variable, penalties not included
     a, b            the penalty pair of each group
@@ -101,6 +48,11 @@ class Problem:
     sides           list of (type, bytes): side chunks
     scale           integer units in one real unit
     encoding        the number of the encoding, None where the file does not tell it
+    known           u8 array (n,): the best labelling known, or None where the file carries none
+    stated_bound    the lower bound of H that the file states beside it, or None: a claim
+    digest          SHA-256 of the file, 32 bytes, by which samples know their problem
+    data            the file's bytes, None where there is no file
+    memory_limit    bytes that the problem and its models may take
     """
 
     sizes: np.ndarray
@@ -113,11 +65,26 @@ class Problem:
     sides: list = field(default_factory=list)
     scale: int = 1
     encoding: int = None
+    known: np.ndarray = None
+    stated_bound: int = None
+    digest: bytes = b""
+    data: bytes = None
+    memory_limit: int = DEFAULT_LIMIT
 
     @functools.cached_property
     def starts(self):
         """The first variable of each group, and n at the end."""
         return np.concatenate(([0], np.cumsum(self.sizes)))
+
+    @functools.cached_property
+    def group(self):
+        """The group of each variable."""
+        return self.of_variables(np.arange(self.sizes.size))
+
+    @property
+    def edges(self):
+        """Array (2, ..): the groups that couplings join, those of weight 0 left out."""
+        return self.couplings[:2, self.couplings[3] != 0]
 
     @property
     def one_hot(self):
@@ -144,8 +111,8 @@ class Problem:
         np.add.at(weights, block, np.abs(weight).astype(dtype))
         total = abs(dtype(self.offset)) + np.abs(self.linear.astype(dtype)).sum()
         total += (a * (1 + size) + b * (size * (size - 1) // 2)).sum()
-        return sum((weight * block.abs_sum(dtype) for weight, block in zip(weights, self.blocks)
-                    if weight), total)
+        return sum((weight * np.abs(block.astype(dtype)).sum()
+                    for weight, block in zip(weights, self.blocks) if weight), total)
 
 
 class Payload:
@@ -189,21 +156,23 @@ def _groups(part, n, groups):
 
 
 def _blocks(part, limit):
-    blocks = []
+    blocks, entries = [], 0
     for _ in range(part.unpack("<I")[0]):
         rows, columns, kind = part.unpack("<III")
         part.need(rows and columns, "a block without rows or columns")
         part.need(kind in (0, 1), f"unknown kind {kind} of block")
         if kind == 0:
-            values = part.array("<i4", rows * columns).reshape(rows, columns)
-        else:
-            fill, first, count = part.unpack("<iiI")
-            part.need(first == 0 if count == 0 else first > -rows and first + count <= columns,
-                      "a Toeplitz block's values reach outside it")
-            check_memory(4 * (rows + columns), limit, f"a block of {rows:,} x {columns:,}")
-            values, at = np.full(rows + columns - 1, fill, np.int32), first + rows - 1
-            values[at:at + count] = part.array("<i4", count)
-        blocks.append(Block((rows, columns), values))
+            blocks.append(part.array("<i4", rows * columns).reshape(rows, columns))
+            continue
+        fill, first, count = part.unpack("<iiI")
+        part.need(first == 0 if count == 0 else first > -rows and first + count <= columns,
+                  "a Toeplitz block's values reach outside it")
+        entries += rows * columns
+        check_memory(ENTRY_BYTES * entries, limit, f"blocks of {entries:,} entries")
+        # The value of each diagonal, from the bottom left corner on; a row is a part of them.
+        diagonals, at = np.full(rows + columns - 1, fill, np.int32), first + rows - 1
+        diagonals[at:at + count] = part.array("<i4", count)
+        blocks.append(np.lib.stride_tricks.sliding_window_view(diagonals, columns)[::-1])
     return blocks
 
 
@@ -275,25 +244,54 @@ def _check(problem):
         raise Corrupt("the coefficients add up to more than 2^53, energies would not be exact")
 
 
+def _check_side_order(sides):
+    """The side chunks that FORMAT.md knows stand in its order, each once, and none without labl."""
+    known = [name for name, _ in sides if name in SIDES]
+    if known != sorted(set(known), key=SIDES.index) or known[:1] not in ([], SIDES[:1]):
+        raise Corrupt(f"the side chunks are {', '.join(known)}: of {', '.join(SIDES)} each may be "
+                      "there once, in this order, and none without labl")
+
+
 def _labl(sides):
-    """(scale, number of the encoding) of the side chunk labl: (1, None) without one."""
-    found = [side for name, side in sides if name == "labl"]
-    if not found:
-        return 1, None
-    numbers = struct.unpack_from("<16I", found[0]) if len(found[0]) >= LABL_SIZE else 16 * [0]
+    """(scale, number of the encoding, labels) of the side chunk labl: (1, None, 0) without one."""
+    _check_side_order(sides)
+    found = dict(sides).get("labl")
+    if found is None:
+        return 1, None, 0
+    numbers = struct.unpack_from("<16I", found) if len(found) >= LABL_SIZE else 16 * [0]
     scale, width, height, masked = (numbers[at // 4] for at in (
         LABL_SCALE, LABL_GRID, LABL_GRID + 4, LABL_MASK))
-    if len(found) > 1 or not scale:
-        raise Corrupt("chunk labl: it is there twice, it is too short, or its scale is 0")
+    if not scale:
+        raise Corrupt("chunk labl: it is too short, or its scale is 0")
     cells = width * height
-    if masked == 1 and (not cells or len(found[0]) != LABL_SIZE + (cells + 7) // 8):
+    if masked == 1 and (not cells or len(found) != LABL_SIZE + (cells + 7) // 8):
         raise Corrupt("chunk labl, byte 60: a mask without a grid, or of another size than the "
                       "grid")
-    return scale, numbers[LABL_ENCODING // 4]
+    return scale, numbers[LABL_ENCODING // 4], numbers[LABL_LABELS // 4]
+
+
+def _best(sides, sizes, encoding, labels):
+    """(known, stated_bound) of the side chunk best: (None, None) without one."""
+    found = dict(sides).get("best")
+    if found is None:
+        return None, None
+    part, wall = Payload("best", found), encoding == DOMAIN_WALL
+    part.need(sizes.size and (wall or encoding in ONE_HOT_ENCODINGS),
+              "problems of this encoding, or without variables, have none")
+    bound, width, zero = part.unpack("<qII")
+    part.need(width == (1 if labels <= 255 else 2) and zero == 0
+              and (bound == NO_BOUND or abs(bound) <= MAX_ENERGY),
+              "a width or bound out of range, or a reserved field in use")
+    label = part.array(f"<u{width}", sizes.size).astype(np.int64)
+    part.need(part.at == len(part.view), f"{len(part.view) - part.at} bytes too many")
+    part.need((label < sizes + wall).all(), "a label that its site does not have")
+    place, label = places(sizes), np.repeat(label, sizes)
+    return ((place < label if wall else place == label).astype(np.uint8),
+            None if bound == NO_BOUND else bound)
 
 
 def parse_qcf(data, limit=DEFAULT_LIMIT):
-    """The Problem in `data`, the bytes of a whole .qcf. Raises FormatError."""
+    """The Coefficients in `data`, the bytes of a whole .qcf. Raises FormatError."""
     header = read_header(data, MAGIC, ".qcf", len(data))
     n, groups, couplings, zero = FIELDS.unpack(header.fields)
     if not (groups <= n <= MAX_COUNT and (groups == 0) == (n == 0) and couplings <= MAX_COUNT
@@ -302,7 +300,7 @@ def parse_qcf(data, limit=DEFAULT_LIMIT):
     check_memory(header.size + 16 * n + 64 * groups + 96 * couplings, limit,
                  f"{n:,} variables, {groups:,} groups and {couplings:,} couplings")
     chunks, sides = read_chunks(data, header, REQUIRED)
-    labl = _labl(sides)
+    scale, encoding, labels = _labl(sides)
     if couplings // COUPLINGS_PER_BYTE > len(data):
         raise Corrupt(f"byte 32: {couplings:,} couplings are more than a file of {len(data):,} "
                       "bytes may name")
@@ -314,15 +312,15 @@ def parse_qcf(data, limit=DEFAULT_LIMIT):
         return found
 
     sizes, blocks = read("GRPS", _groups, n, groups), read("BLKS", _blocks, limit)
-    problem = Problem(
+    problem = Coefficients(
         sizes, blocks, read("CPLS", _couplings, len(blocks), groups, couplings),
         read("LINR", _linear, n), *read("PNLT", _penalties, groups),
-        read("OFFS", lambda part: part.unpack("<q")[0]), sides, *labl)
+        read("OFFS", lambda part: part.unpack("<q")[0]), sides, scale, encoding,
+        *_best(sides, sizes, encoding, labels), hashlib.sha256(data).digest(), data, limit)
     _check(problem)
     return problem
 
 
 def read_qcf(stream, limit=DEFAULT_LIMIT):
-    """(Problem, the file's bytes) of a .qcf in a binary stream. Raises FormatError, OSError."""
-    data = read_stream(stream, MAGIC, ".qcf", limit)
-    return parse_qcf(data, limit), data
+    """The Coefficients in a .qcf in a binary stream. Raises FormatError, OSError."""
+    return parse_qcf(read_stream(stream, MAGIC, ".qcf", limit), limit)

@@ -4,7 +4,7 @@ import numpy as np
 
 from . import embedding, models, runner
 from .embedding import Chip
-from .failure import SolverError, failing, io
+from .failure import USAGE, Failure, SolverError, failing, io
 from .hybrid import SMALLER, Request
 from .qsf import plain
 from .services import given
@@ -61,8 +61,8 @@ class Qpu:
             return (f"{copies}{n:,} variables do not fit on a chip of {qubits:,} qubits; "
                     f"{SMALLER}, use fewer --copies, or hybrid-nl")
         if unknown := sorted(set(options.param or {}) - set(known)):
-            return (f"this solver has no parameter {', '.join(unknown)}; it has "
-                    + ", ".join(map(line, sorted(known))))
+            raise Failure(USAGE, f"this solver has no parameter {', '.join(unknown)}; it has "
+                          + ", ".join(map(line, sorted(known))))
         if options.copies != "auto" and (said := self.too_many_reversals(options.copies)):
             return said
         for value, what, key in ((options.num_reads, "reads", "num_reads_range"), (
@@ -171,7 +171,10 @@ class Qpu:
         energies, occurrences = models.energies(problem, bits), np.repeat(reads, copies)
         warnings = job.warnings + ["ChainBreakWarning"] * bool(
             broken[energies == energies.min()].min() > 0)
-        warnings += ["TooFewSamplesWarning"] * more_reads_help(bits, energies, occurrences)
+        # Descent and merging, which follow else, make more of the reads than their best.
+        warnings += ["TooFewSamplesWarning"] * (
+            getattr(self.options, "no_postprocess", False)
+            and more_reads_help(bits, energies, occurrences))
         return Answer(bits, occurrences=occurrences, broken=broken, info=plain({
             "timing": dict(future.timing), "chip": job.chip,
             "chain_strength": job.parameters["chain_strength"], "embedding": job.embedding,

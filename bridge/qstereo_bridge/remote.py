@@ -13,31 +13,67 @@ from .services import NAMES, WANTED, NoAccount, client, configuration, connect, 
 from .text import line
 
 
-def solve(options, session=None):
+def solve(options, session=None, again=False):
     """Solve one problem, wherever its solver runs, and write its samples; with --no-wait, send it.
     """
-    def ask(options, problem, progress):
-        answer, job = send(options, problem, session, progress)
-        if answer is None:
-            with job:
-                runner.show(options, f"{options.solver}: sent as {line(job.problem_id)}; "
-                                     f"{job.command} fetches the answer", {
-                    "solver": options.solver, "job": job.path, "problem_id": job.problem_id})
-        return answer, jobs.keeping(job)
-    runner.solve(options, ask if registry.find(options.solver).kind else runner.here)
+    runner.solve(options, lambda problem, tell: answered(options, problem, tell, session, again))
 
 
-def send(options, problem, session, progress):
-    """Send the problem and, without --no-wait, wait for its answer: (Answer or None, Job)."""
-    with contextlib.ExitStack() as stack:
-        earlier = jobs.check_earlier(options)
-        stack.push(lambda kind, *error: kind and earlier and earlier.leave())
-        stack.enter_context(explained())
-        session = session or stack.enter_context(connect(options.solver, options.solver_name))
-        kind = registry.find(options.solver).run(options.solver, problem, options)
-        if options.max_charge is not None and options.out_dir is None:
-            check_charge(options, [kind.plan(session.properties, session.solver)])
-        return jobs.solve(kind, options, progress, session, earlier)
+@contextlib.contextmanager
+def answered(options, problem, progress, session=None, again=False):
+    """The Answer to a problem, in a `with` in which it is written; None with --no-wait.
+
+    session     the service's, where it is open already
+    again       fetch what an earlier run has sent; else that is refused, with Failure(NO)
+    """
+    solver = registry.find(options.solver)
+    if not solver.kind:
+        yield solver.run(options.solver, problem, options, progress)
+        return
+    path = jobs.path_of(options.output, options.digest)
+    with (jobs.Job.load(path, options.resubmit) as job, explained(),
+          contextlib.ExitStack() as stack):
+        before = _at_service(options, job)
+        if before and not again:
+            raise Failure(NO, f"{path}: this problem was sent {job.time} and is not sent again; "
+                              f"{job.command} fetches the answer (--resubmit sends and charges it "
+                              "once more)")
+        if not before:
+            session = session or stack.enter_context(connect(options.solver, options.solver_name))
+            kind = solver.run(options.solver, problem, options)
+            if options.max_charge is not None and options.out_dir is None:
+                check_charge(options, [kind.plan(session.properties, session.solver)])
+            jobs.send(job, kind, options, session, progress)
+        if options.no_wait:
+            runner.show(options, *_sent(job, before))
+            yield None
+            return
+        yield (_collected(options, problem, job, progress) if before else
+               jobs.fetch(session, job, kind, progress))
+        job.remove()
+
+
+def _at_service(options, job):
+    """Whether the service has the problem by an earlier job. Raises Failure(NO) where that is of
+    another problem."""
+    if job.state == jobs.UPLOADING or options.resubmit:
+        return False
+    if job.problem_digest == options.digest.hex():
+        return jobs.was_sent(job)
+    if options.windows:
+        # A call of another run, whose journal was removed.
+        return False
+    raise Failure(NO, f"{job.path}: the answer to another problem ({job.problem}) is still to be "
+                      f"collected under this name; {job.command}, or give another -o, or "
+                      "--resubmit to forget it")
+
+
+def _sent(job, before):
+    """(text, facts) of a job whose answer is not waited for."""
+    said = f"{job.solver}: sent as {line(job.problem_id)}; {job.command} fetches the answer"
+    facts = {"solver": job.solver, "job": job.path, "problem_id": job.problem_id}
+    return (f"skipped, it was sent to {job.solver} as {line(job.problem_id)}",
+            {"skipped": True, **facts}) if before else (said, facts)
 
 
 def charge_of(plans):
@@ -60,41 +96,37 @@ def check_charge(options, plans):
 def collect(options):
     """The command `collect`. Raises Failure(NO) where nothing was sent, or there is no answer yet.
     """
-    job = jobs.Job.load(options.job)
-    if job is None:
-        raise Failure(BAD_INPUT, f"{options.job}: there is no such job file; it is removed when "
-                                 "the samples are written")
-    with job:
+    with jobs.Job.load(options.job) as job:
+        if not job.stream:
+            raise Failure(BAD_INPUT, f"{options.job}: there is no such job file; it is removed "
+                                     "when the samples are written")
         if job.facts.get("window"):
             raise Failure(BAD_INPUT, f"{options.job}: this is one of the calls of `solve "
                                      "--windows`; run that command again, it goes on")
-        options.solver, options.label = job.solver, job.user_label
-        if options.solver not in WANTED:
-            raise Failure(BAD_INPUT, f"{options.job}: {line(options.solver)} is not a solver that "
-                                     "this program knows")
         options.problem = options.problem or _problem_of(job)
 
-        def ask(options, problem, progress):
+        @contextlib.contextmanager
+        def ask(problem, progress):
             if options.digest.hex() != job.problem_digest:
                 raise Failure(BAD_INPUT, f"{options.problem}: this is not the problem that was "
                                          "sent (its SHA-256 differs); name that with --problem")
-            return collected(options, problem, job, progress), jobs.keeping(job)
+            if not jobs.was_sent(job):
+                raise Failure(NO, f"{job.path}: nothing was sent and nothing is charged; "
+                                  "`qstereo-bridge solve` sends it")
+            yield _collected(options, problem, job, progress)
+            job.remove()
         runner.solve(options, ask)
 
 
-def collected(options, problem, job, progress):
-    """The Answer to a problem that may have been sent. Raises Failure(NO) where it was not, or
-    there is none yet."""
-    if not jobs.was_sent(job):
-        raise Failure(NO, f"{job.path}: nothing was sent and nothing is charged; `qstereo-bridge "
-                          "solve` sends it")
+def _collected(options, problem, job, progress):
+    """The Answer to a problem that an earlier run has sent."""
+    options.solver, options.label = job.solver, job.user_label
+    if options.solver not in WANTED:
+        raise Failure(BAD_INPUT, f"{job.path}: {line(options.solver)} is not a solver that this "
+                                 "program knows")
     with connect(job.solver, job.service_solver, reading=True) as session:
-        job.session = session
-        future = jobs.wait(session, job, progress, once=options.no_wait)
-        if future is None:
-            raise Failure(NO, f"{job.path}: there is no answer yet")
         kind = registry.find(job.solver).run(job.solver, problem, options)
-        return jobs.decoded(kind, future, job)
+        return jobs.fetch(session, job, kind, progress, once=options.no_wait)
 
 
 def _problem_of(job):
@@ -155,20 +187,10 @@ def _tasks(options):
 
 def solve_one(task, session=None):
     """Skip what is done, collect what an earlier run sent and did not wait for, solve the rest."""
-    path = jobs.path_of(task.output, b"")
     if _is_there(task):
-        return runner.show(task, "skipped, the samples are there", {"skipped": True})
-    if registry.find(task.solver).kind and not task.resubmit and os.path.exists(path):
-        with jobs.Job.load(path) or contextlib.nullcontext() as job:
-            sent = job and job.problem_digest == task.digest.hex() and jobs.was_sent(job)
-        if sent:
-            runner.show(task, f"skipped, it was sent to {job.solver} as {job.problem_id}", {
-                "skipped": True, "solver": job.solver, "job": path, "problem_id": job.problem_id})
-            if not task.no_wait:
-                task.job = path
-                collect(task)
-            return None
-    return solve(task, session)
+        runner.show(task, "skipped, the samples are there", {"skipped": True})
+    else:
+        solve(task, session, again=True)
 
 
 def _is_there(task):
@@ -229,28 +251,44 @@ def dry_run(options):
     tasks = _tasks(options)
     with account(options) as session:
         plans = _plans(tasks, session)
-    told, charge = {"solver": options.solver, "dry_run": True}, charge_of(plans)
     if options.out_dir is None:
-        return runner.show(options, "\n".join(planned(options, plans[0])), {**told, **plans[0]})
-    said = []
-    for task, found in zip(tasks, plans):
-        cost = found.get("charge_seconds")
-        said.append(f"{task.problem}: " + (
-            f"does not fit: {found['reason']}" if found.get("fits") is False else
-            "skipped, the samples are there" if found.get("skipped") else
-            f"{found['variables']:,} variables" if cost is None else
-            f"{found['variables']:,} variables, estimated charge {cost:,.3f} s"))
-    said.append(f"{options.solver}: {len(tasks):,} problems; {bill(options, charge)}")
-    runner.show(options, "\n".join(said), {**told, "charge_seconds": charge, "problems": [
-        {"problem": task.problem, **found} for task, found in zip(tasks, plans)]})
+        runner.show(options, "\n".join(planned(options, plans[0])), {
+            "solver": options.solver, "dry_run": True, **plans[0]})
+    else:
+        show_plans(options, "problems", [{"problem": task.problem, **found}
+                                         for task, found in zip(tasks, plans)])
 
 
-def bill(options, charge):
-    """The end of a dry run of several problems, in words."""
-    sum_of = ("runs on this machine; nothing is charged" if not registry.find(options.solver).kind
-              else "the charge cannot be told" if charge is None else
-              f"estimated charge in all {charge:,.3f} s")
-    return f"{sum_of}; nothing was sent"
+def show_plans(options, what, plans):
+    """The dry run of several problems, calls or frames: a line for each, and the bill. `plans` are
+    dicts, whose first value names each."""
+    charge, said = charge_of(plans), []
+    for found in plans:
+        (kind, name), cost = next(iter(found.items())), found.get("charge_seconds")
+        said.append(f"{name}: " if kind == "problem" else f"{kind} {name}: ")
+        said[-1] += (f"does not fit: {found['reason']}" if found.get("fits") is False else
+                     "skipped, the samples are there" if found.get("skipped") else
+                     f"{found['variables']:,} variables")
+        if found.get("calls"):
+            said[-1] += f" in at most {found['calls']:,} calls"
+        if "mean_chain" in found:
+            said[-1] += (f", {found['embedded_qubits']:,} qubits, chains of "
+                         f"{found['mean_chain']:.2f} on average and {found['longest_chain']} at "
+                         "most")
+        if cost:
+            said[-1] += f", estimated charge {cost:,.3f} s"
+    bill = ("runs on this machine; nothing is charged" if not registry.find(options.solver).kind
+            else "the charge cannot be told" if charge is None else
+            f"estimated charge in all {charge:,.3f} s")
+    runner.show(options, "\n".join([*said, f"{options.solver}: {len(plans):,} {what}; {bill}; "
+                                           "nothing was sent"]),
+                {"solver": options.solver, "dry_run": True, "charge_seconds": charge, what: plans})
+
+
+def plans(options):
+    """What would be sent for one problem, as a list of dicts."""
+    with account(options) as session:
+        return _plans([options], session)
 
 
 def _plans(tasks, session):

@@ -1,59 +1,44 @@
 """One page of HTML on results: pairs, maps, errors, energies and their bounds, sizes.
 
-A page holds its pictures and drawings itself: no network, no script.
+A page holds its pictures and drawings itself: no network, no script. How it is written is in
+report.html.j2.
 """
 
 import csv
-import html
 import io
 import json
 import re
 from pathlib import Path
 
+import jinja2
 import numpy as np
 from PIL import Image
 
 from . import drawing as draw, runner
-from .failure import InputError
+from .failure import Error, InputError
 from .failure import io as reading
 from .output import save
 from .qsf import parse_qsf
 
 COLUMNS = {"solver": "method", "energy": "energy", "gap": "gap", "rms": "rms, pixels",
            "bad_0_5": "bad-0.5, %", "bad_1_0": "bad-1.0, %", "seconds": "seconds",
-           "feasible": "feasible", "samples": "samples", "charge_seconds": "charge, s"}
-DIGITS = {"rms": 2, "bad_0_5": 2, "bad_1_0": 2, "seconds": 3, "charge_seconds": 3}
-# What is told of a problem where its file has it. Shares are shown in percent.
-FACTS = {"width": "columns", "height": "rows", "labels": "labels", "variables": "variables",
-         "variables_before": "variables", "variables_after": "variables left by proof",
-         "decided": "of the sites decided by proof", "quadratic_terms": "quadratic terms",
-         "penalty_max": "the largest penalty of a site", "pair_penalty_max": "that of a pair",
-         "qubits": "qubits", "calls_done": "calls", "charge_seconds": "seconds charged",
-         "lower_bound": "proven lower bound", "upper_bound": "best energy known"}
+           "feasible": "feasible", "samples": "samples", "charge": "charge, s"}
+DIGITS = {"rms": 2, "bad_0_5": 2, "bad_1_0": 2, "seconds": 3, "charge": 3}
+# What says nothing where it is the same in all rows.
+USUAL = {"feasible": 1, "samples": 1, "charge": 0}
+# What is told of a problem where its file has it.
+FACTS = {
+    "width": "{:,} columns", "height": "{:,} rows", "labels": "{:,} labels",
+    "variables": "{:,} variables", "variables_before": "{:,} variables",
+    "variables_after": "{:,} variables left by proof",
+    "variables_left": "{:,} variables left by proof",
+    "decided": "{:.2%} of the sites decided by proof", "quadratic_terms": "{:,} quadratic terms",
+    "penalty_max": "the largest penalty of a site: {:,.12g}",
+    "pair_penalty_max": "that of a pair: {:,.12g}", "qubits": "{:,} qubits",
+    "calls_done": "{:,} calls", "charge_seconds": "{:,.12g} seconds charged",
+    "lower_bound": "proven lower bound: {:,.12g}", "upper_bound": "best energy known: {:,.12g}"}
 TRACE = ["solver", "seconds", "iteration", "energy", "bound", "variables"]
-BESIDE = ("left", "right", "truth", "confidence")
-STYLE = """
-:root { color-scheme: light dark; --ink: #1b1f24; --paper: #fff; --rule: #d5dae0;
-        --soft: #5b6570; --good: #1a7f37 }
-@media (prefers-color-scheme: dark) {
-  :root { --ink: #e4e8ec; --paper: #14171a; --rule: #353b42; --soft: #9aa4ae; --good: #57c878 } }
-body { color: var(--ink); background: var(--paper); font: 16px/1.5 system-ui, sans-serif;
-       max-width: 75rem; margin: 0 auto; padding: 1rem; overflow-wrap: anywhere }
-h1 { font-size: 1.6rem } h2 { font-size: 1.25rem; border-top: 1px solid var(--rule);
-     padding-top: 1rem; margin-top: 2rem } h3 { font-size: 1rem }
-p, figcaption { max-width: 45rem } figcaption, .soft { color: var(--soft); font-size: .875rem }
-.maps { display: grid; gap: .75rem; margin: .75rem 0;
-        grid-template-columns: repeat(auto-fill, minmax(9rem, 1fr)) }
-figure { margin: 0 } .maps img { width: 100%; image-rendering: pixelated; border-radius: 3px;
-         background: #fff; outline: 1px solid var(--rule) }
-.wide { overflow-x: auto } svg { max-width: 100%; height: auto; display: block }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: .875rem }
-th, td { padding: .2rem .6rem; text-align: right; border-bottom: 1px solid var(--rule);
-         white-space: nowrap } th:first-child, td:first-child { text-align: left }
-.proven { color: var(--good) }
-@media print { body { max-width: none } .wide { overflow: visible } figure, tr, svg {
-               break-inside: avoid } }
-"""
+NOTE = "Black: more than one pixel off; grey: more than half a pixel; white: right, or unknown."
 
 
 def load(path):
@@ -63,11 +48,10 @@ def load(path):
           under "problems"; the journal of a run in windows; a trace; or a folder of such files
     Raises InputError, FileError.
     """
-    path = Path(path)
-    files = sorted(file for file in path.rglob("*") if file.suffix in KINDS) \
-        if path.is_dir() else [path]
-    problems = []
-    for file in files:
+    path, problems = Path(path), []
+    for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
+        if path.is_dir() and file.suffix not in KINDS:
+            continue
         try:
             with reading(file, "be read"):
                 found = KINDS.get(file.suffix, read_json)(file)
@@ -108,9 +92,8 @@ def read_journal(file):
 def read_trace(file):
     with open(file, encoding="utf-8", newline="") as stream:
         rows = csv.DictReader(stream)
-        if rows.fieldnames != TRACE:
-            return []
-        return [{"rows": list(rows), "course_of": file.resolve()}]
+        return [{"rows": list(rows), "course_of": file.resolve()}] if rows.fieldnames == TRACE \
+            else []
 
 
 KINDS = {".json": read_json, ".journal": read_journal, ".csv": read_trace}
@@ -123,9 +106,7 @@ def place(problem, name):
 
 
 def picture(problem, name):
-    """A picture of a problem as an array, or None if the problem has none."""
-    if not name:
-        return None
+    """A picture of a problem as an array."""
     path = place(problem, name)
     with reading(path, "be read"):
         try:
@@ -136,101 +117,103 @@ def picture(problem, name):
 
 
 def of_pair(problem, name):
-    """A picture that the problem names, or else that lies beside its results as NAME.png."""
+    """A picture that the problem names, or else that lies beside its results as NAME.png; None if
+    there is none."""
     beside = problem["folder"] / f"{name}.png"
     named = problem.get(name) or (beside if problem["results"] and beside.exists() else None)
-    return picture(problem, named)
+    return picture(problem, named) if named else None
 
 
 def levels(values, scale):
     """A map in pixels of disparity, NaN where it has no value."""
-    if values is None:
-        return None
     values = values if values.ndim == 2 else values[..., 0]
     return np.where(values == 0, np.nan, values / scale)
 
 
-def grey(values):
-    return values if values.dtype == np.uint8 else (values // 257).astype(np.uint8)
-
-
 def errors(values, truth):
-    with np.errstate(invalid="ignore"):
-        off = np.abs(values - truth)
-        return np.where(off > 1, 0, np.where(off > 0.5, 150, 255)).astype(np.uint8)
-
-
-def window(maps, shape):
-    """The part of pictures of a shape in which maps have values, as two slices."""
-    known = np.zeros(shape, bool)
-    for _, values in maps:
-        known |= ~np.isnan(values) if values.shape == shape else False
-    rows, columns = (np.flatnonzero(known.any(axis)) for axis in (1, 0))
-    return tuple(slice(at[0], at[-1] + 1) if at.size else slice(None) for at in (rows, columns))
+    off = np.abs(values - truth)
+    return np.where(off > 1, 0, np.where(off > 0.5, 150, 255)).astype(np.uint8)
 
 
 def all_maps(problem):
     """[(name, map)] of the results, (name, truth) or None, and [(name, picture)] of the pair, all
-    cut to where the results have values."""
-    scale, known = problem.get("scale", 8), {name: of_pair(problem, name) for name in BESIDE}
-    found = [(one["solver"], levels(picture(problem, one.get("map")), scale))
+    cut to the rows and columns where the results have values."""
+    scale = problem.get("scale", 8)
+    found = [(one["solver"], levels(picture(problem, one["map"]), scale))
              for one in problem["results"] if one.get("map")]
-    truth = levels(known["truth"], problem.get("truth_scale", 8))
-    shape = found[0][1].shape if found else ()
-    cut = window(found, shape) if found else ()
-
-    def part(values):
-        return values[cut] if values.shape[:2] == shape else values
-    return ([(name, part(values)) for name, values in found],
-            truth[cut] if truth is not None and truth.shape == shape else None,
-            [(name, part(grey(known[name]))) for name in ("left", "right", "confidence")
-             if known[name] is not None])
-
-
-def maps(problem, keep):
-    """Pair, maps and error maps of a problem, in one colour scale."""
-    found, truth, pair = all_maps(problem)
-    page = grid([(name, draw.image(values, name)) for name, values in pair])
+    truth = of_pair(problem, "truth")
+    truth = None if truth is None else levels(truth, problem.get("truth_scale", 8))
+    pair = [(name, values if values.dtype == np.uint8 else (values // 257).astype(np.uint8))
+            for name in ("left", "right", "confidence")
+            if (values := of_pair(problem, name)) is not None]
     if not found:
-        return page
-    shown = ([("truth", truth)] if truth is not None else []) + found
+        return [], None, pair
+    shape = found[0][1].shape
+    known = np.any([~np.isnan(values) for _, values in found if values.shape == shape], axis=0)
+    rows, columns = (np.flatnonzero(known.any(axis)) for axis in (1, 0))
+    cut = tuple(slice(at[0], at[-1] + 1) if at.size else slice(None) for at in (rows, columns))
+
+    def part(pictures):
+        return [(name, values[cut] if values.shape[:2] == shape else values)
+                for name, values in pictures]
+    return (part(found), truth[cut] if truth is not None and truth.shape == shape else None,
+            part(pair))
+
+
+def maps(problem):
+    """(Pair, maps and error maps of a problem, in one colour scale, as grids of the page; the maps
+    as figures: name -> figure)."""
+    found, truth, pair = all_maps(problem)
+    grids = [{"pictures": [(name, name, draw.image(values)) for name, values in pair]}]
+    if not found:
+        return grids, {}
+    shown = found if truth is None else [("truth", truth), *found]
     # The truth's range, where there is one: a few wrong pixels would take the colours of all.
-    known = np.concatenate([values[~np.isnan(values)] for _, values in shown[:1 if truth is not None
-                                                                              else None]])
-    low, high = (known.min(), known.max()) if known.size else (0, 1)
-    keep("maps.svg", lambda: draw.svg(draw.sheet(shown, low, high)))
-    page += grid([(name, draw.image(draw.coloured(values, low, high), f"map of {name}"))
-                  for name, values in shown])
-    page += draw.drawing(draw.bar(low, high, "disparity, pixels"))
+    known = np.concatenate([values[~np.isnan(values)]
+                            for _, values in (shown if truth is None else shown[:1])])
+    low = known.min() if known.size else 0
+    high = max(known.max(initial=0), low + 1)
+    grids.append({"bar": draw.drawing(draw.bar(low, high)), "pictures": [
+        (name, f"map of {name}", draw.image(values, "turbo", low, high))
+        for name, values in shown]})
     if truth is not None:
-        page += "<h3>Errors</h3>" + grid([
-            (name, draw.image(errors(values, truth), f"errors of {name}"))
-            for name, values in found if values.shape == truth.shape])
-        page += '<p class="soft">Black: more than one pixel off; grey: more than half a pixel; ' \
-                "white: right, or unknown.</p>"
-    return page
+        grids.append({"head": "Errors", "note": NOTE, "pictures": [
+            (name, f"errors of {name}", draw.image(errors(values, truth)))
+            for name, values in found if values.shape == truth.shape]})
+    return grids, {"maps": draw.sheet(shown, low, high)}
 
 
-def grid(figures):
-    return '<div class="maps">' + "".join(
-        f"<figure>{picture}<figcaption>{html.escape(name)}</figcaption></figure>"
-        for name, picture in figures) + "</div>" if figures else ""
-
-
-def traces_of(problem):
+def courses(problem):
     """The courses that a problem's trace has: name -> rows."""
-    rows = problem.get("rows", [])
+    rows, found = problem.get("rows", []), {}
     if problem.get("trace"):
         with reading(problem["trace"], "be read"):
             rows = [row for one in read_trace(place(problem, problem["trace"]))
                     for row in one["rows"]]
-    found = {}
     for row in rows:
         found.setdefault(row["solver"], []).append(row)
     return found
 
 
+def charts(problem):
+    """The drawings of a problem: name -> figure."""
+    traces, calls = courses(problem), problem.get("calls", [])
+    answered = [one for one in problem["results"] if one.get("energy") is not None]
+    told = [float(one["energy"]) for rows in (answered, calls, *traces.values()) for one in rows
+            if one.get("energy") not in (None, "")]
+    low, what = problem.get("lower_bound"), "the proven bound"
+    if low is None:
+        low, what = min(told, default=0), "the lowest"
+    drawn = {"energies": draw.energies(answered, low, what) if len(answered) > 1 else None,
+             "course": draw.course(traces, "seconds", f"energy above {what}\n(dashed: bounds)",
+                                   low=low),
+             "left": draw.course(traces, "seconds", "variables left", ["variables"]),
+             "calls": draw.course({"calls": calls}, "call", f"energy above {what}", low=low)}
+    return {name: figure for name, figure in drawn.items() if figure}
+
+
 def cell(key, value):
+    """A value of a table as the page shows it."""
     if value is None:
         return "-"
     return f"{value:.{DIGITS[key]}f}" if key in DIGITS else f"{value:,}" \
@@ -245,85 +228,71 @@ def csv_text(rows, columns):
     return out.getvalue()
 
 
-def table(rows, columns, proven=()):
-    """A table of HTML. rows: dicts; columns: key -> heading; proven: rows in green."""
-    head = "".join(f"<th>{html.escape(text)}</th>" for text in columns.values())
-    body = ""
-    for row in rows:
-        cells = "".join(f"<td>{html.escape(cell(key, row.get(key)))}</td>" for key in columns)
-        kind = ' class="proven"' if any(row is one for one in proven) else ""
-        body += f"<tr{kind}>{cells}</tr>"
-    return f'<div class="wide"><table><tr>{head}</tr>{body}</table></div>'
-
-
-def results_table(problem, keep):
-    rows = problem["results"]
-    if not rows:
-        return ""
-    columns = {key: text for key, text in COLUMNS.items()
-               if any(row.get(key) is not None for row in rows)}
-    keep("results.csv", lambda: csv_text(rows, columns))
-    proven = [row for row in rows if row.get("proven_optimal")]
-    note = '<p class="soft"><span class="proven">Green</span>: proven optimal.</p>' \
-        if proven else ""
-    return table(rows, columns, proven) + note
+def told_of(rows, columns):
+    """Those of the columns that tell the rows apart, or say what is not usual."""
+    return {key: text for key, text in columns.items()
+            if any(row.get(key) not in (None, USUAL.get(key)) for row in rows)}
 
 
 def facts(problem):
-    told = []
-    for key, text in FACTS.items():
-        value = problem.get(key)
-        if value is not None:
-            number = f"{100 * value:.4g} %" if key == "decided" else f"{value:,.12g}"
-            told.append(f"{text}: {number}" if "bound" in key or "penalty" in key
-                        else f"{number} {text}")
-    return f"<p>{html.escape(', '.join(told))}.</p>" if told else ""
+    """What is known of a problem, as a sentence."""
+    said = ", ".join(text.format(problem[key]) for key, text in FACTS.items()
+                     if problem.get(key) is not None)
+    return f"{said[:1].upper()}{said[1:]}." if said else ""
 
 
-def section(problem, keep):
-    """A problem's part of the page. keep: takes the name and the maker of a file for --parts."""
-    bound, traces = problem.get("lower_bound"), traces_of(problem)
-    answered = [one for one in problem["results"] if one.get("energy") is not None]
-    drawn = {"energies": draw.energies(answered, bound) if answered else None,
-             "course": draw.course(traces, "seconds", "energy; bound dashed", bound=bound),
-             "left": draw.course(traces, "seconds", "variables left", ["variables"],
-                                 scale="symlog"),
-             "calls": draw.course({"calls": problem.get("calls", [])}, "call", "energy",
-                                  bound=bound)}
-    page = f"<h2>{html.escape(str(problem['name']))}</h2>" + facts(problem)
-    page += maps(problem, keep) + results_table(problem, keep)
-    for name, figure in drawn.items():
-        if figure:
-            keep(f"{name}.svg", lambda figure=figure: draw.svg(figure))
-            page += draw.drawing(figure)
-    return page
+def sections_of(problems, columns=COLUMNS):
+    """The sections of a page, as report.html.j2 takes them: one of each problem, and before them
+    one of all that have a single result.
 
-
-def page_of(problems, title, before="", after="", parts=None):
-    """The page as text.
-
-    problems       of `load`
-    before, after  HTML that stands before and after the problems
-    parts          dict, gets the text of each table and drawing under the name of a file; or None
+    problems    of `load`
+    columns     key of a result -> heading in the table
     """
-    body = ""
-    for number, problem in enumerate(problems, 1):
-        stem = f"{number:02}-" + re.sub(r"[^\w.]+", "-", str(problem["name"])).strip("-")
+    made, single = [], [{"name": one["name"], **one["results"][0]} for one in problems
+                        if len(one["results"]) == 1]
+    if len(single) > 1:
+        made.append({"name": "All results", "rows": single, "figures": {},
+                     "columns": told_of(single, {"name": "name", **columns})})
+    for problem in problems:
+        drawn, (grids, sheet) = charts(problem), maps(problem)
+        made.append({"name": problem["name"], "facts": facts(problem), "grids": grids,
+                     "rows": problem["results"], "columns": told_of(problem["results"], columns),
+                     "charts": [draw.drawing(figure) for figure in drawn.values()],
+                     "figures": drawn | sheet})
+    return made
 
-        def keep(name, make, stem=stem):
-            if parts is not None:
-                parts[f"{stem}-{name}"] = make()
-        body += section(problem, keep)
-    return ('<!doctype html><html lang="en"><head><meta charset="utf-8">'
-            '<meta name="viewport" content="width=device-width, initial-scale=1">'
-            f"<title>{html.escape(title)}</title><style>{STYLE}</style></head><body>"
-            f"<h1>{html.escape(title)}</h1>{before}{body}{after}</body></html>\n")
+
+def parts_of(sections):
+    """The tables and drawings of sections as texts: name of a file -> text."""
+    parts = {}
+    for number, section in enumerate(sections, 1):
+        stem = f"{number:02}-" + re.sub(r"[^\w.]+", "-", str(section["name"])).strip("-")
+        if section["rows"]:
+            parts[f"{stem}-results.csv"] = csv_text(section["rows"], section["columns"])
+        for name, figure in section["figures"].items():
+            parts[f"{stem}-{name}.svg"] = draw.svg(figure)
+    return parts
+
+
+def page_of(sections, title, before=()):
+    """The page as text. before: paragraphs that stand before the sections."""
+    template = jinja2.Environment(autoescape=True, trim_blocks=True).from_string(
+        Path(__file__).with_name("report.html.j2").read_text(encoding="utf-8"))
+    return template.render(sections=sections, title=title, before=before, cell=cell)
 
 
 def command(options):
     problems, parts = load(options.results), {}
-    page = page_of(problems, options.title, parts=parts if options.parts else None).encode()
+    try:
+        sections = sections_of(problems)
+    except Error:
+        raise
+    except (ValueError, TypeError, AttributeError, KeyError) as error:
+        raise InputError(f"{options.results}: its results are not as qstereo writes them "
+                         f"({type(error).__name__}: {error})") from error
+    page = page_of(sections, options.title).encode()
     if options.parts:
+        parts = parts_of(sections)
         with reading(options.parts, "be made"):
             Path(options.parts).mkdir(parents=True, exist_ok=True)
         for name, part in parts.items():
@@ -331,4 +300,4 @@ def command(options):
     save(options.output, page)
     runner.show(options, f"{options.output}: {len(problems)} problem{'s' * (len(problems) != 1)}, "
                 f"{len(page):,} bytes", {"output": options.output, "problems": len(problems),
-                                    "bytes": len(page), "parts": sorted(parts)})
+                                         "bytes": len(page), "parts": sorted(parts)})

@@ -1,7 +1,6 @@
 """One run of the command: read a problem, have it solved, check the answer, write and tell it."""
 
 import contextlib
-import hashlib
 import json
 import sys
 import time
@@ -32,11 +31,14 @@ def progress(options):
 
 
 def read(options):
-    """The Problem; its file's SHA-256 becomes `options.digest`."""
+    """The qcf.Coefficients; their digest becomes `options.digest`."""
     name = options.problem
     with io(name, "read"), open(0 if name == "-" else name, "rb", closefd=name != "-") as stream:
-        problem, data = read_qcf(stream, options.memory_limit)
-    options.digest = hashlib.sha256(data).digest()
+        problem = read_qcf(stream, options.memory_limit)
+    options.digest = problem.digest
+    models.check_known(problem)
+    if getattr(options, "alone", False):
+        problem.known = problem.stated_bound = None
     return problem
 
 
@@ -75,31 +77,25 @@ def output_of(options, last=True):
         yield deliver
 
 
-def here(options, problem, tell):
-    """The Answer of a solver of this machine."""
-    solver = registry.find(options.solver)
-    return solver.run(options.solver, problem, options, tell), contextlib.nullcontext()
-
-
-def solve(options, ask=here):
+def solve(options, ask):
     """Solve, check, write, show.
 
-    ask(options, problem, progress) -> (Answer, a context in which the answer is written); without
-    an Answer nothing is.
+    ask(problem, progress) -> a context of the Answer in which it is written; of None, where nothing
+    is.
     """
-    with output_of(options, last=not hasattr(options, "said")) as deliver:
+    with (output_of(options, last=not hasattr(options, "said")) as deliver,
+          contextlib.ExitStack() as stack):
         problem = read(options)
         began, tell = time.monotonic(), progress(options)
-        try:
-            answer, kept = ((nothing_to_decide(problem), contextlib.nullcontext())
-                            if problem.linear.size == 0 else ask(options, problem, tell))
-        finally:
+        stack.callback(tell, None)
+        with (contextlib.nullcontext(nothing_to_decide(problem)) if problem.linear.size == 0 else
+              ask(problem, tell)) as answer:
             tell(None)
-        if answer is not None:
-            with kept:
+            if answer is not None:
                 samples = checked(options, problem, answer)
                 if not getattr(options, "no_postprocess", False) and answer.lower_bound is None:
-                    samples = merging.finished(problem, samples, options.memory_limit)
+                    samples = merging.finished(problem, samples, options.memory_limit,
+                                               problem.known)
                 told = _summary(options, problem, answer, samples, time.monotonic() - began)
                 deliver(_sound(qsf.pack_qsf(samples)), *told)
 
@@ -108,11 +104,11 @@ def merge(options):
     """The command `merge`."""
     with output_of(options) as deliver:
         began = time.monotonic()
-        problem = api.made(read(options), options.digest, options.memory_limit)
+        problem = api.made(read(options))
         found = merging.merge(problem, *(api.load_samples(name, options.memory_limit)
                                          for name in options.samples))
         deliver(_sound(qsf.pack_qsf(found)), *_summary(
-            options, problem.coefficients, Answer(found.bits), found, time.monotonic() - began))
+            options, problem, Answer(found.bits), found, time.monotonic() - began))
 
 
 def checked(options, problem, answer):
@@ -169,8 +165,10 @@ def _summary(options, problem, answer, samples, seconds):
     best = ("`qstereo validate` says which samples are labellings" if not told else
             f"{good.size} feasible, best energy of these {figures['best_energy']}" if good.size else
             "none feasible")
-    samples = "1 sample" if energies.size == 1 else f"{energies.size} samples"
-    return (f"{options.solver}: {samples}, best energy {figures['energy']}{bounded}; {best}; "
+    count = "1 sample" if energies.size == 1 else f"{energies.size} samples"
+    if samples.info.get("result", {}).get("known"):
+        count += f" (merged with the labelling that {options.problem} carries)"
+    return (f"{options.solver}: {count}, best energy {figures['energy']}{bounded}; {best}; "
             f"{seconds:.1f} s\n{options.output}: written",
             {"solver": options.solver, **figures, "proven_optimal": proven if told else None,
              "iterations": answer.iterations, "seconds": round(seconds, 3),

@@ -129,30 +129,21 @@ def hide_tokens():
         text.hide(config[section].get("token") for section in config)
 
 
-class _Bounded:
-    """The body of a reply, which ends with an error where it grows beyond LARGEST_REPLY: a few
-    compressed bytes may unpack to more than any machine holds."""
-
-    def __init__(self, raw):
-        self.raw = raw
-
-    def stream(self, *arguments, **options):
-        size = 0
-        for part in self.raw.stream(*arguments, **options):
-            size += len(part)
-            if size > LARGEST_REPLY:
-                raise SolverError("the service's reply is too large: it unpacks to more than "
-                                  f"{LARGEST_REPLY >> 20:,} MiB")
-            yield part
-
-    def __getattr__(self, name):
-        return getattr(self.raw, name)
-
-
 def bounded(session):
-    """A session of requests none of whose replies grows without bound."""
+    """A session of requests none of whose replies grows beyond LARGEST_REPLY: a few compressed
+    bytes may unpack to more than any machine holds."""
     def bound(response, **options):
-        response.raw = _Bounded(response.raw)
+        stream = response.raw.stream
+
+        def limited(*arguments, **options):
+            size = 0
+            for part in stream(*arguments, **options):
+                size += len(part)
+                if size > LARGEST_REPLY:
+                    raise SolverError("the service's reply is too large: it unpacks to more than "
+                                      f"{LARGEST_REPLY >> 20:,} MiB")
+                yield part
+        response.raw.stream = limited
     session.hooks["response"].insert(0, bound)
     return session
 
@@ -182,7 +173,7 @@ def explained():
     except (Error, MemoryError):
         raise
     except Exception as error:
-        raise SolverError(explain(error)) from None
+        raise SolverError(explain(error), getattr(error, "error_code", None)) from None
 
 
 LATER = "({}); try again later"

@@ -120,7 +120,7 @@ def _beta_range(problem):
     are frozen; None without any. The sampler's own range goes by all coefficients, penalties
     included: on a labelling problem most of its sweeps are then spent in vain."""
     g, h, block, weight = problem.couplings
-    largest = np.array([np.abs(block.values.astype(np.int64)).max() for block in problem.blocks],
+    largest = np.array([np.abs(block.astype(np.int64)).max() for block in problem.blocks],
                        np.int64)
     strengths = (np.abs(weight) * largest[block])[g != h]
     if not strengths.any():

@@ -14,7 +14,7 @@ import numpy as np
 from . import merging, models
 from .failure import InputError
 from .problem import made
-from .qcf import Problem as Coefficients
+from .qcf import Coefficients
 
 
 def plan(p, variables, call=0, seed=0):
@@ -47,46 +47,39 @@ def passes(p, variables, number=0, seed=0):
     overlapping windows: each is what breadth-first search over the couplings reaches from a group
     that no window has yet.
     """
-    problem = p.coefficients
-    if problem.sizes.max(initial=0) > variables:
-        raise InputError(f"a group has {problem.sizes.max():,} variables, a window takes "
+    if p.sizes.max(initial=0) > variables:
+        raise InputError(f"a group has {p.sizes.max():,} variables, a window takes "
                          f"{variables:,}; give larger --windows")
     rng = np.random.default_rng([*np.frombuffer(p.digest, "<u4"), seed, number])
-    group = problem.of_variables(np.arange(problem.sizes.size))
     calls, rooms = [], []
-    for part in models.parts(problem):
-        if part.size > variables:
-            found = _cut(problem, np.unique(group[part]), variables, rng)
-            calls += [[window] for window in found]
-            rooms += [variables - sum(problem.sizes[window]) for window in found]
-            continue
-        at = next((at for at, room in enumerate(rooms) if room >= part.size), len(calls))
-        if at == len(calls):
-            calls.append([])
-            rooms.append(variables)
-        calls[at].append(np.unique(group[part]))
-        rooms[at] -= part.size
-    inside = np.zeros((len(calls), problem.sizes.size), bool)
-    for at, call in enumerate(calls):
-        inside[at, np.concatenate(call)] = True
-    return [np.flatnonzero(problem.of_variables(one)) for one in inside]
+    for part in p.parts():
+        groups = np.unique(p.group[part])
+        for one in [groups] if part.size <= variables else _cut(p, groups, variables, rng):
+            size = p.sizes[one].sum()
+            at = next((at for at, room in enumerate(rooms) if room >= size), len(calls))
+            if at == len(calls):
+                calls.append([])
+                rooms.append(variables)
+            calls[at].append(one)
+            rooms[at] -= size
+    every = np.arange(p.sizes.size)
+    return [np.flatnonzero(p.of_variables(np.isin(every, np.concatenate(call)))) for call in calls]
 
 
-def _cut(problem, part, variables, rng):
+def _cut(p, part, variables, rng):
     """The windows of one connected part: list of arrays of groups."""
-    g, h = problem.couplings[:2, problem.couplings[3] != 0]
-    near, far = np.append(g, h), np.append(h, g)
+    near, far = np.append(p.edges, p.edges[::-1], axis=1)
     order = np.argsort(near, kind="stable")
-    far, first = far[order], np.searchsorted(near[order], np.arange(problem.sizes.size + 1))
+    far, first = far[order], np.searchsorted(near[order], np.arange(p.sizes.size + 1))
     windows, left = [], part
     while left.size:
-        seen = np.zeros(problem.sizes.size, bool)
+        seen = np.zeros(p.sizes.size, bool)
         layer, room, window = rng.choice(left, 1), variables, []
         while layer.size and room > 0:
             seen[layer] = True
-            taken = layer[np.cumsum(problem.sizes[layer]) <= room]
+            taken = layer[np.cumsum(p.sizes[layer]) <= room]
             window.append(taken)
-            room = room - problem.sizes[taken].sum() if taken.size == layer.size else 0
+            room = room - p.sizes[taken].sum() if taken.size == layer.size else 0
             layer = np.unique(np.concatenate([far[first[at]:first[at + 1]] for at in layer]))
             layer = rng.permutation(layer[~seen[layer]])
         windows.append(np.concatenate(window))
@@ -103,33 +96,30 @@ def window(p, bits, variables):
     variables   sorted array, whole groups
     Raises InputError.
     """
-    problem, bits = p.coefficients, p.fitting(bits)[0]
-    groups = np.unique(problem.of_variables(np.arange(problem.sizes.size))[variables])
-    inside, number = np.zeros(problem.sizes.size, bool), np.zeros(problem.sizes.size, np.int64)
+    bits = models.fitting(p, bits)[0]
+    groups = np.unique(p.group[variables])
+    inside, number = np.zeros(p.sizes.size, bool), np.zeros(p.sizes.size, np.int64)
     inside[groups], number[groups] = True, np.arange(groups.size)
-    if not np.array_equal(np.flatnonzero(problem.of_variables(inside)), variables):
+    if not np.array_equal(np.flatnonzero(p.of_variables(inside)), variables):
         raise InputError("a window takes whole groups, their variables sorted")
-    rest = bits * ~problem.of_variables(inside)
-    terms = models.Terms(problem, penalties=False, both=True)
-    fields = merging.States(problem, terms, rest[None]).fields[0]
-    g, h, block, weight = problem.couplings[:, inside[problem.couplings[:2]].all(axis=0)]
+    rest = bits * ~p.of_variables(inside)
     # The penalties of the groups outside are in the offset, those of the groups inside are not.
-    offset = int(models.energies(problem, rest[None])[0]) - int(problem.a[groups].sum())
-    found = Coefficients(problem.sizes[groups], problem.blocks,
-                         np.stack([number[g], number[h], block, weight]), fields[variables],
-                         problem.a[groups], problem.b[groups], offset, [], problem.scale,
-                         problem.encoding)
-    said = b"".join(array.astype("<i8").tobytes() for array in (groups, fields[variables]))
-    return made(found, hashlib.sha256(p.digest + said).digest(), p.memory_limit)
+    fields = merging.States(p, rest[None]).fields[0, variables] + p.of_variables(p.a)[variables]
+    g, h, block, weight = p.couplings[:, inside[p.couplings[:2]].all(axis=0)]
+    offset = int(p.energies(rest)[0] - p.a[groups].sum())
+    said = b"".join(array.astype("<i8").tobytes() for array in (groups, fields))
+    return made(Coefficients(
+        p.sizes[groups], p.blocks, np.stack([number[g], number[h], block, weight]), fields,
+        p.a[groups], p.b[groups], offset, scale=p.scale, encoding=p.encoding,
+        digest=hashlib.sha256(p.digest + said).digest(), memory_limit=p.memory_limit))
 
 
 def begin(p):
     """A state for the rest of the first window, where none is known: each one-hot group's cheapest
     variable at 1, zeros elsewhere. u8 array (n,)."""
-    problem, bits = p.coefficients, np.zeros(len(p), np.uint8)
-    group = problem.of_variables(np.arange(problem.sizes.size))
-    cheapest = np.lexsort((problem.linear, group))[problem.starts[:-1]]
-    bits[cheapest[problem.one_hot]] = 1
+    bits = np.zeros(len(p), np.uint8)
+    cheapest = np.lexsort((p.linear, p.group))[p.starts[:-1]]
+    bits[cheapest[p.one_hot]] = 1
     return bits
 
 
@@ -141,7 +131,7 @@ def improved(p, bits, variables, samples, known=True):
     known       whether `bits` is a state to keep what is good in, so that H does not rise; else the
                 window's variables are those of the samples alone
     """
-    part, found = window(p, bits, variables).coefficients, bits.copy()
+    part, found = window(p, bits, variables), bits.copy()
     found[variables] = merging.merged(part, np.append(
         samples, bits[None, variables], axis=0) if known else samples)
     return found

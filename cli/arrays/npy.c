@@ -420,6 +420,17 @@ npy_fault npy_convert(const npy_array *array, uint64_t from, size_t count, npy_s
     return first;
 }
 
+void npy_rounding_find(const npy_array *array, uint64_t from, size_t count, npy_scaling by,
+                       npy_rounding *worst)
+{
+    for (uint64_t i = from; i < from + count; i++) {
+        double exact = npy_float(array, i) * by.times, error = fabs(exact - nearbyint(exact));
+        if (error > worst->most) {
+            *worst = (npy_rounding){error, i};
+        }
+    }
+}
+
 /* ---- Writing. ---- */
 
 size_t npy_head_write(const uint64_t *shape, unsigned dimensions, uint8_t head[NPY_HEAD])

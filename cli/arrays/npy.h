@@ -45,6 +45,17 @@ typedef enum npy_fault { NPY_FITS, NPY_NAN, NPY_INFINITE, NPY_TOO_LARGE } npy_fa
 npy_fault npy_convert(const npy_array *array, uint64_t from, size_t count, npy_scaling by,
                       bool infinite, int32_t *out, uint64_t *bad);
 
+/* The largest error that such rounding makes, in 1/times, and the element that has it. */
+typedef struct npy_rounding {
+    double most;
+    uint64_t at;
+} npy_rounding;
+
+/* Looks at `count` floats from `from` on, and keeps the largest error. What is not finite has
+ * none. */
+void npy_rounding_find(const npy_array *array, uint64_t from, size_t count, npy_scaling by,
+                       npy_rounding *worst);
+
 /* Returns true if no element can have a fault: whole numbers of at most 32 bits that stay as they
  * are. */
 bool npy_is_plain(const npy_array *array, npy_scaling by);

@@ -18,16 +18,16 @@ static int fail_element(const npy_array *array, uint64_t index, const units *as,
                     value, as->what);
     case NPY_INFINITE:
         return fail(BAD_INPUT, array->name,
-                    "%s is %s: only costs of labels can be infinite, which forbids the label", at,
-                    value);
+                    "%s is %s, but %s has to be finite: put a finite number there", at, value,
+                    as->what);
     case NPY_TOO_LARGE:
         if (strcmp(value, "-inf") == 0) {
             return fail(BAD_INPUT, array->name,
                         "%s is -inf: inf forbids a label, and no cost is below all others", at);
         }
         return fail(BAD_INPUT, array->name,
-                    "%s is %s, in units beyond 2147483647: choose a smaller %s", at, value,
-                    as->mend);
+                    "%s is %s, too large (in the problem's units it is beyond 2147483647): %s", at,
+                    value, as->mend);
     case NPY_FITS: break;
     }
     return fail(BAD_INPUT, array->name, "%s is %s: %s cannot be below 0", at, value, as->what);
@@ -41,8 +41,9 @@ int units_convert(const npy_array *array, const units *as, uint64_t from, size_t
     if (fault != NPY_FITS) {
         return fail_element(array, bad, as, fault);
     }
+    bool floats = array->kind == NPY_FLOAT; /* rounding may hide what is below 0 */
     for (size_t i = 0; !as->signed_too && i < count; i++) {
-        if (out[i] < 0) {
+        if (floats ? npy_float(array, from + i) < 0 : out[i] < 0) {
             return fail_element(array, from + i, as, NPY_FITS);
         }
     }

@@ -9,7 +9,7 @@
 typedef struct units {
     npy_scaling by;
     const char *what; /* "a weight" */
-    const char *mend; /* what makes numbers smaller: "--lambda" */
+    const char *mend; /* of numbers that are too large: "choose a smaller --lambda" */
     bool signed_too; /* numbers below 0 are allowed */
     bool infinite; /* +infinity is allowed, and becomes 0 */
 } units;

@@ -74,10 +74,10 @@ static int read_distortion(const file_set *in, const char *const *names, double 
     matrix found;
     const char *where = in->names[0], *name = names[0];
     stored_status status = find_any(in, names, &found, &where, &name);
-    size_t count = found.rows * found.columns;
     if (status == NOT_STORED) {
         return read_needed(in, names, 1, 5, coefficients);
     }
+    size_t count = found.rows * found.columns;
     if (status == STORED_BADLY ||
         (count != 0 && count != 4 && count != 5 && count != 8 && count != 12 && count != 14)) {
         return fail(BAD_INPUT, where, "%s is no list of 4, 5, 8, 12 or 14 finite coefficients",

@@ -50,12 +50,13 @@ static int check_output(const char *to)
 int frames_open(const char *left, const char *right, const char *to, frames *opened)
 {
     const char *paths[2] = {left, right};
+    const size_t count = right != NULL ? 2 : 1;
     numbered names;
     memset(opened, 0, sizeof *opened);
-    opened->count = right != NULL ? 2 : 1;
+    opened->count = count;
     opened->next = 1;
     opened->is_sequence = numbered_read(to, &names) || (right == NULL && strcmp(left, "-") == 0);
-    for (size_t i = 0; i < opened->count; i++) {
+    for (size_t i = 0; i < count; i++) {
         source *from = &opened->sources[i];
         from->path = paths[i];
         from->kind = numbered_read(paths[i], &from->files) ? SOURCE_NUMBERED : SOURCE_PICTURE;
@@ -65,7 +66,7 @@ int frames_open(const char *left, const char *right, const char *to, frames *ope
         return DONE;
     }
     TRY(check_output(to));
-    for (size_t i = 0; i < opened->count; i++) {
+    for (size_t i = 0; i < count; i++) {
         source *from = &opened->sources[i];
         if (from->kind == SOURCE_PICTURE) {
             from->kind = SOURCE_STREAM;

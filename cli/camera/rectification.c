@@ -87,7 +87,8 @@ static point mean_corner(const calibration *of, unsigned side)
     double right = of->width - 1, bottom = of->height - 1;
     point sum = {0, 0};
     for (int corner = 0; corner < 4; corner++) {
-        point at = rectified(&of->cameras[side], corner % 2 * right, corner / 2 * bottom);
+        point at =
+            rectified(&of->cameras[side], corner % 2 == 0 ? 0 : right, corner < 2 ? 0 : bottom);
         sum = (point){sum.x + at.x / 4, sum.y + at.y / 4};
     }
     return sum;

@@ -113,6 +113,12 @@ static bool xml_element(span in, const char *name, span *found)
     return false;
 }
 
+static bool find_top(const storage *in, const char *name, span *found)
+{
+    const span all = {in->text, in->end};
+    return in->xml ? xml_element(all, name, found) : yaml_top(all, name, found);
+}
+
 static bool find_inside(const storage *in, span whole, const char *name, span *found)
 {
     return in->xml ? xml_element(whole, name, found) : yaml_inside(whole, name, found);
@@ -181,9 +187,8 @@ static bool read_matrix(const storage *in, span whole, matrix *read)
 stored_status storage_find(const storage *in, const char *name, matrix *found)
 {
     span whole, part;
-    const span all = {in->text, in->end};
     memset(found, 0, sizeof *found);
-    if (!(in->xml ? xml_element : yaml_top)(all, name, &whole)) {
+    if (!find_top(in, name, &whole)) {
         return NOT_STORED;
     }
     if (find_inside(in, whole, "data", &part)) {

@@ -4,6 +4,7 @@
 
 #include "command.h"
 #include "comparison.h"
+#include "known_best.h"
 #include "meaning_output.h"
 #include "pictures/disparity_map.h"
 #include "pictures/picture_library.h"
@@ -265,6 +266,24 @@ static int run_solvers(comparing *with)
     return DONE;
 }
 
+/* The labelling that the problem's file carries is a row of its own: solvers that began with it
+ * would all look as good. */
+static int add_known(comparing *with)
+{
+    const problem_file *problem = &with->at->both.problem;
+    static const char name[] = "known";
+    known_best known;
+    result *of;
+    TRY(known_best_open(problem, &with->at->limit, &known));
+    if (known.labelling == NULL) {
+        return DONE;
+    }
+    TRY(add_result(with, name, sizeof name - 1, &of));
+    of->samples = of->feasible = 1;
+    of->energy = known.energy;
+    return look_at_map(with, of, known.labelling, &with->at->limit);
+}
+
 /* The rows of the solvers come first, but the samples files are read before the solvers run, so
  * that a bad file is found at once. */
 static int fill_table(comparing *with)
@@ -274,6 +293,7 @@ static int fill_table(comparing *with)
     for (size_t i = 0; i < asked->solver_count; i++) {
         TRY(add_result(with, asked->by[i]->name, strlen(asked->by[i]->name), &added));
     }
+    TRY(add_known(with));
     TRY(add_files(with));
     return run_solvers(with);
 }
@@ -354,7 +374,8 @@ const command cmd_compare = {
                 "Runs solvers on one problem and adds the samples of others, such as a QPU. "
                 "Prints for each its energy, the gap to the best lower bound of all, its feasible "
                 "samples, the errors against the truth, and the seconds. A solver that cannot be "
-                "used with the pairwise cost is marked.\n",
+                "used with the pairwise cost is marked. The best labelling known that a file of "
+                "reduce carries is the row known.\n",
             OPTIONS(options),
             .examples = "  qstereo compare p.qcf --truth truth.png --truth-scale 8\n"
                         "  qstereo compare p.qcf --samples qpu.qsf --samples hybrid.qsf \\\n"

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "command.h"
+#include "makers/kept_list.h"
 #include "meaning_output.h"
 #include "pictures/disparity_map.h"
 #include "pictures/picture_write.h"
@@ -12,7 +13,7 @@
 #include "text/numbers.h"
 #include "text/plain.h"
 
-enum { OUTPUT, REPAIR, SAMPLE, SCALE, COLOR, PALETTE, SCALE_BAR, JSON, MEMORY_LIMIT };
+enum { OUTPUT, REPAIR, SAMPLE, SCALE, COLOR, PALETTE, SCALE_BAR, BOXES, JSON, MEMORY_LIMIT };
 
 static const option options[] = {
     [OUTPUT] = {"output", 'o', true, "OUT", NULL, "file to write, see above; - is standard output"},
@@ -24,6 +25,9 @@ static const option options[] = {
     [COLOR] = COLOR_OPTION,
     [PALETTE] = PALETTE_OPTION,
     [SCALE_BAR] = SCALE_BAR_OPTION,
+    [BOXES] =
+        {"boxes", 0, false, "BOXES.csv", NULL,
+         "of a problem of detect: the boxes that it was made of, to write those that are kept"},
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
 };
@@ -31,6 +35,7 @@ static const option options[] = {
 typedef struct request {
     map_request map; /* of disparities, see is_map */
     meaning_output other; /* of all else */
+    box_file boxes;
     output *file; /* of that */
     bool one_sample, repair;
     uint32_t sample; /* if only one sample is asked for */
@@ -191,12 +196,29 @@ static int check_options(const job *at)
     return DONE;
 }
 
+static int read_boxes(job *at, request *asked)
+{
+    const problem_file *problem = &at->both.problem;
+    const char *path = at->values[BOXES];
+    if (path == NULL) {
+        return DONE;
+    }
+    TRY(boxes_read(path, false, &at->limit, &asked->boxes));
+    asked->other.boxes = &asked->boxes;
+    return kept_boxes_check(problem->name, problem->qubo.labels.sites, &asked->boxes);
+}
+
 /* Reads what kind of output is asked for; the problem is open. */
 static int read_output(job *at, request *asked)
 {
     const problem_file *problem = &at->both.problem;
     const qs_labels *labels = &problem->qubo.labels;
     const char *path = at->values[OUTPUT];
+    TRY(meaning_ending_check(problem->name, labels, path));
+    if (at->values[BOXES] != NULL &&
+        (labels->meaning.kind != QS_MEANS_KEEP || path_ends(path, ".npy"))) {
+        return fail_usage("--boxes goes with lists of boxes, which %s cannot be", path);
+    }
     if (is_map(at)) {
         const char *const *values = at->values;
         const map_options given = {path, values[SCALE], values[COLOR], values[PALETTE],
@@ -205,7 +227,8 @@ static int read_output(job *at, request *asked)
         return map_check(problem->name, labels, asked->map.format);
     }
     TRY(check_options(at));
-    return meaning_output_read(problem->name, labels, path, &asked->other);
+    TRY(meaning_output_read(problem->name, labels, path, &asked->other));
+    return read_boxes(at, asked);
 }
 
 static int write_output(job *at, request *asked, const uint16_t *labelling)
@@ -303,7 +326,7 @@ static int run_decode(job *at)
     TRY(sampled ? choose(at, &asked, &taken) : choose_decided(problem, &taken));
     TRY(write_output(at, &asked, taken.labelling));
     TRY(job_commit(at));
-    if (!output_is_standard(at->values[OUTPUT])) {
+    if (!output_is_standard(is_map(at) ? asked.map.output : at->values[OUTPUT])) {
         print_result(at, &asked, &taken);
     }
     return DONE;
@@ -322,7 +345,8 @@ const command cmd_decode = {
                 "value; a map has 8 bits if all its values fit, else 16. Greys and classes become "
                 "a picture, .png or .pgm; numbers an array, .npy, or a picture; displacements a "
                 "field, .flo or KITTI's .png; boxes a list, .csv, of each box from 1 on, and "
-                "whether it is kept. An .npy holds the label of each site as a number from 0 on, "
+                "whether it is kept, or with --boxes the boxes that are kept. An .npy holds the "
+                "label of each site as a number from 0 on, "
                 "whatever it stands for, and -1 where there is none. Exits with 1 if no sample is "
                 "feasible.\n\n"
                 "A problem that was reduced gives the whole of it too. If the reduction decided "

@@ -2,7 +2,9 @@
 #include <stdio.h>
 
 #include "makers/detecting.h"
+#include "makers/kept_list.h"
 #include "one_go.h"
+#include "pictures/picture_write.h"
 #include "scores/box_score.h"
 #include "text/fail.h"
 #include "text/json.h"
@@ -13,30 +15,11 @@ static const option options[] = {
     ONE_GO_OPTION_ROWS("score against these boxes: precision, recall, ap"),
 };
 
-/* The boxes that are kept, for the score. */
-static int take_kept(job *at, const box_file *all, const uint16_t *labelling, box_file *kept)
-{
-    *kept = *all;
-    kept->count = 0;
-    kept->boxes = budget_take(&at->limit, all->name, all->count * sizeof *kept->boxes);
-    kept->pictures = budget_take(&at->limit, all->name, all->count * sizeof *kept->pictures);
-    if (kept->boxes == NULL || kept->pictures == NULL) {
-        return NO_RESOURCE;
-    }
-    for (uint32_t i = 0; i < all->count; i++) {
-        if (labelling[i] == 1) {
-            kept->boxes[kept->count] = all->boxes[i];
-            kept->pictures[kept->count++] = all->pictures[i];
-        }
-    }
-    return DONE;
-}
-
 static int print_result(job *at, const one_go *run, const box_file *all, const box_file *truth)
 {
     box_file kept;
     box_score score;
-    TRY(take_kept(at, all, run->found.labelling, &kept));
+    TRY(kept_boxes_take(all, run->found.labelling, &at->limit, &kept));
     if (run->truth != NULL) {
         TRY(box_score_find(&kept, truth, &at->limit, &score));
     }
@@ -62,12 +45,16 @@ static int run_detect(job *at)
     detecting asked;
     box_file truth;
     output *out;
+    const char *path = at->values[ONE_GO_OUTPUT];
+    if (!path_ends(path, ".csv") && !output_is_straight(path)) {
+        return fail_usage("-o %s: the name of a list of boxes ends in .csv", path);
+    }
     TRY(one_go_read(at, &run));
     TRY(one_go_open(at, &detecting_maker, &asked, &run));
     if (run.truth != NULL) {
         TRY(boxes_read(run.truth, false, &at->limit, &truth));
     }
-    TRY(job_open_output(at, at->values[ONE_GO_OUTPUT], &out));
+    TRY(job_open_output(at, path, &out));
     TRY(one_go_solve(at, &run));
     boxes_write(&asked.file, run.found.labelling, out);
     return print_result(at, &run, &asked.file, &truth);

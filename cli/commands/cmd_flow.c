@@ -54,7 +54,7 @@ static int run_flow(job *at)
     }
     TRY(job_open_output(at, at->values[ONE_GO_OUTPUT], &out));
     if (at->values[COLOR] != NULL) {
-        TRY(job_open_output(at, at->values[COLOR], &coloured));
+        TRY(job_open_beside(at, "color", at->values[COLOR], &coloured));
     }
     TRY(one_go_solve(at, &run));
     TRY(meaning_field(run.made.name, &run.laid.labels, run.found.labelling, &at->limit, &field));

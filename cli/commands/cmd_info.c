@@ -1,6 +1,7 @@
 #include "command.h"
 #include "complexity.h"
 #include "describe.h"
+#include "known_best.h"
 #include "text/fail.h"
 
 enum { COMPLEXITY, JSON, MEMORY_LIMIT };
@@ -24,9 +25,11 @@ static int info_samples(job *at, const char *path, file_bytes file)
 static int info_problem(job *at, const char *path, file_bytes file)
 {
     problem_file *problem = &at->both.problem;
+    known_best known;
     TRY(problem_check(path, file, &at->limit, problem));
     TRY(problem_index(problem, &at->limit));
-    (at->json ? describe_problem_json : describe_problem)(problem);
+    TRY(known_best_open(problem, &at->limit, &known));
+    (at->json ? describe_problem_json : describe_problem)(problem, &known);
     return DONE;
 }
 

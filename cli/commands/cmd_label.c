@@ -60,7 +60,7 @@ static void write_array(const label_array *written, output *out)
 /* Reads it, before the problem is solved. */
 static int read_truth(const one_go *run, budget *limit, const int32_t **truth)
 {
-    const units as = {{1, 1}, "a label", "number", true, false};
+    const units as = {{1, 1}, "a label", "give the number of a label", true, false};
     const qs_problem *problem = &run->made.problem;
     npy_array array;
     bool grid = problem->grid.width > 0;

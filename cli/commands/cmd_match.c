@@ -310,7 +310,7 @@ static int solve(job *at, request *asked, const laid_out *laid, bool *interrupte
         work_end(&work);
     }
     asked->how.traced = NULL; /* the right picture's solver has no part in it */
-    status = status == DONE ? solved_check(laid, &found) : status;
+    status = status == DONE ? solved_check(laid, asked->by, &found) : status;
     if (status == DONE) {
         *interrupted = found.interrupted;
         status = write_found(at, asked, laid, &found, &right);
@@ -437,7 +437,9 @@ const command cmd_match = {
                 "number that is there to the first one that is missing. Without a number an input "
                 "is a stream of binary PGM, PPM or YUV4MPEG2 frames, and - is standard input. "
                 "Maps stay where a later frame fails. --time-limit is that of each frame, and "
-                "--json prints an object for each.\n",
+                "--json prints an object for each.\n\nA proof of the energy (--certificate) is "
+                "about a "
+                "file, so it takes qstereo encode, solve --certificate and decode.\n",
             OPTIONS(options),
             .examples = "  qstereo match left.png right.png -o disparity.png\n"
                         "  qstereo match left.png right.png -o disparity.png --disparity 0:19 \\\n"

@@ -41,12 +41,13 @@ static int check_path(const char *path)
 static int read_outputs(const job *at, written_pair *asked)
 {
     size_t next = 0;
-    const char *path;
+    const char *path = options_next(at->given, OUTPUT, &next);
     /* If -o is given more than once, the last one counts. */
-    while ((path = options_next(at->given, OUTPUT, &next)) != NULL) {
+    do {
         asked->paths[0] = path;
         asked->paths[1] = options_next(at->given, OUTPUT, &next);
-    }
+        path = options_next(at->given, OUTPUT, &next);
+    } while (path != NULL);
     TRY(check_path(asked->paths[0]));
     return check_path(asked->paths[1]);
 }

@@ -34,9 +34,9 @@ static const option options[] = {
     [OUTPUT] = {"output", 'o', true, "SMALLER.qcf", NULL,
                 "QUBO file to write, - is standard output"},
     [CERTIFICATE] = CERTIFICATE_OPTION,
-    [SAMPLES] = {"samples", 0, false, "C.qsf", NULL,
+    [SAMPLES] = {"samples", 0, false, "CORE.qsf", NULL,
                  "also write the best labelling known, as a sample of SMALLER.qcf"},
-    [ANSWER] = {"answer", 0, false, "S.qsf", NULL,
+    [ANSWER] = {"answer", 0, false, "ANSWER.qsf", NULL,
                 "also write it as a sample of P.qcf, with the lower bound"},
     [START] = START_OPTION,
     [TRACE] = TRACE_OPTION,
@@ -94,14 +94,15 @@ static void print_result(const job *at, const reduced *smaller, const laid_out *
 }
 
 /* Reduces with a certificate. The lower bound is then the one that the certificate proves. */
-static int reduce_certified(job *at, reducing *how, const laid_out *laid, reduced *smaller)
+static int reduce_certified(job *at, const reducing *how, const laid_out *laid, reduced *smaller)
 {
     output *out;
     certifying proof;
-    TRY(job_open_output(at, at->values[CERTIFICATE], &out));
+    TRY(job_open_beside(at, "certificate", at->values[CERTIFICATE], &out));
     TRY(certifying_begin(laid, &at->limit, out, &proof));
-    how->witness = &proof.witness;
-    int status = reduce_problem(laid, how, &at->limit, smaller);
+    reducing with_proof = *how;
+    with_proof.witness = &proof.witness;
+    int status = reduce_problem(laid, &with_proof, &at->limit, smaller);
     if (status != DONE) {
         certifying_abandon(&proof);
         return status;
@@ -120,9 +121,9 @@ static int open_found(job *at, found_outputs *outs)
     const char *samples = at->values[SAMPLES], *whole = at->values[ANSWER];
     *outs = (found_outputs){NULL, NULL};
     if (samples != NULL) {
-        TRY(job_open_output(at, samples, &outs->samples));
+        TRY(job_open_beside(at, "samples", samples, &outs->samples));
     }
-    return whole != NULL ? job_open_output(at, whole, &outs->answer) : DONE;
+    return whole != NULL ? job_open_beside(at, "answer", whole, &outs->answer) : DONE;
 }
 
 /* Writes the best labelling, which has kept labels only. Energies are in integer units, as
@@ -181,6 +182,8 @@ static int run_reduce(job *at)
     TRY(certified ? reduce_certified(at, &how, &laid, &smaller)
                   : reduce_problem(&laid, &how, &at->limit, &smaller));
     coding.kept = smaller.kept;
+    coding.best = smaller.labelling;
+    coding.lower_bound = smaller.found.lower_bound;
     TRY(is_free(at) ? core_make(&laid, &coding, &smaller, &at->limit, &made, &detail)
                     : recode_problem(&laid, &coding, "--penalty or --gap", &at->limit, &made));
     output_write_file(out, &made.file);
@@ -203,12 +206,17 @@ const command cmd_reduce = {
                 "When the lower bound meets the energy, only labels that may tie are left. With "
                 "--target the reduction stops earlier, at a hard problem of that size for an "
                 "annealer.\n\n"
+                "--time-limit ends the search for labels to leave out, that long after the "
+                "command began. "
+                "Then SMALLER.qcf, and the certificate, are made and written whole, which takes "
+                "longer the more is left: the limit does not cut that short.\n\n"
                 "--certificate writes what proves that the labels are in no optimum; qstereo "
                 "verify "
                 "checks it.\n\n"
                 "--start begins with a labelling that is known: the better it is, the more can be "
-                "proven. --samples writes the best labelling for solvers of the smaller problem "
-                "to begin with.\n\n"
+                "proven. SMALLER.qcf carries the best labelling and the lower bound, so that "
+                "solvers begin with it and qstereo-bridge knows where to end; --samples also "
+                "writes the labelling as samples.\n\n"
                 "Reads one-hot, one-hot-sparse and domain-wall. The solver ilp of qstereo-bridge "
                 "needs one-hot-sparse: --encoding one-hot-sparse writes a problem that was "
                 "reduced as domain-wall once more for it.\n",

@@ -104,8 +104,9 @@ typedef struct outputs {
 static int open_outputs(job *at, outputs *outs)
 {
     TRY(job_open_output(at, at->values[ONE_GO_OUTPUT], &outs->field));
-    return at->values[WARPED] != NULL ? job_open_output(at, at->values[WARPED], &outs->warped)
-                                      : DONE;
+    return at->values[WARPED] != NULL
+               ? job_open_beside(at, "warped", at->values[WARPED], &outs->warped)
+               : DONE;
 }
 
 static int write_found(job *at, const one_go *run, const displacing *asked, const flow_field *truth,

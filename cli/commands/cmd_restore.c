@@ -14,7 +14,7 @@ static const option options[] = {
 static int read_truth(job *at, const one_go *run, const restoring *asked, qs_image *truth)
 {
     const qs_image *noisy = &asked->restore.noisy;
-    TRY(grey_read(run->truth, &at->limit, truth));
+    TRY(plain_grey_read(run->truth, &at->limit, truth));
     return same_size_check(run->truth, truth->width, truth->height, asked->noisy, noisy->width,
                            noisy->height);
 }
@@ -66,8 +66,9 @@ const command cmd_restore = {
             .about =
                 "Restores a noisy grey picture, and fills its holes: each pixel is a site, each "
                 "grey a label. A grey costs what it differs from the pixel's, nothing in a hole; "
-                "neighbours cost lambda times what their labels differ. qstereo solve --help "
-                "describes the solvers.\n\n"
+                "neighbours cost lambda times what their labels differ. NOISY is grey, of 8 bits "
+                "or less; a picture in colours is restored channel by channel. qstereo solve "
+                "--help describes the solvers.\n\n"
                 "psnr and ssim are those of the grey pictures (Wang et al. 2004).\n",
             OPTIONS(options),
             .examples =

@@ -11,6 +11,7 @@
 enum {
     AS,
     HOLE,
+    BOXES,
     SCALE,
     NO_VALUE,
     TRUTH_SCALE,
@@ -32,6 +33,8 @@ static const option options[] = {
             "what the files hold: disparity, labels, picture, flow or boxes"},
     [HOLE] = {"hole", 0, false, "MASK", NULL,
               "with --as picture: also score the pixels where this picture is not 0"},
+    [BOXES] = {"boxes", 0, false, "BOXES.csv", NULL,
+               "with --as boxes: OUT is a list of decode, of which of these boxes to keep"},
     [SCALE] = {"scale", 0, false, "S", "8", "OUT holds disparity x S; a .pfm always holds pixels"},
     [NO_VALUE] = {"no-value", 0, false, "V", NULL, "in OUT " NO_VALUE_HELP},
     [TRUTH_SCALE] = {"truth-scale", 0, false, "S", "8", "the same for TRUTH"},
@@ -144,11 +147,12 @@ static int score_disparities(job *at)
 static int run_score(job *at)
 {
     const char *as = at->values[AS];
-    if (strcmp(as, "disparity") == 0 && at->values[HOLE] == NULL) {
+    const score_options more = {at->values[HOLE], at->values[BOXES]};
+    if (strcmp(as, "disparity") == 0 && more.hole == NULL && more.boxes == NULL) {
         return score_disparities(at);
     }
     TRY(check_options(at));
-    return score_files(at, as, at->values[HOLE]);
+    return score_files(at, as, &more);
 }
 
 const command cmd_score = {
@@ -176,7 +180,7 @@ const command cmd_score = {
                 "degrees (aae; Baker et al. 2011).\n\n"
                 "--as boxes: two .csv: precision, recall, and the average precision (ap; "
                 "Everingham et al. 2010), where a box is right if its IoU with a true one is 0.5 "
-                "or more.\n",
+                "or more. With --boxes OUT is the list box,keep that decode writes.\n",
             OPTIONS(options),
             .examples =
                 "  qstereo score disparity.png truth.png --scale 8 --truth-scale 8\n"

@@ -94,7 +94,7 @@ static void print_result(const job *at, const solved *found)
 static int solve_plainly(job *at, const request *asked, const laid_out *laid, solved *found)
 {
     TRY(solve_problem(laid, asked->by, &asked->how, &at->limit, found));
-    return solved_check(laid, found);
+    return solved_check(laid, asked->by, found);
 }
 
 /* Solves with a certificate. The lower bound is then the one that the certificate proves. */
@@ -102,7 +102,7 @@ static int solve_certified(job *at, request *asked, const laid_out *laid, solved
 {
     output *out;
     certifying proof;
-    TRY(job_open_output(at, at->values[CERTIFICATE], &out));
+    TRY(job_open_beside(at, "certificate", at->values[CERTIFICATE], &out));
     TRY(certifying_begin(laid, &at->limit, out, &proof));
     asked->how.witness = &proof.witness;
     int status = solve_plainly(at, asked, laid, found);
@@ -159,7 +159,8 @@ const command cmd_solve = {
                 "checks it.\n\n"
                 "--start begins with a labelling that is known, whoever found it: icm, anneal, "
                 "swap, expansion, cut and best go on from it, and no solver's answer is above "
-                "it.\n\n"
+                "it. A file of reduce carries one, which is the default. The lower bound that it "
+                "states counts for nothing here: bounds are computed anew.\n\n"
                 "--time-limit is the time of the whole command, from start to answer. Ctrl-C ends "
                 "the command "
                 "without a file; with --keep-on-interrupt the first one stops the solver, and "

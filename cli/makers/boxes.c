@@ -9,6 +9,8 @@
 enum { PICTURE, X, Y, WIDTH, HEIGHT, SCORE, COLUMNS };
 static const char *const column_names[COLUMNS] = {"picture", "x", "y", "width", "height", "score"};
 
+const char kept_list_head[] = "box,keep";
+
 enum { FIELDS_MAX = 64, HUNDREDTHS = 100, PLACE_MAX = 1 << 26, SCORE_MAX = 1 << 30 };
 
 /* Where each column stands in a line; FIELDS_MAX = nowhere. */
@@ -45,12 +47,19 @@ static bool same(slice a, slice b)
     return a.size == b.size && memcmp(a.text, b.text, a.size) == 0;
 }
 
+/* Without the quotes around it. */
+static slice unquoted(slice field)
+{
+    bool quoted = field.size >= 2 && field.text[0] == '"' && field.text[field.size - 1] == '"';
+    return quoted ? (slice){field.text + 1, field.size - 2} : field;
+}
+
 /* Returns the number of fields. */
 static size_t split(slice line, slice fields[FIELDS_MAX])
 {
     size_t count = 0;
     do {
-        fields[count++] = trimmed(take_until(&line, ','));
+        fields[count++] = unquoted(trimmed(take_until(&line, ',')));
     } while (line.size > 0 && count < FIELDS_MAX);
     return count;
 }
@@ -59,6 +68,11 @@ static int find_columns(const char *name, slice head, bool scored, columns *foun
 {
     slice fields[FIELDS_MAX];
     size_t count = split(head, fields);
+    if (same(head, (slice){kept_list_head, strlen(kept_list_head)})) {
+        return fail(BAD_INPUT, name,
+                    "says only which boxes are kept, not where they are: give those with --boxes "
+                    "to score, or to decode, which then writes them");
+    }
     for (size_t c = 0; c < COLUMNS; c++) {
         slice wanted = {column_names[c], strlen(column_names[c])};
         size_t at = 0;
@@ -159,6 +173,9 @@ int boxes_read(const char *path, bool scored, budget *limit, box_file *read)
     columns places;
     TRY(file_read(path, limit, &bytes));
     slice rest = {(const char *)bytes.bytes, bytes.size};
+    if (rest.size >= 3 && memcmp(rest.text, "\xEF\xBB\xBF", 3) == 0) {
+        (void)take_until(&rest, '\xBF'); /* the mark of UTF-8 that spreadsheets write */
+    }
     *read = (box_file){.name = input_name(path)};
     read->head = trimmed(take_until(&rest, '\n'));
     TRY(find_columns(read->name, read->head, scored, &places));

@@ -8,6 +8,10 @@
 #include "output.h"
 #include "qstereo.h"
 
+/* The first line of a list that has only the numbers of boxes, which is no file of boxes:
+ * kept_list.h. */
+extern const char kept_list_head[];
+
 /* A part of the text of a file. */
 typedef struct slice {
     const char *text;

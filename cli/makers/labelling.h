@@ -48,7 +48,13 @@ enum {
         {"edges", 0,    false,                                                                     \
          "E.npy", NULL, "M x 2 sites: the graph is no grid, and COSTS.npy is N x K"},              \
         {"mask", 0, false, "MASK", NULL, "cells where this picture or .npy is 0 are no sites"},    \
-        {"scale", 0, false, "S", "1", "whole units in 1: float arrays are rounded to 1/S"}
+        {"scale",                                                                                  \
+         0,                                                                                        \
+         false,                                                                                    \
+         "S",                                                                                      \
+         NULL,                                                                                     \
+         "whole units in 1: float arrays are rounded to 1/S (default 1, with a warning if that "   \
+         "loses anything)"}
 
 typedef struct labelling_request {
     const char *costs_path;

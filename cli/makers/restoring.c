@@ -46,7 +46,7 @@ int restoring_open(void *state, budget *limit, made_problem *opened)
     restoring *asked = state;
     opened->name = input_name(asked->noisy);
     opened->mend = "--lambda or --truncation";
-    TRY(grey_read(asked->noisy, limit, &asked->restore.noisy));
+    TRY(plain_grey_read(asked->noisy, limit, &asked->restore.noisy));
     if (asked->mask != NULL) {
         TRY(read_hole(asked, limit));
     }

@@ -75,7 +75,7 @@ static int read_strokes(segmenting *asked, budget *limit)
 static int read_costs(segmenting *asked, budget *limit)
 {
     qs_segment *segment = &asked->segment;
-    const units as = {{segment->scale, 1}, "a cost", "costs", true, false};
+    const units as = {{segment->scale, 1}, "a cost", "divide the costs and --lambda", true, false};
     char shape[NPY_TEXT];
     npy_array array;
     TRY(npy_open(asked->costs, limit, &array));

@@ -10,30 +10,63 @@
 
 /* ---- Words. ---- */
 
-/* The text of a file, word by word. */
+/* The text of a file, word by word. Lines that begin with # or the letter c alone are comments. */
 typedef struct words {
     const char *name; /* of the file, for messages */
     char *at;
+    bool in_line; /* a word stands before `at` in its line */
     uint32_t ahead; /* the line of `at` */
     uint32_t line; /* of the last word */
 } words;
 
+static bool is_space(char c)
+{
+    return c == ' ' || c == '\t' || c == '\r' || c == '\n';
+}
+
+/* Goes one letter on. */
+static void step(words *from)
+{
+    if (*from->at++ == '\n') {
+        from->ahead++;
+        from->in_line = false;
+    }
+}
+
+static bool is_comment(const words *from)
+{
+    return !from->in_line &&
+           (*from->at == '#' || (*from->at == 'c' && (is_space(from->at[1]) || !from->at[1])));
+}
+
+/* Goes to the next word, past comments. */
+static void skip_space(words *from)
+{
+    while (is_space(*from->at) || is_comment(from)) {
+        if (is_comment(from)) {
+            from->at += strcspn(from->at, "\n");
+        } else {
+            step(from);
+        }
+    }
+}
+
 /* The next word, ended by a 0 byte; NULL after the last. */
 static char *next_word(words *from)
 {
-    while (*from->at == ' ' || *from->at == '\t' || *from->at == '\r' || *from->at == '\n') {
-        from->ahead += *from->at++ == '\n';
-    }
+    skip_space(from);
     char *word = from->at;
     size_t length = strcspn(word, " \t\r\n");
     if (length == 0) {
         return NULL;
     }
     from->line = from->ahead;
+    from->in_line = true;
     from->at += length;
     if (*from->at != '\0') {
-        from->ahead += *from->at == '\n';
-        *from->at++ = '\0';
+        char *end = from->at;
+        step(from);
+        *end = '\0';
     }
     return word;
 }
@@ -272,10 +305,12 @@ static int read_factors(network *net)
         }
     }
     const char *more = next_word(&net->from);
-    return more == NULL
-               ? DONE
-               : fail(BAD_INPUT, net->from.name,
-                      "line %" PRIu32 ": %s stands behind the last factor", net->from.line, more);
+    return more == NULL ? DONE
+                        : fail(BAD_INPUT, net->from.name,
+                               "line %" PRIu32
+                               ": %s stands behind the last factor: give evidence as a factor "
+                               "of one variable, 1 for its value and 0 for all others",
+                               net->from.line, more);
 }
 
 /* A value is left to each variable. */
@@ -330,8 +365,9 @@ static int uai_open(void *state, budget *limit, made_problem *opened)
     }
     memcpy(text, file.bytes, file.size);
     text[file.size] = '\0';
-    network net = {
-        .from = {opened->name, text, 1, 1}, .scale = asked->scale, .problem = &opened->problem};
+    network net = {.from = {opened->name, text, false, 1, 1},
+                   .scale = asked->scale,
+                   .problem = &opened->problem};
     TRY(read_network(&net, limit));
     qs_status status = qs_problem_check(&opened->problem);
     return status == QS_OK ? DONE : made_fail(opened, "take a smaller network", status);

@@ -60,7 +60,7 @@ static void draw_digits(int32_t number, int row, uint16_t *samples)
     static const uint16_t minus = 0x01C0;
     char text[12];
     (void)snprintf(text, sizeof text, "%" PRId32, number);
-    for (int i = 0; text[i] != '\0' && i < DIGITS; i++) {
+    for (int i = 0; i < DIGITS && text[i] != '\0'; i++) {
         unsigned shape = text[i] == '-' ? minus : shapes[text[i] - '0'];
         unsigned dots = shape >> DIGIT_DOTS * (DIGIT_ROWS - 1 - row);
         for (int dot = 0; dot < DIGIT_DOTS; dot++) {

@@ -332,7 +332,8 @@ int map_request_open(map_request *asked, job *at)
                           "name a file with -o");
     }
     TRY(job_open_output(at, asked->output, &asked->files[0]));
-    return asked->colour != NULL ? job_open_output(at, asked->colour, &asked->files[1]) : DONE;
+    return asked->colour != NULL ? job_open_beside(at, "color", asked->colour, &asked->files[1])
+                                 : DONE;
 }
 
 int map_request_write(const map_request *asked, const pixel_map *map)

@@ -53,6 +53,37 @@ int grey_read(const char *path, budget *limit, qs_image *read)
     return picture_read_grey(path, 0, limit, read);
 }
 
+/* Checks that a picture is grey, and has at most 8 bits. */
+static int check_plain(const char *path, const picture *from)
+{
+    for (size_t i = 0; from->channels == 3 && i < samples_of(from); i += 3) {
+        const uint16_t *rgb = from->samples + i;
+        if (rgb[0] != rgb[1] || rgb[1] != rgb[2]) {
+            return fail(BAD_INPUT, input_name(path),
+                        "is a picture in colours: convert it to grey, or give its channels one by "
+                        "one");
+        }
+    }
+    return from->maxval <= UINT8_MAX
+               ? DONE
+               : fail(BAD_INPUT, input_name(path),
+                      "has %lu greys above black: convert it to 8 bits, whose 256 greys are the "
+                      "labels",
+                      (unsigned long)from->maxval);
+}
+
+int plain_grey_read(const char *path, budget *limit, qs_image *read)
+{
+    picture from;
+    TRY(picture_open(path, limit, &from));
+    int status = check_plain(path, &from);
+    if (status != DONE) {
+        picture_free(&from);
+        return status;
+    }
+    return picture_take_grey(path, 0, limit, &from, read);
+}
+
 static int copy_numbers(const char *path, const picture *from, colours *to)
 {
     for (size_t i = 0; i < samples_of(from); i++) {

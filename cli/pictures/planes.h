@@ -21,6 +21,10 @@ int picture_open(const char *path, budget *limit, picture *read);
 int colours_read(const char *path, budget *limit, colours *read);
 int grey_read(const char *path, budget *limit, qs_image *read);
 
+/* Reads a picture that is grey, of at most 8 bits, so that nothing of it is lost. One in colours,
+ * or with more bits, is refused; R = G = B is grey. */
+int plain_grey_read(const char *path, budget *limit, qs_image *read);
+
 /* Reads a grey picture whose values are numbers, not brightness: strokes, masks, classes. They stay
  * as they are; none may be above 255. */
 int numbers_picture_read(const char *path, budget *limit, qs_image *read);

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "makers/kept_list.h"
 #include "pictures/planes.h"
 #include "scores/box_score.h"
 #include "scores/flow_score.h"
@@ -18,12 +19,12 @@ static void begin(const job *at)
     }
 }
 
-static int score_labels(job *at, const char *hole)
+static int score_labels(job *at, const score_options *options)
 {
     const char *const *operands = at->given->operands;
     label_map map, truth;
     label_score score;
-    (void)hole;
+    (void)options;
     TRY(label_map_read(operands[0], &at->limit, &map));
     TRY(label_map_read(operands[1], &at->limit, &truth));
     TRY(label_map_check(&map, &truth));
@@ -33,9 +34,10 @@ static int score_labels(job *at, const char *hole)
     return DONE;
 }
 
-static int score_pictures(job *at, const char *hole)
+static int score_pictures(job *at, const score_options *options)
 {
     const char *const *operands = at->given->operands;
+    const char *hole = options->hole;
     qs_image map, truth, mask = {0};
     picture_score score;
     TRY(grey_read(operands[0], &at->limit, &map));
@@ -52,12 +54,12 @@ static int score_pictures(job *at, const char *hole)
     return DONE;
 }
 
-static int score_flow(job *at, const char *hole)
+static int score_flow(job *at, const score_options *options)
 {
     const char *const *operands = at->given->operands;
     flow_field field, truth;
     flow_score score;
-    (void)hole;
+    (void)options;
     TRY(flow_read(operands[0], &at->limit, &field));
     TRY(flow_read(operands[1], &at->limit, &truth));
     TRY(same_size_check(operands[0], field.width, field.height, operands[1], truth.width,
@@ -71,13 +73,25 @@ static int score_flow(job *at, const char *hole)
                       input_name(operands[1]));
 }
 
-static int score_boxes(job *at, const char *hole)
+/* What is scored: the boxes of OUT, or those of --boxes that OUT keeps. */
+static int read_boxes(job *at, const char *path, const char *of, box_file *read)
+{
+    box_file all;
+    uint16_t *kept = NULL;
+    if (of == NULL) {
+        return boxes_read(path, true, &at->limit, read);
+    }
+    TRY(boxes_read(of, true, &at->limit, &all));
+    TRY(kept_list_read(path, &all, &at->limit, &kept));
+    return kept_boxes_take(&all, kept, &at->limit, read);
+}
+
+static int score_boxes(job *at, const score_options *options)
 {
     const char *const *operands = at->given->operands;
     box_file boxes, truth;
     box_score score;
-    (void)hole;
-    TRY(boxes_read(operands[0], true, &at->limit, &boxes));
+    TRY(read_boxes(at, operands[0], options->boxes, &boxes));
     TRY(boxes_read(operands[1], false, &at->limit, &truth));
     TRY(box_score_find(&boxes, &truth, &at->limit, &score));
     begin(at);
@@ -87,15 +101,15 @@ static int score_boxes(job *at, const char *hole)
 
 static const struct {
     const char *name;
-    int (*score)(job *at, const char *hole);
+    int (*score)(job *at, const score_options *options);
 } kinds[] = {{"disparity", NULL},
              {"labels", score_labels},
              {"picture", score_pictures},
              {"flow", score_flow},
              {"boxes", score_boxes}};
-enum { KINDS = sizeof kinds / sizeof kinds[0], PICTURE_KIND = 2 };
+enum { KINDS = sizeof kinds / sizeof kinds[0], PICTURE_KIND = 2, BOXES_KIND = 4 };
 
-int score_files(job *at, const char *as, const char *hole)
+int score_files(job *at, const char *as, const score_options *options)
 {
     named names[KINDS];
     int kind = 0;
@@ -104,10 +118,13 @@ int score_files(job *at, const char *as, const char *hole)
     }
     const name_table table = {"as", names, KINDS, KINDS};
     TRY(name_read(&table, as, "", &kind));
-    if (hole != NULL && kind != PICTURE_KIND) {
+    if (options->hole != NULL && kind != PICTURE_KIND) {
         return fail_usage("--hole goes with --as picture: leave it out");
     }
-    int status = kinds[kind].score(at, hole);
+    if (options->boxes != NULL && kind != BOXES_KIND) {
+        return fail_usage("--boxes goes with --as boxes: leave it out");
+    }
+    int status = kinds[kind].score(at, options);
     if (at->json && (status == DONE || status == ANSWER_NO)) {
         json_end();
     }

@@ -35,7 +35,7 @@ PRINTF_LIKE(1, 0) static void print_reason(const char *format, va_list arguments
     plain_print(stderr, text, strlen(text));
 }
 
-int fail(int status, const char *place, const char *format, ...)
+void fail_say(const char *place, const char *format, ...)
 {
     va_list arguments;
     begin(place);
@@ -43,7 +43,6 @@ int fail(int status, const char *place, const char *format, ...)
     print_reason(format, arguments);
     va_end(arguments);
     fputc('\n', stderr);
-    return status;
 }
 
 void warn(const char *place, const char *format, ...)
@@ -57,7 +56,7 @@ void warn(const char *place, const char *format, ...)
     fputc('\n', stderr);
 }
 
-int fail_usage(const char *format, ...)
+void fail_say_usage(const char *format, ...)
 {
     va_list arguments;
     begin(NULL);
@@ -69,7 +68,6 @@ int fail_usage(const char *format, ...)
     } else {
         fputs(" (help: qstereo --help)\n", stderr);
     }
-    return BAD_USAGE;
 }
 
 int fail_system(const char *place, const char *doing)

@@ -35,11 +35,16 @@ enum {
 /* From now on messages come from the command `name`. */
 void fail_as(const char *name);
 
-/* Prints the reason, and `place` before it: the file or option concerned, NULL = none. */
-int fail(int status, const char *place, const char *format, ...) PRINTF_LIKE(3, 4);
+/* fail(status, place, format, ...) prints the reason, and `place` before it: the file or option
+ * concerned, NULL = none. It is the exit status `status`: as a macro, so that compilers and
+ * analysers see that a step that failed is never DONE. */
+#define fail(status, ...) (fail_say(__VA_ARGS__), (status))
+void fail_say(const char *place, const char *format, ...) PRINTF_LIKE(2, 3);
 
-/* A wrong command line: prints the reason and how to get help. Returns BAD_USAGE. */
-int fail_usage(const char *format, ...) PRINTF_LIKE(1, 2);
+/* fail_usage(format, ...), a wrong command line: prints the reason and how to get help. It is
+ * BAD_USAGE. */
+#define fail_usage(...) (fail_say_usage(__VA_ARGS__), BAD_USAGE)
+void fail_say_usage(const char *format, ...) PRINTF_LIKE(1, 2);
 
 /* Says something that may be a mistake, but does not stop the command. */
 void warn(const char *place, const char *format, ...) PRINTF_LIKE(2, 3);

@@ -68,7 +68,8 @@ void plain_print(FILE *file, const char *text, size_t size)
     char shown[ESCAPE_SIZE];
     for (size_t at = 0; at < size;) {
         character next = character_at(text + at, size - at);
-        (void)fwrite(shown, 1, write_shown(text + at, &next, shown), file);
+        size_t length = write_shown(text + at, &next, shown);
+        (void)fwrite(shown, 1, length, file);
         at += next.length;
     }
 }

@@ -35,7 +35,7 @@ def bridge(folder):
 
     before, began = memory("VmRSS"), time.perf_counter()
     with open(Path(folder, "p.qcf"), "rb") as stream:
-        bqm = models.to_bqm(qcf.read_qcf(stream)[0])
+        bqm = models.to_bqm(qcf.read_qcf(stream))
     print(time.perf_counter() - began, memory("VmHWM") - before, len(bqm))
 
 

@@ -64,7 +64,7 @@ def compare(qstereo):
                             "--roi", f"20,10,{n},{n}", "--disparity", f"0:{labels - 1}",
                             "--encoding", encoding], check=True, capture_output=True)
             with open(path, "rb") as stream:
-                written = embedding.Source.of(qcf.read_qcf(stream)[0])
+                written = embedding.Source.of(qcf.read_qcf(stream))
             formula = source_of(encoding, n, labels)
             assert written.digest == formula.digest, (encoding, n, labels)
 

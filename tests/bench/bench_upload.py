@@ -26,7 +26,7 @@ def problem_in(folder):
     from qstereo_bridge import qcf
 
     with open(Path(folder, "p.qcf"), "rb") as stream:
-        return qcf.read_qcf(stream)[0]
+        return qcf.read_qcf(stream)
 
 
 def ours(name, folder):

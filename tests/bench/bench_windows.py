@@ -66,7 +66,8 @@ def scene(folder, options, service):
         bound = call(options.qstereo, "solve", core, "-o", samples)["lower_bound"]
         os.environ.update(service.environment, XDG_CACHE_HOME=place)
         solve = [options.bridge, "solve", core, "-o", samples, "--solver", "qpu", "--windows",
-                 VARIABLES, "--calls", CALLS, "--num-reads", READS, "--bound", bound]
+                 VARIABLES, "--calls", CALLS, "--num-reads", READS, "--alone", "--bound",
+                 bound]
         samples.unlink()
         # The embeddings are found here, and kept.
         cpu = os.times()

@@ -45,7 +45,7 @@ def whole_way(qstereo, bridge, command, folder):
     answer = []
     if reduced["variables_after"]:
         call(bridge, "solve", core, "-o", samples, "--solver", "anneal", "--num-reads", 20,
-             "--seed", 1)
+             "--seed", 1, "--alone")
         answer = [samples]
     decoded = call(qstereo, "decode", core, *answer, "-o", found)
     scores = {}

@@ -299,6 +299,16 @@ def grid(width, height, labels, dense=False, weight=20, seed=0):
     )
 
 
+def carrying(encoding, labels, numbers, bound=-(2**63)):
+    """The side chunks of a file that carries a labelling (numbers of the groups' labels), and the
+    bound beside it."""
+    width = 1 if labels <= 255 else 2
+    return [
+        ("labl", struct.pack("<16I", encoding, 0, 0, labels, 1, *[0] * 11)),
+        ("best", struct.pack("<qII", bound, width, 0) + np.array(numbers, f"<u{width}").tobytes()),
+    ]
+
+
 def nothing(offset=0, sides=()):
     """A problem in which nothing is left to decide."""
     return make([], [], [], [], [], offset, sides)

@@ -4,6 +4,7 @@ and the bill beforehand."""
 import json
 import threading
 
+import dimod
 import numpy as np
 import pytest
 from problems import grid, pack_qcf
@@ -247,6 +248,25 @@ def test_more_reads_are_advised_where_they_help(numbers, energies, counts, helps
     assert qpu.more_reads_help(bits_of(numbers), np.array(energies), np.array(counts)) is helps
     assert (qpu.WARNINGS["TooFewSamplesWarning"].index("free")
             < qpu.WARNINGS["TooFewSamplesWarning"].index("more reads"))
+
+
+class OnceTheBest:
+    """The best state once, all other reads alike."""
+
+    def sample(self, bqm, num_reads):
+        from dwave.samplers import SimulatedAnnealingSampler
+        best = SimulatedAnnealingSampler().sample(bqm, num_reads=20, seed=1).first.sample
+        others = [dict.fromkeys(bqm.variables, 1)] * (num_reads - 1)
+        return dimod.SampleSet.from_samples_bqm([best, *others], bqm)
+
+
+def test_more_reads_are_advised_where_nothing_follows_them(solve, service):
+    """Descent and merging, which are free, make more of the reads than the best of them."""
+    service.sampler = OnceTheBest()
+    status, _, err = solve("qpu", "--no-postprocess")
+    assert status == 0 and "lowest energy was seen in few samples" in err
+    status, _, err = solve("qpu", "--seed", 1)
+    assert status == 0 and "few samples" not in err
 
 
 # Files.

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from problems import altered, Table, Toeplitz, grid, make, nothing, pack_qcf, random_problem
-from qstereo_bridge import container, qcf, qsf
+from problems import (Table, Toeplitz, altered, carrying, grid, make, nothing, pack_qcf,
+                      random_problem)
+from qstereo_bridge import container, models, qcf, qsf
 from qstereo_bridge.container import Corrupt, NotOurFormat, OverLimit, Truncated, Unsupported
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -87,7 +88,7 @@ def test_a_qcf_is_read_as_it_was_written(seed):
     assert list(map(tuple, read.couplings.T)) == expected
     for block, written in zip(read.blocks, raw.blocks):
         assert (
-            block.dense()
+            block
             == [[written.entry(i, j) for j in range(block.shape[1])] for i in range(block.shape[0])]
         ).all()
 
@@ -295,7 +296,7 @@ def test_memory_limits():
 
     with pytest.raises(OverLimit):
         qcf.read_qcf(Pipe(with_header(data, size=2**60)))
-    assert qcf.read_qcf(Pipe(data))[1] == data
+    assert qcf.read_qcf(Pipe(data)).data == data
 
 
 def run(**fields):
@@ -461,7 +462,7 @@ def test_blocks_of_runs_do_not_fall():
 
 
 def test_labl_twice():
-    with pytest.raises(Corrupt, match="labl: it is there twice"):
+    with pytest.raises(Corrupt, match="each may be there once"):
         qcf.parse_qcf(pack_qcf(everything(), sides=everything().sides * 2))
 
 
@@ -513,3 +514,47 @@ def test_broken_qsf_variables(n):
         qsf.parse_qsf(
             with_header(FILES[1][0], fields=qsf.FIELDS.pack(n, 3, bytes(28))), limit=2**60
         )
+
+
+TWO = make([3, 3], [Table(np.ones((3, 3), "<i4"))], [{"weight": 1, "h": 1}], range(6),
+           [(1, 1), (1, 2)])
+
+
+@pytest.mark.parametrize("encoding, numbers, bits", [
+    (1, [0, 2], [1, 0, 0, 0, 0, 1]), (2, [1, 1], [0, 1, 0, 0, 1, 0]),
+    (3, [0, 3], [0, 0, 0, 1, 1, 1]), (3, [2, 1], [1, 1, 0, 1, 0, 0])])
+@pytest.mark.parametrize("labels", [4, 256])
+def test_best_is_a_state_and_a_bound(encoding, numbers, bits, labels):
+    for bound in (-7, None):
+        sides = carrying(encoding, labels, numbers, -2**63 if bound is None else bound)
+        read = qcf.parse_qcf(pack_qcf(TWO, sides=[*sides, ("note", b"")]))
+        assert read.known.tolist() == bits and read.stated_bound == bound
+    assert qcf.parse_qcf(pack_qcf(TWO, sides=sides[:1])).known is None
+
+
+@pytest.mark.parametrize("sides", [
+    carrying(1, 4, [0, 3]), carrying(3, 4, [0, 4]), carrying(1, 4, [0]), carrying(1, 4, [0, 0, 0]),
+    carrying(1, 4, [0, 0], 2**53 + 1), carrying(1, 4, [0, 0], -2**53 - 1),
+    carrying(4, 4, [0, 0]), carrying(6, 4, [0, 0]), carrying(1, 4, [0, 0])[1:],
+    carrying(1, 4, [0, 0])[::-1], carrying(1, 4, [0, 0]) + carrying(1, 4, [0, 0])[1:],
+    [*carrying(1, 4, [0, 0]), ("kept", bytes(8))], [*carrying(1, 4, [0, 0]), ("mean", bytes(24))],
+    [carrying(1, 256, [0, 0])[0], carrying(1, 4, [0, 0])[1]],
+    [carrying(1, 4, [0, 0])[0], ("best", b"")]])
+def test_best_that_is_nonsense(sides):
+    with pytest.raises(Corrupt, match="chunk best"):
+        qcf.parse_qcf(pack_qcf(TWO, sides=sides))
+
+
+def test_best_of_nothing():
+    with pytest.raises(Corrupt, match="chunk best"):
+        qcf.parse_qcf(pack_qcf(nothing(0, carrying(3, 4, []))))
+
+
+def test_a_bound_above_the_labelling_beside_it():
+    energy = int(models.energies(TWO, np.array([[1, 0, 0, 0, 0, 1]], np.uint8))[0])
+    for above in (0, 1):
+        read = qcf.parse_qcf(pack_qcf(TWO, sides=carrying(1, 4, [0, 2], energy + above)))
+        if not above:
+            models.check_known(read)
+    with pytest.raises(Corrupt, match="one of them is wrong"):
+        models.check_known(read)

@@ -4,6 +4,7 @@ import csv
 import json
 import os
 import shlex
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -177,6 +178,72 @@ def test_paid_calls_go_to_workers_with_a_chip(pairs, main, frames, tmp_path, ser
             assert len(service.problems) == 2
     charged = [one["results"][0]["charge"] for one in summary(tmp_path)["problems"]]
     assert len(charged) == 2 and min(charged) > 0
+
+
+PAID = ["--solve", "--solver qpu --windows 60 --calls 2 --num-reads 5", "--reduce",
+        "--target 110 --encoding domain-wall"]
+
+
+@pytest.fixture
+def paid(pairs, main, tmp_path, service):
+    """Runs the command for two pairs on one worker with a chip, a process of its own, the chip's
+    service being the stand-in. `paid.pid()` is the worker's process."""
+    for name in NAMES[2:]:
+        (pairs / f"left_{name}.png").unlink()
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, resources={"qpu": 1},
+                                  dashboard_address=":0") as cluster:
+        def run(*words):
+            return main("frames", pairs, "--out-dir", tmp_path / "out", "--scheduler",
+                        cluster.scheduler_address, *WORDS, *PAID, *words)
+        run.pid = lambda: cluster.workers[0].pid
+        yield run
+
+
+def test_the_charge_of_all_frames_is_bounded(paid, service):
+    status, out, err = paid("--dry-run", "--json")
+    told = json.loads(out)
+    assert status == 0 and not service.problems, err
+    assert [(one["frame"], one["calls"]) for one in told["frames"]] == [("00", 2), ("01", 2)]
+    charges = [one["charge_seconds"] for one in told["frames"]]
+    assert min(charges) > 0 and told["charge_seconds"] == pytest.approx(sum(charges))
+    # Each frame by itself is cheap enough.
+    status, _, err = paid("--max-charge", 0.9 * sum(charges))
+    assert status == 1 and "--max-charge allows" in err and not service.problems
+    assert paid("--max-charge", 1.1 * sum(charges))[0] == 0
+    sent = len(service.problems)
+    assert 2 <= sent <= 4
+    # What is done costs nothing more.
+    status, out, _ = paid("--dry-run")
+    assert status == 0 and out.count("skipped") == 2 and "in all 0.000 s" in out
+    assert paid("--max-charge", 0.001)[0] == 0 and len(service.problems) == sent
+
+
+@pytest.mark.parametrize("when", ["drop", "drop after"])
+def test_a_worker_that_dies_in_a_paid_call_is_charged_once(when, paid, service, tmp_path):
+    """Killed when the service gets the request of a call and when it is asked for its answer; then
+    the run is repeated."""
+    deaths = []
+
+    def strike():
+        deaths.append(paid.pid())
+        os.kill(deaths[-1], signal.SIGKILL)
+        return when
+    service.fail("POST", r"^problems/$", strike)
+    service.fail("GET", r"^problems/.+", strike)
+    assert paid()[0] == 0 and len(set(deaths)) == 2
+    sent = len(service.problems)
+    calls = [len(json.loads(line)) for path in (tmp_path / "out").glob("*.journal")
+             for line in path.read_text().splitlines()[1:]]
+    assert sent == len(calls) >= 2 and not list((tmp_path / "out").glob("*.job"))
+    assert paid()[0] == 0 and len(service.problems) == sent
+
+
+def test_options_that_are_for_all_frames(pairs, main, tmp_path):
+    for words, said in ((["--solve", "--solver qpu --max-charge 3"], "give it to frames"),
+                        (["--solve", "--dry-run"], "give it to frames"),
+                        (["--max-charge", 3], "charges nothing")):
+        status, _, err = main("frames", pairs, "--out-dir", tmp_path / "out", *words)
+        assert status == 2 and said in err and not (tmp_path / "out").exists()
 
 
 def test_a_scheduler_that_is_not_there(pairs, main, tmp_path):

@@ -109,6 +109,36 @@ def test_bound_without_time(seed):
         assert answer.info["open_programs"] or answer.lower_bound == answer.energies[0]
 
 
+def least_of_each_alone(problem):
+    """What H is at least if every site and every coupling costs its least."""
+
+    def of_block(values, both_hot):
+        return int(values.min() if both_hot else np.minimum(values, 0).sum())
+
+    total, hot = problem.offset, problem.one_hot
+    for group, values in enumerate(np.split(problem.linear, problem.starts[1:-1])):
+        total += of_block(values, hot[group])
+    for g, h, block, weight in problem.couplings.T.tolist():
+        table = weight * problem.blocks[block].astype(int)
+        total += of_block(np.triu(table, 1) if g == h else table, hot[g] and hot[h])
+    return total
+
+
+@settings(deadline=None, max_examples=60)
+@given(SEEDS)
+def test_bound_without_time_is_no_worse_than_what_the_file_says(seed):
+    for problem in (random_problem(seed), sites(seed)):
+        assert solve(problem, 1e-6).lower_bound >= least_of_each_alone(problem)
+
+
+def test_bound_without_time_of_large_tables():
+    """Quadratic costs: each pair of labels costs, but one alone of all pairs."""
+    label = np.arange(8)
+    problem = altered(grid(6, 6, 8, dense=True), blocks=[
+        Table(((label - label[:, None])**2).astype("<i4"))])
+    assert solve(problem, 1e-6).lower_bound >= least_of_each_alone(problem) >= problem.offset
+
+
 @settings(deadline=None, max_examples=60)
 @given(SEEDS)
 def test_form_is_h_on_labellings(seed):
@@ -383,3 +413,26 @@ def test_highs_fails(tmp_path, main, monkeypatch):
     )
     status, _, err = main(*write(tmp_path, grid(4, 4, 4)))
     assert status == 5 and "HiGHS fails (Solve error)" in err
+
+
+def test_no_worse_than_what_the_file_carries():
+    """Even without time: in each program the better one of what descent and the file know."""
+    problem = domain_walls(8, 6, 3, seed=3)[0]
+    told = solve(problem)
+    problem.known = told.bits[0]
+    hurried = solve(problem, time_limit=1e-9)
+    assert models.energies(problem, hurried.bits) == told.lower_bound
+    # A worse one does not hurt.
+    problem.known = np.zeros(problem.linear.size, np.uint8)
+    check(problem, solve(problem), told.lower_bound)
+
+
+@settings(max_examples=30, deadline=None)
+@given(SEEDS)
+def test_any_state_that_is_known(seed):
+    problem = random_problem(seed)
+    states = labellings(problem)
+    problem.known = states[seed % len(states)]
+    check(problem, solve(problem), least(problem))
+    hurried = solve(problem, time_limit=1e-9)
+    assert models.energies(problem, hurried.bits) <= models.energies(problem, problem.known[None])

@@ -355,7 +355,6 @@ def test_slow_answer(solve, service, monkeypatch):
 @pytest.mark.parametrize("lasting", [False, True])
 def test_poll_that_is_told_nothing(lasting, solve, service, tmp_path, monkeypatch):
     """An empty list in place of the problem's status: D-Wave's client asks no more."""
-    monkeypatch.setattr(jobs, "SILENCE", 0)
     handler, told = service.server.RequestHandlerClass, []
     answer = handler._list
 
@@ -465,9 +464,9 @@ def test_a_lock_on_a_replaced_file_is_none(tmp_path, monkeypatch):
              "user_label": None, "problem": None}
     path, lock = str(tmp_path / "s.qsf.job"), jobs.lock
     job = jobs.Job(path, facts)
-    job.save(new=True)
+    job.save()
     with pytest.raises(jobs.Failure, match="another qstereo-bridge"):
-        jobs.Job(path, dict(facts)).save(new=True)
+        jobs.Job(path, dict(facts)).save()
 
     def late(stream, name):
         monkeypatch.setattr(jobs, "lock", lock)

@@ -48,7 +48,7 @@ def components(problem, differ):
 def test_merging_takes_the_best_of_all_combinations(seed):
     problem = random_problem(seed, 9)
     x, y = states(problem, seed, feasible=True)
-    merger = merging.Merger(problem, models.Terms(problem, False, True), x)
+    merger = merging.Merger(problem, x)
     # Couplings that cancel still count as couplings there.
     assume(not merger.terms.repeated)
     took = merger.take(y)
@@ -69,12 +69,12 @@ def test_fields_follow_what_is_taken(seed):
     """Three states in turn: what is merged first changes what the others offer."""
     problem = random_problem(seed, 12)
     bits = states(problem, seed, 4)
-    merger = merging.Merger(problem, models.Terms(problem, False, True), bits[0])
+    merger = merging.Merger(problem, bits[0])
     for other in bits[1:]:
         before = models.energies(problem, merger.bits)[0]
         took = merger.take(other)
         assert (models.energies(problem, merger.bits)[0] < before) == took
-    fresh = merging.States(problem, merger.terms, merger.bits)
+    fresh = merging.States(problem, merger.bits)
     assert (fresh.fields == merger.fields).all()
 
 

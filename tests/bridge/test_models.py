@@ -20,7 +20,7 @@ from problems import (
     pack_qcf,
     random_problem,
 )
-from qstereo_bridge import models
+from qstereo_bridge import merging, models
 from qstereo_bridge.container import OverLimit
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -160,53 +160,34 @@ def test_blocks(seed, rows, columns):
     values = rng.integers(-2, 3, int(rng.integers(1, columns - first + 1))).astype("<i4")
     toeplitz = Toeplitz((rows, columns), int(rng.integers(-1, 2)), first, values)
     entries = np.array([[toeplitz.entry(i, j) for j in range(columns)] for i in range(rows)], "<i4")
-    for one in make(
+    for block in make(
         [rows, columns], [toeplitz, Table(entries)], [], np.zeros(rows + columns), [(0, 0)] * 2
     ).blocks:
-        for upper in [False, True] if rows == columns else [False]:
-            lengths, column, value = one.entries(upper)
-            dense = np.zeros((rows, columns), int)
-            dense[np.repeat(np.arange(rows), lengths), column] = value
-            assert (dense == (np.triu(entries, 1) if upper else entries)).all() and value.all()
-            assert one.count_nonzero(upper) == np.count_nonzero(dense)
-        assert one.abs_sum(np.int64) == one.abs_sum(np.float64) == np.abs(entries).sum()
-        assert (one.dense() == entries).all() and (one.transposed().dense() == entries.T).all()
-        if rows == columns:
-            assert (one.mirrored().dense() == np.triu(entries, 1) + np.triu(entries, 1).T).all()
+        assert block.dtype == np.int32 and block.tolist() == entries.tolist()
 
 
-def test_large_groups_need_no_square():
-    """A diagonal block has as many entries as its diagonal; a penalty's energy needs the sum of its
-    group only.
-    """
+def test_a_penaltys_energy_needs_no_pairs():
     n = 60_000
-    problem = make(
-        [n, n],
-        [Toeplitz((n, n), 0, 0, np.array([-1], "<i4"))],
-        [{"weight": 2, "h": 1}],
-        np.zeros(2 * n),
-        [(1, 2)] * 2,
-    )
+    problem = make([n, n], [], [], np.zeros(2 * n), [(1, 2)] * 2)
     tracemalloc.start()
-    _, (rows, columns, values), _ = models.expand(problem, penalties=False)
-    assert (columns - rows == n).all() and (values == -2).all() and rows.size == n
     assert models.energies(problem, np.ones((1, 2 * n), np.uint8)).tolist() == [
-        2 * (1 - n) + 2 * n * (n - 1) - 2 * n
+        2 * (1 - n) + 2 * n * (n - 1)
     ]
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 50 << 20
 
 
-def test_memory_limit_of_the_model():
-    small = make(
-        [2**20] * 2,
-        [Toeplitz((2**20, 2**20), 1, 0, np.empty(0, "<i4"))],
-        [{"weight": 1, "h": 1}],
-        np.zeros(2**21),
-        [(1, 1)] * 2,
-    )
-    with pytest.raises(
-        OverLimit, match="quadratic terms would need .* MiB, the limit is 8,192 MiB"
-    ):
-        models.to_bqm(small)
+def test_memory_limits():
+    table = Table(np.ones((300, 300), "<i4"))
+    small = make([300] * 2, [table], [{"weight": 1, "h": 1}], np.zeros(600), [(1, 1)] * 2)
+    with pytest.raises(OverLimit, match="179,700 quadratic terms would need .* MiB, the limit is"):
+        models.to_bqm(small, 1 << 20)
+    with pytest.raises(OverLimit, match="549,755,289,600 quadratic terms would need"):
+        models.to_bqm(make([2**20], [], [], np.zeros(2**20), [(1, 1)]))
+    with pytest.raises(OverLimit, match="blocks of 1,600,000,000 entries would need"):
+        merging.descend(make([40_000], [], [], np.zeros(40_000), [(1, 1)]),
+                        np.zeros((1, 40_000), np.uint8) + (np.arange(40_000) < 1))
+    with pytest.raises(OverLimit, match="blocks of 1,099,511,627,776 entries would need"):
+        make([2**20] * 2, [Toeplitz((2**20, 2**20), 1, 0, np.empty(0, "<i4"))],
+             [{"weight": 1, "h": 1}], np.zeros(2**21), [(1, 1)] * 2)

@@ -9,8 +9,8 @@ from hashlib import sha256
 import numpy as np
 import pytest
 from problems import altered, grid, pack_qcf
+from qstereo_bridge import certificate as qpf
 from qstereo_bridge import container, qcf, qsf
-from qstereo_bridge import verify as qpf
 from qstereo_bridge.verify import verify
 
 SCALE = 4
@@ -32,7 +32,7 @@ def problem_of(rng, width, height, labels):
 def costs_of(made, labels):
     """(sites, labels) of unary costs; (pairs, weight, block) of edges, from the file's numbers."""
     g, h, block, weight = made.couplings.tolist()
-    return made.linear.reshape(-1, labels), list(zip(g, h, weight)), made.blocks[0].dense()
+    return made.linear.reshape(-1, labels), list(zip(g, h, weight)), made.blocks[0]
 
 
 def energy(made, labels, labelling):
@@ -205,13 +205,13 @@ def test_exactly_the_labels_of_optima_are_left(seed):
     energies = {w: energy(problem, 3, w) for w in itertools.product(range(3), repeat=6)}
     least = min(energies.values())
     optima = [w for w, cost in energies.items() if cost == least]
-    costs = qpf._Problem(problem)
+    costs = qpf.Problem(problem, 1 << 30)
     order = rng.permutation(6)
     stage = struct.pack("<IIIIIq7I", 4, 0, 0, 0, 6, least - problem.offset, *order, 0)
-    qpf._stage(costs, qcf.Payload("STGS", memoryview(stage)), np.uint8)
-    assert costs.fixed.all() and costs.constant == least
+    qpf._check_stage(costs, qcf.Payload("STGS", memoryview(stage)), np.uint8)
+    assert not costs.open.any() and costs.constant == least
     left = [{w[site] for w in optima} for site in range(6)]
-    assert [set(np.flatnonzero(row)) for row in costs.kept] == left
+    assert [set(np.flatnonzero(row)) for row in costs.left] == left
 
 
 def test_malformed_parts(made):

@@ -1,5 +1,6 @@
 """Windows: plans, folded problems, and runs of many calls that go on after any end."""
 
+import dataclasses
 import io
 import itertools
 import json
@@ -14,7 +15,8 @@ import pytest
 import qstereo_bridge as qb
 from hypothesis import given
 from hypothesis import strategies as st
-from problems import all_states, domain_walls, grid, nothing, pack_qcf, random_problem
+from problems import (all_states, carrying, domain_walls, grid, nothing, pack_qcf,
+                      random_problem)
 from qstereo_bridge import jobs, models, windows
 from qstereo_bridge.problem import made
 
@@ -24,7 +26,7 @@ LOCAL = ["--num-reads", 3, "--num-sweeps", 20, "--seed", 1]
 
 
 def problem_of(coefficients):
-    return made(coefficients, bytes(range(32)))
+    return made(dataclasses.replace(coefficients, digest=bytes(range(32))))
 
 
 def labl(encoding, *kept):
@@ -134,6 +136,97 @@ def test_the_start_is_where_it_begins(core, tmp_path, main):
     assert status == 3 and "none of this problem" in err and not (tmp_path / "u.qsf").exists()
 
 
+@pytest.fixture
+def carried(tmp_path):
+    """save(labels, bound) -> path: the core of 12 sites, with a labelling and a bound in it."""
+    def save(numbers, bound):
+        path = tmp_path / "carrying.qcf"
+        said, best = carrying(3, 2, numbers, bound)
+        kept = ("kept", struct.pack("<II", 12, 1) + bytes(12 * [255] + 12 * [3]))
+        path.write_bytes(pack_qcf(domain_walls(4, 3, 2, seed=5)[0], sides=[said, kept, best]))
+        return path
+    return save
+
+
+def best_numbers(problem):
+    states = all_states(12)
+    return states[models.energies(problem, states).argmin()].tolist()
+
+
+def test_what_the_file_carries_is_where_it_begins_and_ends(core, carried, tmp_path, main):
+    """No answer is called proven by a bound that a file states."""
+    _, least = core
+    best = best_numbers(domain_walls(4, 3, 2, seed=5)[0])
+    path = carried(best, least)
+    status, out, _ = main("solve", path, "-o", tmp_path / "s.qsf", "--windows", 5, *LOCAL, "--json")
+    told = json.loads(out)
+    assert status == 0 and (told["calls"], told["energy"], told["gap"]) == (0, least, 0)
+    assert told["lower_bound"] == least and told["bound_of"] == str(path)
+    assert not told["proven_optimal"]
+    info = qb.load_samples(tmp_path / "s.qsf").info
+    assert (info["lower_bound"], info["bound_of"]) == (least, str(path))
+    status, out, _ = main("solve", path, "-o", tmp_path / "a.qsf", "--windows", 12, "--alone",
+                          *LOCAL, "--json")
+    told = json.loads(out)
+    assert told["calls"] > 0 and told["lower_bound"] is told["bound_of"] is None
+    status, out, _ = main("solve", path, "-o", tmp_path / "t.qsf", "--windows", 5, *LOCAL)
+    assert status == 0 and f"bound {least:,} (stated by {path}), gap 0" in out
+    assert "proven" not in out
+    # The user's word is another matter.
+    status, out, _ = main("solve", path, "-o", tmp_path / "u.qsf", "--windows", 5, "--bound", least,
+                          *LOCAL, "--json")
+    told = json.loads(out)
+    assert told["proven_optimal"] and told["calls"] == 0 and told["bound_of"] == "--bound"
+    # It takes the place of what the file states, also where it is lower.
+    status, out, _ = main("solve", path, "-o", tmp_path / "v.qsf", "--windows", 5, "--bound",
+                          least - 1, "--calls", 1, *LOCAL, "--json")
+    assert json.loads(out)["lower_bound"] == least - 1 and json.loads(out)["calls"] == 1
+
+
+def test_a_start_takes_the_place_of_what_the_file_carries(core, carried, tmp_path, main):
+    _, least = core
+    path = carried([0] * 12, least - 3)
+    worse = int(qb.load(path).energies(np.zeros(12))[0])
+    assert worse > least
+    status, out, _ = main("solve", path, "-o", tmp_path / "s.qsf", "--windows", 12, "--calls", 9,
+                          *LOCAL, "--json")
+    told = json.loads(out)
+    assert status == 0 and told["energy"] == least and told["gap"] == 3
+    assert main("solve", path, "-o", tmp_path / "s0.qsf", "--solver", "exact")[0] == 0
+    status, out, err = main("solve", path, "-o", tmp_path / "t.qsf", "--windows", 5, "--start",
+                          tmp_path / "s0.qsf", "--calls", 1, *LOCAL, "--json")
+    assert status == 0, err
+    told = json.loads(out)
+    # These samples state no bound: that of the file stays.
+    assert (told["energies_of_calls"], told["lower_bound"]) == ([least], least - 3)
+
+
+def test_a_file_that_contradicts_itself_is_refused(core, carried, tmp_path, main):
+    _, least = core
+    path = carried(best_numbers(domain_walls(4, 3, 2, seed=5)[0]), least + 1)
+    for words in (["--windows", 5], ["--solver", "ilp"], []):
+        status, _, err = main("solve", path, "-o", tmp_path / "s.qsf", *words)
+        assert status == 3 and "one of them is wrong" in err
+    assert not (tmp_path / "s.qsf").exists()
+
+
+def test_every_solver_merges_with_what_the_file_carries(core, carried, tmp_path, main):
+    _, least = core
+    path = carried(best_numbers(domain_walls(4, 3, 2, seed=5)[0]), least - 1)
+    poor = ["--num-reads", 1, "--num-sweeps", 1, "--seed", 3]
+    status, out, _ = main("solve", path, "-o", tmp_path / "s.qsf", *poor)
+    assert status == 0 and f"merged with the labelling that {path} carries" in out
+    samples = qb.load_samples(tmp_path / "s.qsf")
+    result = samples.info["result"]
+    assert result["known"] and samples.records["energy"][result["sample"]] == least
+    assert main("solve", path, "-o", tmp_path / "r.qsf", "--no-postprocess", *poor)[0] == 0
+    raw = qb.load_samples(tmp_path / "r.qsf")
+    assert raw.records.size == 1 and "result" not in raw.info
+    status, out, _ = main("solve", path, "-o", tmp_path / "a.qsf", "--alone", *poor)
+    assert status == 0 and "carries" not in out
+    assert "known" not in qb.load_samples(tmp_path / "a.qsf").info["result"]
+
+
 def test_another_run_is_refused(core, tmp_path, main):
     path, _ = core
     out = tmp_path / "s.qsf"
@@ -200,49 +293,61 @@ def test_every_service_answers_windows(solver, core, tmp_path, main, service):
         "core.qcf", "s.qsf", "s.qsf.journal"]
 
 
-def mortal(arguments, environment, out, fatal):
-    """The command, killed at its `fatal`-th step to the disk: half of the times before it."""
+def mortal(arguments, environment, out, fatal, counted):
+    """The command, killed at its `fatal`-th moment: before and after each step to the disk and each
+    request. The file `counted` gets the number of moments."""
     os.dup2(os.open(out, os.O_CREAT | os.O_WRONLY | os.O_APPEND), 2)
     os.environ.update(environment)
     sys.argv, jobs.PAUSES, jobs.ARRIVED = ["qstereo-bridge", *arguments], (0.01, 0.02), 0.05
-    steps, sync = itertools.count(1), os.fsync
+    moments = itertools.count(1)
 
-    def step(stream):
-        now = next(steps)
-        if 2 * now > fatal:
-            sync(stream)
-        if 2 * now >= fatal:
+    def moment():
+        now = next(moments)
+        counted.write_text(str(now))
+        if now == fatal:
             os.kill(os.getpid(), signal.SIGKILL)
-        return sync(stream)
-    os.fsync = step
+
+    def around(act):
+        def step(*given, **named):
+            moment()
+            done = act(*given, **named)
+            moment()
+            return done
+        return step
+    import requests
+    os.fsync, requests.Session.send = around(os.fsync), around(requests.Session.send)
     from qstereo_bridge.__main__ import run
     run()
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_killed_at_any_step_each_call_is_charged_once(seed, core, tmp_path, processes, environment,
-                                                      service):
-    path, rng = core[0], random.Random(seed)
+def test_killed_at_random_moments_each_of_ten_calls_is_charged_once(
+        core, tmp_path, processes, environment, service):
+    """The moments are spread over what is left of the run. QSTEREO_KILLS=50 kills fifty times."""
+    path, rng, counted = core[0], random.Random(1), tmp_path / "counted"
 
     def run(name, fatal):
         arguments = ["solve", str(path), "-o", str(tmp_path / name), "--solver", "qpu", "--windows",
-                     "8", "--calls", "10", "--num-reads", "3", "--quiet"]
+                     "3", "--calls", "10", "--num-reads", "3", "--quiet"]
         process = processes.Process(target=mortal, args=(arguments, environment, str(
-            tmp_path / "stderr"), fatal), daemon=True)
+            tmp_path / "stderr"), fatal, counted), daemon=True)
         process.start()
         process.join()
+        assert process.exitcode in (0, -signal.SIGKILL), (tmp_path / "stderr").read_text()
         return process.exitcode
-    assert run("whole.qsf", 10**6) == 0
-    calls = len(service.problems)
-    assert calls >= 4
-    kills = 0
-    while (status := run("s.qsf", rng.randrange(4, 22))) != 0:
-        assert status == -signal.SIGKILL, (tmp_path / "stderr").read_text()
-        kills += 1
-    assert kills >= 3 and len(service.problems) == 2 * calls
-    one, other = (qb.load_samples(tmp_path / name) for name in ("whole.qsf", "s.qsf"))
-    assert (one.bits == other.bits).all()
-    assert not list(tmp_path.glob("*.job"))
+    assert run("whole.qsf", 0) == 0 and len(service.problems) == 10
+    whole, bits = int(counted.read_text()), qb.load_samples(tmp_path / "whole.qsf").bits
+    kills = int(os.environ.get("QSTEREO_KILLS", 4))
+    while kills:
+        for name in ("s.qsf", "s.qsf.journal"):
+            (tmp_path / name).unlink(missing_ok=True)
+        service.problems.clear()
+        left = whole
+        while run("s.qsf", rng.randint(1, left) if kills else 0) != 0:
+            kills, left = kills - 1, max(
+                whole // 8, left - int(counted.read_text()))
+        assert len(service.problems) == 10
+        assert (qb.load_samples(tmp_path / "s.qsf").bits == bits).all()
+        assert not list(tmp_path.glob("*.job"))
 
 
 def test_a_window_has_no_file():

@@ -99,7 +99,7 @@ def test_the_table(folder, solved):
     text = run("info", solved.problem, "--complexity").out.decode()
     lines = text.splitlines()
     assert all(len(line) <= 100 for line in lines[1:])
-    assert "40 undecided sites, 160 labels left to them, potts smoothness" in lines[0]
+    assert "40 undecided sites, 160 labels left to them; smoothness: potts" in lines[0]
     heading = next(line for line in lines if line.startswith("encoding "))
     assert heading.split() == [
         "encoding",

@@ -217,15 +217,6 @@ def test_a_window_alone_is_filled(tmp_path, preset):
     assert found[6:15, 10:26].all() and found.sum() == 16 * 9
 
 
-def test_two_outputs_have_two_names(tmp_path):
-    *_, left, right = random_pair(tmp_path, 20, 10)
-    (tmp_path / "m.pgm").write_bytes(b"old")
-    done = run("match", left, right, "-o", tmp_path / "m.pgm", "--mask", tmp_path / "m.pgm",
-               "--disparity", "0:3")
-    assert done.status == 2 and "two outputs" in done.err
-    assert (tmp_path / "m.pgm").read_bytes() == b"old"
-
-
 HALF = ["--preset", "fast", "--disparity", "0:8", "--after"]
 
 

@@ -240,8 +240,8 @@ def test_samples_of_another_problem(tmp_path, folder, pair, solved):
         (["--sample", "-1"], "--sample -1 is not a whole number"),
         (["--scale", "1"], "--scale 1 is not a whole number from 2"),
         (["--scale", "8.5"], "whole number"),
-        (["-o", "m.jpg"], ".png, .pgm or .pfm"),
-        (["-o", "map"], ".png, .pgm or .pfm"),
+        (["-o", "m.jpg"], ".png, .pgm, .pfm or .npy"),
+        (["-o", "map"], ".png, .pgm, .pfm or .npy"),
         (["-o", "-", "--color"], "--color needs"),
         (["-o", "-", "--json"], "cannot both go"),
     ],
@@ -254,11 +254,11 @@ def test_usage_errors(tmp_path, folder, solved, options, words):
     assert not list(folder.iterdir())
 
 
-def test_standard_output_is_a_pgm(folder, solved):
-    decode(solved, folder / "m.pgm")
+@pytest.mark.parametrize("name, to", [("m.pgm", "-"), ("m.pfm", "pfm:-")])
+def test_standard_output_is_a_pgm_or_pfm(folder, solved, name, to):
+    decode(solved, folder / name)
     assert (
-        run("decode", solved.problem, solved.samples, "-o", "-").out
-        == (folder / "m.pgm").read_bytes()
+        run("decode", solved.problem, solved.samples, "-o", to).out == (folder / name).read_bytes()
     )
 
 

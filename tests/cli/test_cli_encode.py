@@ -539,26 +539,27 @@ USAGE = {
     "truncation": (["--truncation", "0", "--smoothness", "linear"], "whole number from 1"),
     "sparse quadratic": (
         ["--encoding", "one-hot-sparse", "--smoothness", "quadratic"],
-        "--encoding one-hot-sparse cannot hold quadratic smoothness, but these can: one-hot, "
+        "--encoding one-hot-sparse cannot hold the smoothness (quadratic), but these can: one-hot, "
         "domain-wall",
     ),
     "multiway quadratic": (
         ["--encoding", "multiway-cut", "--smoothness", "quadratic", "--truncation", "4"],
-        "cannot hold quadratic truncated at 4 smoothness, but these can: one-hot, domain-wall",
+        "cannot hold the smoothness (quadratic, truncated at 4), but these can: one-hot, "
+        "domain-wall",
     ),
     "multiway linear": (
         ["--encoding", "multiway-cut", "--smoothness", "linear", "--truncation", "2"],
-        "cannot hold linear truncated at 2 smoothness, but these can: one-hot, "
+        "cannot hold the smoothness (linear, truncated at 2), but these can: one-hot, "
         "one-hot-sparse, domain-wall",
     ),
     "cut of potts": (
         ["--encoding", "st-cut"],
-        "--encoding st-cut cannot hold potts smoothness, but these can: one-hot, "
+        "--encoding st-cut cannot hold the smoothness (potts), but these can: one-hot, "
         "one-hot-sparse, domain-wall, multiway-cut",
     ),
     "cut of truncated linear": (
         ["--encoding", "st-cut-arcs", "--smoothness", "linear", "--truncation", "14"],
-        "st-cut-arcs cannot hold linear truncated at 14 smoothness",
+        "st-cut-arcs cannot hold the smoothness (linear, truncated at 14)",
     ),
     "paper of a band": (
         ["--encoding", "one-hot-sparse", "--smoothness", "linear", "--penalty", "paper"],

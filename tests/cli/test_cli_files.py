@@ -380,3 +380,56 @@ def test_a_name_that_is_no_utf8_is_still_json(folder, pair):
     done = run("match", *pair.paths, "-o", os.fsdecode(name), *ENCODE, "--json")
     assert done.status == 0
     assert json.loads(done.out.decode())["map"].endswith("/\ufffdm.pgm")
+
+
+class TestTwoOutputs:
+    """Two outputs of one command are two files, whatever they are called."""
+
+    def match(self, pair, first, second, **more):
+        return run("match", *pair.paths, *ENCODE, "-o", first, "--mask", second, **more)
+
+    def refuse(self, pair, folder, first, second):
+        before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+        done = self.match(pair, first, second, cwd=folder)
+        assert done.status == 2 and "two outputs are one file" in done.err and done.out == b""
+        assert {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()} == before
+
+    @pytest.mark.parametrize("is_there", [False, True])
+    @pytest.mark.parametrize("second", ["m.pgm", "./m.pgm", "in/../m.pgm", "linked/m.pgm", None])
+    def test_one_name(self, pair, folder, second, is_there):
+        (folder / "in").mkdir()
+        (folder / "linked").symlink_to(".")
+        if is_there:
+            (folder / "m.pgm").write_bytes(b"old")
+        self.refuse(pair, folder, "m.pgm", second or folder / "m.pgm")
+
+    @pytest.mark.parametrize("join", [os.symlink, os.link])
+    def test_two_names_of_a_file(self, pair, folder, join):
+        (folder / "m.pgm").write_bytes(b"old")
+        join(folder / "m.pgm", folder / "n.pgm")
+        self.refuse(pair, folder, "m.pgm", "n.pgm")
+        self.refuse(pair, folder, "n.pgm", "m.pgm")
+
+    def test_one_name_in_two_folders(self, pair, folder):
+        (folder / "in").mkdir()
+        done = self.match(pair, "m.pgm", "in/m.pgm", cwd=folder)
+        assert done.status == 0 and (folder / "m.pgm").exists() and (folder / "in/m.pgm").exists()
+
+    def test_a_device_is_no_file(self, pair):
+        assert self.match(pair, "/dev/null", "/dev/null").status == 0
+
+    def test_only_one_is_standard_output(self, pair, solved, tmp_path):
+        """What a command says, and its main output, are not mixed up with another output."""
+        q = tmp_path / "q.pgm"
+        cases = {
+            "mask": ["match", *pair.paths, *ENCODE, "-o", q, "--mask"],
+            "confidence": ["match", *pair.paths, *ENCODE, "-o", q, "--json", "--confidence"],
+            "certificate": ["solve", solved.problem, "-o", q, "--certificate"],
+            "samples": ["reduce", solved.problem, "-o", "-", "--samples"],
+            "answer": ["reduce", solved.problem, "-o", q, "--answer"],
+            "trace": ["solve", solved.problem, "-o", q, "--trace"],
+        }
+        for option, words in cases.items():
+            done = run(*words, "-")
+            assert done.status == 2 and f"--{option} cannot go to standard output" in done.err
+            assert done.out == b"" and not q.exists()

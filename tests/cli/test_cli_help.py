@@ -65,6 +65,15 @@ def test_help_of_commands(command):
 
 
 @pytest.mark.parametrize("command", COMMANDS)
+def test_a_word_for_a_file_means_one_file(command):
+    """S.qsf is not what is read here and what is written there; S is no time beside a scale."""
+    operands = re.findall(r" ([A-Z]\S*\.\w+)", help_of(command).split(" -o ")[0].splitlines()[0])
+    words = operands + [word for word, _ in options_in_help(command).values() if "." in word]
+    assert len(set(words)) == len(words), words
+    assert options_in_help(command).get("time-limit", ("SECONDS",))[0] == "SECONDS"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
 def test_the_man_page_has_the_same_options(command):
     in_help = options_in_help(command)
     assert in_help.pop("help") == ("", "")

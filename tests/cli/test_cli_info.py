@@ -74,6 +74,8 @@ def test_problem_of_two_sites(tmp_path):
         "linear_max": 27 - 0.5,
         "quadratic_min": -1.5,
         "quadratic_max": 2.5,
+        "known_energy": None,
+        "stated_lower_bound": None,
     }
 
 

@@ -167,7 +167,8 @@ def test_cuts_solve_submodular_tables_of_two_labels(tmp_path, seed):
     assert facts["energy"] == best(costs.reshape(9, 2), edges, 2)
     tables[0][..., 0, 0] += 25
     save(tmp_path / "t0.npy", tables[0])
-    assert "cut cannot be used" in label(tmp_path, tmp_path / "c.npy", *arguments, status=3)
+    error = label(tmp_path, tmp_path / "c.npy", *arguments, status=2)
+    assert "--solver cut cannot solve" in error and "(tables, 2 labels)" in error
 
 
 def test_infinite_costs_forbid_labels(tmp_path):
@@ -215,6 +216,44 @@ def test_floats_are_rounded_to_the_scale(tmp_path, kind):
     assert facts["energy"] == 0.25
 
 
+LOSSES = [
+    ({"c": [[[0, 0.25], [0.9, 0]]]}, [], ["c.npy", "whole numbers, by up to 0.25 (at [0, 0, 1])"]),
+    ({"c": [[[0, 0.25], [0.9, 0]]], "m": [[0, 1]]}, ["--mask", "m.npy"], ["0.1 (at [0, 1, 0])"]),
+    ({"c": [[[0, np.inf], [2.5, 0]]]}, [], ["by up to 0.5 (at [0, 1, 0])"]),
+    ({"c": [[[0, 1], [1, 0]]], "v": [[0, 0.375], [1, 0]]}, ["--pairwise", "v.npy"],
+     ["v.npy", "0.375 (at [0, 1])"]),
+    ({"c": [[[0, 1], [1, 0]]], "r": [[0.25]], "d": np.zeros((0, 2))},
+     ["--weights", "r.npy,d.npy", "--lambda", "2.5"],
+     ["r.npy", "lambda times its floats is rounded to 1/2, by up to 0.125 (at [0, 0])"]),
+    ({"c": [[[0, 1], [1, 0]]], "r": [[[[0, 0.2], [1, 0]]]], "d": np.zeros((0, 2, 2, 2))},
+     ["--tables", "r.npy,d.npy"], ["r.npy", "0.2 (at [0, 0, 0, 1])"]),
+    ({"c": [[0, 1], [1, 0]], "e": [[0, 1]], "w": [0.3]},
+     ["--edges", "e.npy", "--weights", "w.npy"], ["w.npy", "0.3 (at [0])"]),
+    ({"c": [[0, 1], [1, 0]], "e": [[0, 1]], "t": [[[0, 0.4], [1, 0]]]},
+     ["--edges", "e.npy", "--tables", "t.npy"], ["t.npy", "0.4 (at [0, 0, 1])"]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["f4", "f8"])
+@pytest.mark.parametrize(("arrays", "arguments", "words"), LOSSES)
+def test_what_rounding_loses_is_said(tmp_path, monkeypatch, kind, arrays, arguments, words):
+    """Unless a scale was chosen."""
+    monkeypatch.chdir(tmp_path)
+    for name, array in arrays.items():
+        np.save(f"{name}.npy", np.asarray(array, int if name in "em" else kind))
+    done = run("label", "c.npy", "-o", "l.npy", *arguments)
+    assert done.status == 0 and done.err.count(": warning: ") == 1
+    for word in [*words, "--scale 1000"]:
+        assert word in done.err
+    for scale in ("1", "1000"):
+        assert run("label", "c.npy", "-o", "l.npy", *arguments, "--scale", scale).err == ""
+
+
+def test_whole_floats_lose_nothing(tmp_path):
+    path = save(tmp_path / "c.npy", np.float32([[[0, 3], [2**20, np.inf]]]))
+    assert run("label", path, "-o", tmp_path / "l.npy").err == ""
+
+
 def test_truth(tmp_path):
     costs = save(tmp_path / "c.npy", np.array([[[0, 5], [5, 0], [0, 9]]]))
     truth = save(tmp_path / "t.npy", np.array([[1, 1, 0]]))
@@ -246,11 +285,12 @@ ERRORS = [
     ({"c": changed(GRID, (1, 2, 0), np.nan)}, [], ["c.npy", "[1, 2, 0]", "nan"]),
     ({"c": changed(GRID, (0, 1, 1), -np.inf)}, [], ["[0, 1, 1]", "-inf: inf forbids a label"]),
     ({"c": changed(GRID, (0, 1), np.inf)}, [], ["[0, 1]", "inf", "no label"]),
-    ({"c": changed(GRID, (0, 1, 1), 3e9)}, [], ["[0, 1, 1]", "3e+09", "--scale"]),
+    ({"c": changed(GRID, (0, 1, 1), 3e9)}, [], ["[0, 1, 1]", "3e+09", "divide the array"]),
     ({"c": GRID.astype("i8") + 2**31}, [], ["[0, 0, 0]", "2147483648"]),
     ({"c": GRID.astype(">i4")}, [], [">i4", "astype"]),
     ({"c": GRID.astype("f2")}, [], ["<f2", "astype"]),
-    ({"c": changed(GRID.astype("f8"), (1, 2, 0), 1e40)}, [], ["[1, 2, 0]", "1e+40", "--scale"]),
+    ({"c": changed(GRID.astype("f8"), (1, 2, 0), 1e40)}, [],
+     ["[1, 2, 0]", "1e+40", "divide the array"]),
     ({"c": GRID.astype("i8") - 2**40}, [], ["[0, 0, 0]", "-1099511627776"]),
     ({"c": GRID.astype("u8") - np.uint64(5)}, [], ["[0, 0, 0]", "18446744073709551611"]),
     ({"c": np.asfortranarray(GRID)}, [], ["Fortran", "ascontiguousarray"]),
@@ -274,6 +314,14 @@ ERRORS = [
     ({"c": GRID[0], "e": EDGES, "w": np.zeros(2, int)}, ["--edges", "e.npy", "--weights", "w.npy"],
      ["w.npy"]),
     ({"c": GRID, "m": np.zeros((2, 3), int)}, ["--mask", "m.npy"], ["m.npy", "no site"]),
+    ({"c": GRID[0], "e": np.zeros((0, 2))}, ["--edges", "e.npy"], ["e.npy", "holds floats"]),
+    ({"c": GRID[0], "e": np.array([[0, 2**40]])}, ["--edges", "e.npy"],
+     ["[0, 1]", "1099511627776", "the number of a site"]),
+    ({"c": GRID, "m": np.ones((2, 3))}, ["--mask", "m.npy"], ["m.npy", "holds floats"]),
+    ({"c": GRID, "r": np.full((2, 2), -0.25), "d": np.zeros((1, 3), int)},
+     ["--weights", "r.npy,d.npy"], ["r.npy", "[0, 0]", "-0.25", "a weight cannot be below 0"]),
+    ({"c": np.full((1, 1, 2), 2**30)}, ["--lambda", "0.25"], ["--lambda with fewer decimals"]),
+    ({"c": np.full((1, 1, 2), 2**30)}, ["--scale", "4"], ["choose a smaller --scale"]),
     ({"c": GRID, "m": np.ones((3, 3), int)}, ["--mask", "m.npy"], ["m.npy", "3 rows"]),
 ]  # fmt: skip
 
@@ -311,13 +359,17 @@ def test_damaged_files(tmp_path):
         (["--truncation", "3"], "--smoothness"),
         (["--edges", "e.npy", "--mask", "m.npy"], "--mask"),
         (["--weights", "r.npy"], "RIGHT.npy,DOWN.npy"),
+        (["--edges", "e.npy", "--weights", "r.npy,d.npy"], "with --edges it is one array"),
+        (["--edges", "e.npy", "--tables", "r.npy,d.npy"], "with --edges it is one array"),
         (["--scale", "0"], "--scale"),
         (["--scale", "999983", "--lambda", "1e-6"], "rounder"),
     ],
 )
-def test_usage(tmp_path, arguments, word):
-    costs = save(tmp_path / "c.npy", np.zeros((2, 2, 2), np.uint8))
-    assert word in label(tmp_path, costs, *arguments, status=2)
+def test_usage(tmp_path, monkeypatch, arguments, word):
+    monkeypatch.chdir(tmp_path)
+    save(tmp_path / "e.npy", np.array([[0, 1]]))
+    costs = np.zeros((2, 2) if "e.npy" in arguments else (2, 2, 2), "u1")
+    assert word in label(tmp_path, save(tmp_path / "c.npy", costs), *arguments, status=2)
 
 
 def test_the_name_of_the_output_is_that_of_an_array(tmp_path):

@@ -284,6 +284,23 @@ def boxes(tmp_path):
     return rows, write_boxes(tmp_path / "boxes.csv", rows)
 
 
+def test_boxes_of_spreadsheets(boxes, tmp_path):
+    """With a mark of UTF-8, quotes, spaces and their ends of lines the boxes are the same, and
+    their lines are kept as they are."""
+    _, path = boxes
+    out, expected = tmp_path / "kept.csv", tmp_path / "expected.csv"
+    facts = facts_of("detect", path, "-o", expected)
+    lines = path.read_text().splitlines()
+    quoted = ['"' + '","'.join(line.split(",")) + '"' for line in lines]
+    spaced = [line.replace(",", ", ") for line in lines]
+    for changed in (quoted, spaced, lines):
+        path.write_bytes("\ufeff".encode() + "\r\n".join(changed).encode())
+        again = facts_of("detect", path, "-o", out)
+        assert again["energy"] == facts["energy"] and again["kept"] == facts["kept"]
+        kept = [changed[lines.index(line)] for line in expected.read_text().splitlines()]
+        assert out.read_text().splitlines() == kept
+
+
 def test_detect_finds_the_optimum(boxes, tmp_path):
     rows, path = boxes
     out = tmp_path / "kept.csv"
@@ -428,7 +445,91 @@ def test_by_files_it_is_the_same_answer(inputs, tmp_path, problem, way):
     assert refused.status == 2 and "--color goes with maps of disparities" in refused.err
 
 
+@pytest.mark.parametrize("problem, endings", [
+    ("restore", "greys: choose a name that ends in .png, .pgm or .npy"),
+    ("segment", "classes: choose a name that ends in .png, .pgm or .npy"),
+    ("flow", "displacements: choose a name that ends in .flo, .png or .npy"),
+    ("detect", "boxes to keep or drop: choose a name that ends in .csv or .npy"),
+])
+def test_decode_names_the_endings_of_its_labels(inputs, tmp_path, problem, endings):
+    names, options, *_ = inputs[problem]
+    file, samples, out = tmp_path / "p.qcf", tmp_path / "s.qsf", tmp_path / "o.tif"
+    facts_of("encode", "--problem", problem, *names, "-o", file, *options)
+    facts_of("solve", file, "-o", samples, "--solver", "icm")
+    done = run("decode", file, samples, "-o", out)
+    assert done.status == 2 and f"the labels of {file} are {endings}" in done.err
+    facts_of("decode", file, samples, "-o", tmp_path / "o.npy")
+    assert not out.exists() and (tmp_path / "o.npy").exists()
+
+
+def test_boxes_the_whole_way_to_their_score(boxes, tmp_path):
+    """The boxes that detect writes, those that decode writes, and its list of numbers: all of them
+    are scored, and alike."""
+    _, path = boxes
+    truth = write_boxes(tmp_path / "truth.csv", [["a", 10, 10, 30, 40], ["b", 0, 0, 20, 20]],
+                        "picture,x,y,width,height")
+    kept, listed, lines = (tmp_path / f"{name}.csv" for name in ("kept", "listed", "lines"))
+    file, samples = tmp_path / "p.qcf", tmp_path / "s.qsf"
+    said = facts_of("detect", path, "-o", kept, "--truth", truth)
+    facts_of("encode", "--problem", "detect", path, "-o", file)
+    facts_of("solve", file, "-o", samples)
+    facts_of("decode", file, samples, "-o", listed)
+    facts_of("decode", file, samples, "-o", lines, "--boxes", path)
+    assert lines.read_bytes() == kept.read_bytes()
+    score = ["score", listed, truth, "--as", "boxes"]
+    facts = facts_of(*score, "--boxes", path)
+    assert facts == facts_of("score", kept, truth, "--as", "boxes")
+    assert facts.items() <= said.items()
+    for words, arguments, status in [
+        ("give those with --boxes", score, 3),
+        ("does not begin with the line box,keep",
+         ["score", kept, truth, "--as", "boxes", "--boxes", path], 3),
+        ("give the file that the problem was made of", [*score, "--boxes", kept], 3),
+        ("--boxes goes with --as boxes", ["score", kept, kept, "--boxes", path], 2),
+        ("made of", ["decode", file, samples, "-o", lines, "--boxes", truth], 3),
+        ("--boxes goes with lists", ["decode", file, samples, "-o", "o.npy", "--boxes", path], 2),
+    ]:
+        done = run(*arguments)
+        assert done.status == status, done.err
+        assert words in done.err
+
+
+@pytest.mark.parametrize("line", ["1,2", "2,1", "x,1", "1", "1,1,0", ""])
+def test_lists_of_boxes_that_are_refused(boxes, tmp_path, line):
+    path = tmp_path / "list.csv"
+    path.write_text(f"box,keep\n{line}\n")
+    done = run("score", path, boxes[1], "--as", "boxes", "--boxes", boxes[1])
+    assert done.status == 3 and "line 2: " in done.err and "is not box 1 and 0 or 1" in done.err
+
+
 # ---- what is refused ----
+
+
+def test_restore_takes_grey_pictures_of_8_bits(noisy, tmp_path):
+    """R = G = B is grey; colours and more bits, of NOISY or of the truth, are refused."""
+    (grey, path), out = noisy, tmp_path / "o.pgm"
+    options = ["-o", out, "--step", "32", "--smoothness", "potts"]
+    facts_of("restore", path, *options)
+    expected = out.read_bytes()
+    size = f"{grey.shape[1]} {grey.shape[0]}"
+    same, colour, deep = (tmp_path / name for name in ("same.ppm", "colour.ppm", "deep.pgm"))
+    rgb = np.repeat(grey[..., None], 3, -1).astype(np.uint8)
+    same.write_bytes(f"P6\n{size}\n255\n".encode() + rgb.tobytes())
+    rgb[-1, -1, 2] ^= 1
+    colour.write_bytes(f"P6\n{size}\n255\n".encode() + rgb.tobytes())
+    write_pgm(deep, grey * 257, 65535)
+    facts_of("restore", same, *options)
+    assert out.read_bytes() == expected
+    out.unlink()
+    for arguments, words in [
+        ([colour], f"{colour}: is a picture in colours: convert it to grey"),
+        ([deep], f"{deep}: has 65535 greys above black: convert it to 8 bits"),
+        ([path, "--truth", colour], f"{colour}: is a picture in colours"),
+    ]:
+        done = run("restore", *arguments, *options)
+        assert done.status == 3 and words in done.err
+        assert not out.exists()
+
 
 
 def test_pictures_that_do_not_fit(noisy, photo, moved, tmp_path):
@@ -458,6 +559,7 @@ def test_pictures_that_do_not_fit(noisy, photo, moved, tmp_path):
         (["segment", "p", "s", "-o", "o.pgm", "--rounds", "0"], "--rounds 0 is not"),
         (["segment", "p", "s", "-o", "o.pgm", "--lambda", "3000000"], "too large"),
         (["flow", "a", "b", "-o", "o.pfm"], "ends in .flo or .png"),
+        (["detect", "b", "-o", "o.png"], "ends in .csv"),
         (["flow", "a", "b", "-o", "o.flo", "--window", "4"], "is even"),
         (["flow", "a", "b", "-o", "o.flo", "--radius", "1,2,3"], "is not R or RX,RY"),
         (["flow", "a", "b", "-o", "o.flo", "--radius", "200"], "more than 65535 displacements"),

@@ -234,8 +234,10 @@ def test_memory_limit(folder, tmp_path):
 def test_a_pairwise_cost_that_cut_does_not_take(folder, pair):
     options = ["--disparity", "0:3", "--solver", "cut"]
     done = run("match", *pair.paths, "-o", folder / "m.pgm", *options)
-    assert done.status == 3
-    assert "cut cannot be used with this pairwise cost (potts)" in done.err
+    assert done.status == 2
+    assert "--solver cut cannot solve the problem of" in done.err
+    assert "(potts, 4 labels): it needs linear or quadratic smoothness without" in done.err
+    assert "take any problem: icm, anneal, swap, expansion, bp, trws, best" in done.err
     assert not list(folder.iterdir())
 
 

@@ -350,8 +350,9 @@ def test_cut_proves_what_cuts_solve(tmp_path, smoothness, labels):
 
 def test_cut_refuses_other_costs(folder, solved):
     done = run("solve", solved.problem, "-o", folder / "s.qsf", "--solver", "cut")
-    assert (done.status, done.out) == (3, b"")
-    assert "cut cannot be used with this pairwise cost (potts): use trws, bp or best" in done.err
+    assert (done.status, done.out) == (2, b"")
+    assert f"--solver cut cannot solve the problem of {solved.problem} (potts, " in done.err
+    assert "take any problem: icm, anneal, swap, expansion, bp, trws, best" in done.err
     assert not list(folder.iterdir())
 
 

@@ -49,6 +49,28 @@ def test_least_costs(tmp_path, seed):
     assert json.loads(done.out)["energy"] == pytest.approx(least_cost(values, factors), abs=1e-9)
 
 
+def test_comments_blank_lines_and_other_ends_of_lines(tmp_path):
+    """They change nothing, and lines are counted on."""
+    net, outs = tmp_path / "net.uai", []
+    for i, text in enumerate([
+        GOOD,
+        GOOD.replace("\n", "\r\n"),
+        GOOD.replace("\n", "\n\n \n"),
+        GOOD.replace("\n", " "),
+        "c of a comment\n# and one\n" + GOOD.replace("2 0 1\n", "2 0 1\n  c\n#x 3\n") + "c end",
+    ]):
+        net.write_bytes(text.encode())
+        outs.append(tmp_path / f"{i}.qcf")
+        done = run("encode", "--problem", "uai", net, "-o", outs[-1])
+        assert done.status == 0, done.err
+    assert len({out.read_bytes() for out in outs}) == 1
+    net.write_text("#\nc c\n" + GOOD.replace(".3", "# .3"))
+    done = run("encode", "--problem", "uai", net, "-o", tmp_path / "p.qcf")
+    assert done.status == 3 and "ends before the last entry" in done.err
+    net.write_text("#\nc c\n" + GOOD.replace(".3", "x"))
+    assert "line 13: the entry x" in run("encode", "--problem", "uai", net, "-o", "p.qcf").err
+
+
 GOOD = "MARKOV\n2\n2 2\n2\n1 0\n2 0 1\n2\n .5 .5\n4\n .1 .2\n .3 .4\n"
 
 

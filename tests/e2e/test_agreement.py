@@ -70,6 +70,15 @@ def test_golden_problems_of_every_encoding(path):
     assert c.repair(samples.bits[0]).tolist() == samples.bits[0].tolist()
 
 
+def test_both_read_what_a_file_carries(run):
+    """Truncated costs are not in H: C adds what was trimmed where the labelling pays it."""
+    path = ROOT / "tests" / "golden" / "recoded-known.qcf"
+    problem, facts = qcf.parse_qcf(path.read_bytes()), run("qstereo", "info", path, "--json")
+    assert problem.stated_bound == facts["stated_lower_bound"] == 200
+    trimmed = models.energies(problem, problem.known[None])[0]
+    assert 200 <= trimmed <= facts["known_energy"] == 698
+
+
 @settings(max_examples=150, deadline=None)
 @given(st.integers(0, 2**32))
 def test_random_problems_written_by_python(seed):

@@ -12,10 +12,11 @@ import google_crc32c
 import numpy as np
 import pytest
 from qstereo_bridge import container
-from qstereo_bridge import verify as checker
+from qstereo_bridge import certificate as checker
+from qstereo_bridge.certificate import FIELDS, MAGIC
 from qstereo_bridge.container import FormatError
 from qstereo_bridge.failure import Error
-from qstereo_bridge.verify import FIELDS, MAGIC, verify
+from qstereo_bridge.verify import verify
 
 ROOT = Path(__file__).parents[2]
 QSTEREO = os.environ.get("QSTEREO_PNM") or os.environ.get("QSTEREO", str(ROOT / "build/qstereo"))
@@ -97,8 +98,8 @@ def test_a_solver_that_solves_parts(tmp_path, monkeypatch):
                "--lambda", "3", "--encoding", "one-hot-sparse")
     assert done.returncode == 0, done.stderr
     done = run("solve", problem, "-o", samples, "--certificate", proof, "--json")
-    facts, solve, parts = json.loads(done.stdout), checker._Part.solve, []
-    monkeypatch.setattr(checker._Part, "solve", lambda part: parts.append(part) or solve(part))
+    facts, solve, parts = json.loads(done.stdout), checker._solve_part, []
+    monkeypatch.setattr(checker, "_solve_part", lambda *part: parts.append(part) or solve(*part))
     assert facts["proven_optimal"] and facts["lower_bound"] == facts["energy"]
     assert by_numpy(problem, samples, proof) == by_c(problem, samples, proof)
     assert by_c(problem, samples, proof) == (True, facts["energy"]) and parts
@@ -136,3 +137,58 @@ def test_changed_certificates(tmp_path, smoothness, encoding, command):
         assert verdict == by_numpy(problem, other, proof), at
         seen.add(verdict[0])
     assert len(seen) > 1
+
+
+def left_by_goldstein(costs, edges, table):
+    """The labels that Goldstein's criterion leaves, whatever the order: sets."""
+    labels = range(costs.shape[1])
+    sets = [set(labels) for _ in costs]
+
+    def is_worse(p, d, e):
+        more = costs[p, d] - costs[p, e]
+        for q in (sum(edge) - p for edge in edges if p in edge):
+            more -= max(table[e, b] - table[d, b] for b in sets[q])
+        return more > 0
+
+    gone = True
+    while gone:
+        gone = [(p, d) for p, own in enumerate(sets) for d in own
+                if any(is_worse(p, d, e) for e in labels)]
+        for p, d in gone:
+            sets[p].discard(d)
+    return sets
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_labels_that_leave_because_of_others_which_stay(tmp_path, seed):
+    """What a site claims may follow from labels that leave at another, which claims to keep them,
+    and is compared with labels that are not its cheapest."""
+    rng, problem, samples, proof = np.random.default_rng(seed), *(
+        tmp_path / name for name in ("p.qcf", "s.qsf", "c.qpf"))
+    costs = rng.integers(0, 12, (1, 4, 5), dtype=np.int32)
+    np.save(tmp_path / "costs.npy", costs)
+    done = run("encode", "--problem", "label", tmp_path / "costs.npy", "-o", problem, "--lambda",
+               "1", "--smoothness", "quadratic", "--truncation", "6", "--encoding", "one-hot")
+    assert done.returncode == 0, done.stderr
+    done = run("solve", problem, "-o", samples, "--certificate", proof)
+    assert done.returncode == 0, done.stderr
+    digest, _, energy, labelling, _, _ = checker.parse_qpf(proof.read_bytes())
+    label = np.arange(5)
+    left = left_by_goldstein(costs[0].astype(int), [(0, 1), (1, 2), (2, 3)],
+                             np.minimum((label - label[:, None])**2, 6))
+    claimed = [set(label.tolist()) if rng.random() < 0.5 else own for own in left]
+
+    def verdicts():
+        stage = struct.pack("<IIII", 2, 0, 0, 0) + bytes(
+            sum(1 << d for d in own) for own in claimed)
+        chunks = [("PROB", digest), ("BEST", struct.pack("<I", 1) + labelling.tobytes()),
+                  ("STGS", stage)]
+        fields = FIELDS.pack(4, 1, checker.NO_BOUND, energy, bytes(12))
+        proof.write_bytes(container.pack(MAGIC, fields, chunks))
+        return by_c(problem, samples, proof)[0], by_numpy(problem, samples, proof)[0]
+
+    assert verdicts() == (True, True)
+    more = [p for p, own in enumerate(left) if len(own) > 1]
+    if more:
+        claimed[more[0]] = left[more[0]] - {labelling[more[0]]}
+        assert verdicts() == (False, False)

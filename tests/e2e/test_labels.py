@@ -39,7 +39,7 @@ def test_arrays_to_array(run, tmp_path, reduced):
     assert best["energy"] == energy(*arrays, np.load(tmp_path / "best.npy"))
     problem = "p.qcf"
     with open(tmp_path / "p.qcf", "rb") as file:
-        whole, _ = qcf.read_qcf(file)
+        whole = qcf.read_qcf(file)
     assert whole.linear.size == np.isfinite(arrays[0]).sum() - (
         np.isfinite(arrays[0]).sum(-1) == 1
     ).sum()

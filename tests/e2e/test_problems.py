@@ -28,11 +28,29 @@ LIMITS = {
 }
 
 
-def printed(problem):
-    """The command of a problem's section."""
+def all_printed(problem):
+    """The commands of a problem's section."""
     section = PAGE.split(f"\n## {problem}:")[1].split("\n## ")[0]
-    text = re.search(rf"^    qstereo {problem} (?:.*\\\n)*.*", section, re.M).group(0)
-    return text.replace("\\\n", " ").split()[1:]
+    texts = re.findall(r"^    qstereo (?:.*\\\n)*.*", section, re.M)
+    return [text.replace("\\\n", " ").split()[1:] for text in texts]
+
+
+def printed(problem):
+    """The first of them, which solves in one go."""
+    assert all_printed(problem)[0][0] == problem
+    return all_printed(problem)[0]
+
+
+@pytest.mark.parametrize("problem", ["stereo", *LIMITS])
+def test_all_commands_of_the_page(problem, tmp_path):
+    """From a clean folder with the samples, one after the other."""
+    for path in (SAMPLES.with_name("rendered") if problem == "stereo" else SAMPLES).iterdir():
+        (tmp_path / path.name).symlink_to(path)
+    for words in all_printed(problem):
+        done = subprocess.run([QSTEREO, *words], cwd=tmp_path, capture_output=True, text=True,
+                              timeout=300)
+        assert (done.returncode, done.stderr) == (0, ""), words
+        assert done.stdout
 
 
 @pytest.mark.parametrize("problem", LIMITS)

@@ -6,6 +6,7 @@ import io
 import itertools
 import subprocess
 import tempfile
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,6 @@ from dwave.samplers import TreeDecompositionSolver
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from library import QSTEREO
-
-SOME = settings(deadline=None, max_examples=25)
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -32,23 +31,33 @@ def qstereo(folder, *words):
     assert done.returncode == 0, done.stderr
 
 
+def pairwise_of(random, sizes, labels, kind, given, words):
+    """Adds one of the ways to say what neighbours cost; `sizes` are those of the edges."""
+    way = random.choice(["potts", "linear", "quadratic", "matrix", "tables"])
+    if way == "tables":
+        tables = [random.integers(0, 9, (*size, labels, labels)).astype(kind) for size in sizes]
+        given["tables"] = tables if len(sizes) == 2 else tables[0]
+        words += ["--tables", "tables0.npy,tables1.npy" if len(sizes) == 2 else "tables.npy"]
+    elif way == "matrix":
+        given["pairwise"] = random.integers(0, 9, (labels, labels)).astype(kind)
+        words += ["--pairwise", "pairwise.npy"]
+    else:
+        given["pairwise"] = str(way)
+        words += ["--smoothness", way]
+        if way != "potts" and random.random() < 0.5:
+            given["truncation"] = 2
+            words += ["--truncation", "2"]
+
+
 def arrays_of(random, shape, labels, kind):
     """Keyword arguments of Problem for a grid, and the words of the command for the same."""
     height, width = shape
     ends = {"right": (height, width - 1), "down": (height - 1, width)}
     given, words = {}, []
-    if random.random() < 0.5:
+    pairwise_of(random, list(ends.values()), labels, kind, given, words)
+    if random.random() < 0.5 and not floats(given):
         given |= {key: random.integers(0, 9, size).astype(kind) for key, size in ends.items()}
         words += ["--weights", "right.npy,down.npy"]
-    if random.random() < 0.5:
-        given["tables"] = [random.integers(0, 9, (*size, labels, labels)) for size in ends.values()]
-        words += ["--tables", "tables0.npy,tables1.npy"]
-    elif random.random() < 0.5:
-        given["pairwise"] = random.integers(0, 9, (labels, labels))
-        words += ["--pairwise", "pairwise.npy"]
-    else:
-        given |= {"pairwise": "quadratic", "truncation": 2}
-        words += ["--smoothness", "quadratic", "--truncation", "2"]
     if random.random() < 0.5:
         given["mask"] = random.random(shape) < 0.8
         given["mask"][0, 0] = True
@@ -56,17 +65,22 @@ def arrays_of(random, shape, labels, kind):
     return given, words
 
 
-def graph_of(random, sites, labels):
+def graph_of(random, sites, labels, kind):
     edges = np.array([(a, b) for b in range(sites) for a in range(b) if random.random() < 0.5],
                      int).reshape(-1, 2)
     given, words = {"edges": edges}, ["--edges", "edges.npy"]
-    if random.random() < 0.5:
-        given["weights"] = random.integers(0, 9, len(edges))
+    pairwise_of(random, [(len(edges),)], labels, kind, given, words)
+    if random.random() < 0.5 and not floats(given):
+        given["weights"] = random.integers(0, 9, len(edges)).astype(kind)
         words += ["--weights", "weights.npy"]
-    if random.random() < 0.5:
-        given["tables"] = random.integers(0, 9, (len(edges), labels, labels))
-        words += ["--tables", "tables.npy"]
     return given, words
+
+
+def floats(given):
+    """Whether V or the tables are floats, which go without weights and with a whole lambda."""
+    held = given.get("tables", given.get("pairwise"))
+    arrays = held if isinstance(held, list) else [held]
+    return any(isinstance(array, np.ndarray) and array.dtype.kind == "f" for array in arrays)
 
 
 def save(folder, arrays):
@@ -78,24 +92,30 @@ def save(folder, arrays):
             np.save(folder / f"{key}.npy", value)
 
 
-@SOME
-@given(st.integers(0, 2**32 - 1), st.booleans(), st.sampled_from(["i4", "u1", "f4", "f8", "i8"]))
-def test_the_bytes_are_the_command_s(seed, is_grid, kind):
+@settings(deadline=None, max_examples=60)
+@given(st.integers(0, 2**32 - 1), st.booleans(), st.sampled_from(["i4", "u1", "f4", "f8", "i8"]),
+       st.sampled_from(["i4", "u2", "i8", "f8"]))
+def test_the_bytes_are_the_command_s(seed, is_grid, kind, pairwise_kind):
+    """On random problems with all arguments: V by a name or an array, truncation, tables, weights,
+    edges, mask, forbidden labels, lambda, scale, penalty, encoding."""
     random = np.random.default_rng(seed)
     *shape, labels = random.integers(1, 4, 3)
     shape = shape if is_grid else [shape[0] * shape[1]]
     costs = random.integers(0, 50, (*shape, labels)).astype(kind)
-    given, words = (arrays_of(random, shape, labels, kind) if is_grid else
-                    graph_of(random, shape[0], labels))
-    options = {"lam": 2.5, "scale": 2, "penalty": "minimal", "encoding": "one-hot"}
-    if "tables" in given or isinstance(given.get("pairwise"), np.ndarray):
-        options["lam"] = 3
+    if kind[0] == "f":
+        costs = (costs / 4).astype(kind)
+        costs[..., 1:][random.random((*shape, labels - 1)) < 0.2] = np.inf
+    given, words = (arrays_of if is_grid else graph_of)(
+        random, shape if is_grid else shape[0], labels, pairwise_kind)
+    encoding = str(random.choice(["one-hot", "domain-wall"]))
+    options = {"lam": 3 if floats(given) else 2.5, "scale": int(random.choice([1, 2, 12])),
+               "penalty": str(random.choice(["minimal", "local"])), "encoding": encoding}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         save(folder, {"costs": costs, **given})
         qstereo(folder, "encode", "--problem", "label", "costs.npy", *words, "--lambda",
-                options["lam"], "--scale", "2", "--penalty", "minimal", "--encoding", "one-hot",
-                "-o", "p.qcf")
+                options["lam"], "--scale", options["scale"], "--penalty", options["penalty"],
+                "--encoding", encoding, "-o", "p.qcf")
         expected = (folder / "p.qcf").read_bytes()
         p = qb.Problem(costs, **given, **options)
         p.save(folder / "again.qcf")
@@ -104,7 +124,7 @@ def test_the_bytes_are_the_command_s(seed, is_grid, kind):
         stream = io.BytesIO()
         again.save(stream)
         assert stream.getvalue() == expected and again.digest == p.digest
-    assert len(p) == p.coefficients.linear.size
+    assert len(p) == p.linear.size
 
 
 def energy_of(costs, lam, table, labels):
@@ -195,6 +215,27 @@ def test_the_command_s_sentences(arguments, words):
         qb.Problem(**arguments)
     said = str(caught.value)
     assert words in said and "help:" not in said and not said.startswith("qstereo")
+
+
+@pytest.mark.parametrize("kind", [">i4", ">u2", ">f8", "?"])
+def test_any_order_of_bytes_and_axes(kind):
+    costs = np.random.default_rng(3).integers(0, 9, (3, 4, 2)).astype(kind)
+    expected = qb.Problem(costs.astype("i4"), "linear", lam=2).digest
+    for same in (costs, np.asfortranarray(costs), costs[::-1].copy()[::-1], costs.tolist()):
+        assert qb.Problem(same, "linear", lam=2).digest == expected
+
+
+def test_floats_that_lose_something_are_warned_of():
+    costs = np.array([[[0.26, 0.5], [0.0, 0.74]]])
+    said = r"costs.npy: its floats are rounded .* up to 0.5 "
+    with pytest.warns(UserWarning, match=said) as seen:
+        p = qb.Problem(costs)
+    assert p.scale == 1 and seen[0].filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert qb.Problem(costs, scale=100).scale == 100
+        qb.Problem(costs, scale=1)
+        qb.Problem(costs.round())
 
 
 def test_answers_that_are_no(tmp_path):

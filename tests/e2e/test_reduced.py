@@ -77,13 +77,17 @@ def test_a_reduced_picture_window_by_window(run, pairs):
 
 
 def test_windows_begin_from_what_reduce_knows(run, pairs):
-    """Without a proof the bound is still known; with one nothing is left to ask."""
+    """Without a proof the bound is still known; with one nothing is left to ask. The file carries
+    both."""
     pairs(RENDERED, "40,20,40,30", "p.qcf")
     for words in ("--target", 100), ():
         facts = run("qstereo", "reduce", "p.qcf", "-o", "core.qcf", "--encoding", "domain-wall",
-                    "--samples", "start.qsf", "--json", *words)
+                    "--json", *words)
         told = run("qstereo-bridge", "solve", "core.qcf", "-o", f"{len(words)}.qsf", "--windows",
-                   200, "--start", "start.qsf", "--seed", 1, "--calls", 2, "--json")
+                   200, "--seed", 1, "--calls", 2, "--json")
+        known = run("qstereo", "info", "core.qcf", "--json")
+        assert known["known_energy"] == facts["upper_bound"]
+        assert known["stated_lower_bound"] == facts["lower_bound"]
         assert told["lower_bound"] == facts["lower_bound"] <= told["energy"]
         assert told["energy"] <= facts["upper_bound"]
         assert (told["calls"] > 0) == (facts["upper_bound"] > facts["lower_bound"])

@@ -1,6 +1,8 @@
 """qstereo-bridge report: what the page tells, and how a browser shows it."""
 
+import base64
 import html
+import io
 import json
 import re
 import shutil
@@ -10,6 +12,7 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 from library import BRIDGE, QSTEREO, ROOT
+from PIL import Image
 
 pytest.importorskip("matplotlib")
 SAMPLE = ROOT / "samples" / "rendered"
@@ -68,6 +71,22 @@ def test_what_the_page_tells(folder):
     assert "3 calls, 0.75 seconds charged" in text
 
 
+def test_results_of_many_frames_are_first_told_together(tmp_path):
+    frames = [{"name": name, "variables": 90, "variables_left": 7, "lower_bound": 10, "results": [
+        {"solver": "anneal", "energy": energy, "gap": energy - 10, "charge": charge,
+         "proven_optimal": energy == 10}]} for name, energy, charge in
+        (("first", 10, 0.5), ("second", 12, 0.0))]
+    (tmp_path / "summary.json").write_text(json.dumps({"problems": frames}))
+    call(BRIDGE, "report", tmp_path / "summary.json", "-o", tmp_path / "r.html")
+    page = (tmp_path / "r.html").read_text()
+    table = page[:page.index("<h2>first")]
+    assert re.findall("<h2>(.*?)</h2>", page) == ["All results", "first", "second"]
+    assert [re.findall("<t[hd]>(.*?)</t", row) for row in table.split("<tr")[1:]] == [
+        ["name", "method", "energy", "gap", "charge, s"],
+        ["first", "anneal", "10", "0", "0.500"], ["second", "anneal", "12", "2", "0.000"]]
+    assert "90 variables, 7 variables left by proof" in page and "<svg" not in page
+
+
 def test_a_page_needs_nothing_but_itself(folder):
     page = (folder / "r.html").read_text()
     assert not re.search(r"""(src|href)=["'](?!data:|#)""", page)
@@ -102,12 +121,17 @@ def test_maps_are_cut_and_coloured_in_one_scale(folder):
         result = {one["solver"]: one for one in problem["results"]}[name]
         off = report.errors(values, truth)
         assert abs(100 * (off == 0).mean() - result["bad_1_0"]) < 1e-9
-    shown = drawing.coloured(np.array([[2.0, 14.0, np.nan]]), 2, 14)[0]
-    assert shown[2].tolist() == [255] * 3 and shown[0].tolist() != shown[1].tolist()
+    address = drawing.image(np.array([[2.0, 14.0, np.nan]]), "turbo", 2, 14)
+    shown = Image.open(io.BytesIO(base64.b64decode(address.partition(",")[2])))
+    first, last, none = (shown.getpixel((x, 0)) for x in range(3))
+    assert first != last and (first[3], last[3], none[3]) == (255, 255, 0)
 
 
 @pytest.mark.parametrize("content, said", [
     ("{", "holds no results"), ("[]", "holds no results"), ("{}", "holds no results"),
+    ('{"results": [{"solver": "x", "energy": "low"}]}', "not as qstereo writes them"),
+    ('{"results": [{"energy": 1}, {"energy": 2}]}', "not as qstereo writes them (KeyError"),
+    ('{"results": [], "labels": "ten"}', "not as qstereo writes them"),
     ('{"results": [{"solver": "x", "map": "none.png"}]}', "none.png: cannot be read"),
     ('{"results": [{"solver": "x", "map": "r.json"}]}', "r.json: is no picture"),
 ])

@@ -26,8 +26,9 @@ def folder(tmp_path_factory):
 def test_the_answer_is_near_the_best(folder):
     said = json.loads((folder / "out" / "core.json").read_text())
     found = {one["solver"]: one for one in said["results"]}
-    assert list(found) == ["icm", "expansion", "best", "anneal"]
+    assert list(found) == ["icm", "expansion", "best", "known", "anneal"]
     assert found["best"]["proven_optimal"]
+    assert found["known"]["energy"] >= found["best"]["energy"]
     assert 0 <= found["anneal"]["gap"] < 0.01 * found["best"]["energy"]
     assert found["anneal"]["bad_1_0"] < 8
     assert "My first report" in (folder / "report.html").read_text()

@@ -132,6 +132,17 @@ static bool grow(void *context, const void *bytes, size_t size)
     return true;
 }
 
+/* The labelling that a file carries is one. */
+static void check_known(const qs_index *index)
+{
+    uint8_t *bits = room((index->qubo->variables + 7) / 8);
+    if (bits && index->qubo->known.bytes > 0) {
+        qs_qubo_known_state(index->qubo, bits);
+        PROMISE(qs_sample_infeasible(index, bits) == 0);
+    }
+    free(bits);
+}
+
 /* A file that qstereo wrote has the least energy of the problem that it was written from. */
 static void check_least(const qs_qubo *again, int64_t expected)
 {
@@ -142,6 +153,7 @@ static void check_least(const qs_qubo *again, int64_t expected)
     int64_t least = 0;
     if (memory && workspace) {
         PROMISE(qs_index_build(again, memory, index_size, &index) == QS_OK);
+        check_known(&index);
         if (qs_model_build(&index, workspace, model_size, &model) == QS_OK &&
             try_all(&model, &least)) {
             PROMISE(least == expected);
@@ -151,14 +163,27 @@ static void check_least(const qs_qubo *again, int64_t expected)
     free(memory);
 }
 
+/* Labels of the model's sites become those of the problem's: without the masked cells. */
+static void leave_masked_out(const qs_model *model, uint16_t *labelling)
+{
+    uint32_t sites = 0;
+    for (uint32_t p = 0; p < model->sites; p++) {
+        bool masked = model->mask && (model->mask[p / 8] >> p % 8 & 1) == 0;
+        labelling[sites] = labelling[p];
+        sites += !masked;
+    }
+}
+
 /* What qstereo writes it reads again, whatever the problem. */
 static void write_again(const qs_model *model, const qs_qubo *qubo, const uint8_t *kept,
-                        const int64_t *least)
+                        const int64_t *least, const uint16_t *best)
 {
     for (uint32_t form = 0; form < 2 * QS_ST_CUT_ARCS; form++) {
         qs_recode_options options = {.encode = {.encoding = (qs_encoding)(1 + form / 2)},
                                      .truncate = form % 2 != 0,
-                                     .kept = kept};
+                                     .kept = kept,
+                                     .best = best,
+                                     .lower_bound = QS_NO_BOUND};
         growing file = {malloc(MEMORY), 0};
         qs_sink sink = {grow, &file};
         size_t size = qs_recode_workspace(model, &options);
@@ -192,7 +217,8 @@ static void reduce_and_write(const qs_model *model, const qs_qubo *qubo, uint16_
         PROMISE(reduction.lower_bound <= reduction.upper_bound);
         PROMISE(reduction.upper_bound == qs_model_energy(model, labelling));
         PROMISE(!known || (reduction.lower_bound <= least && least <= reduction.upper_bound));
-        write_again(model, qubo, kept, known ? &least : NULL);
+        leave_masked_out(model, labelling);
+        write_again(model, qubo, kept, known ? &least : NULL, labelling);
     }
     free(kept);
     free(workspace);
@@ -234,6 +260,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         if (sums) {
             PROMISE(qs_qubo_ising(&index, sums, ising_size, &ising) == QS_OK);
         }
+        check_known(&index);
         repair_samples(&index);
         lay_out(&index);
     }

@@ -15,7 +15,7 @@ import warnings
 from pathlib import Path
 
 import google_crc32c
-from qstereo_bridge import qcf, qsf
+from qstereo_bridge import models, qcf, qsf
 from qstereo_bridge.container import FormatError, OverLimit
 
 CORPUS = Path(__file__).with_name("corpus")
@@ -38,7 +38,10 @@ def read(name, data):
     """
     try:
         warnings.simplefilter("error")
-        qcf.parse_qcf(data, LIMIT) if name == "qcf" else qsf.read_qsf(io.BytesIO(data))
+        if name == "qcf":
+            models.check_known(qcf.parse_qcf(data, LIMIT))
+        else:
+            qsf.read_qsf(io.BytesIO(data))
     except OverLimit:
         return None
     except FormatError:

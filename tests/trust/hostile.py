@@ -46,6 +46,11 @@ def kept(sites, width=0, rest=b""):
     return struct.pack("<II", sites, width) + rest
 
 
+def best(labels, bound=-(2**63), width=1, zero=0):
+    """The payload of best: a label of each group."""
+    return struct.pack("<qII", bound, width, zero) + bytes(labels)
+
+
 def problem(groups, size=2, runs=(), sides=()):
     """Groups of `size` one-hot variables, coupled by lattice runs as Potts is: what to pack()."""
     made = [
@@ -81,7 +86,13 @@ def sound():
     yield "chain", problem(6, runs=chain(6), sides=[("labl", labl(2))]).pack()
     yield "grid", problem(6, runs=[(0, 1, 2, 2, 3)], sides=[("labl", labl(2, 3, 2))]).pack()
     yield "masked", problem(6, sides=[("labl", labl(2, 4, 2, b"\x7e"))]).pack()
+    cuts = ("trnc", struct.pack("<II", 1, 0) + bytes(12))
+    mean = ("mean", struct.pack("<6I", 1, 0, 0, 0, 0, 0))
+    every = [("labl", labl(2)), ("more", b"?"), mean, ("kept", kept(6)), ("more", b""), cuts]
+    yield "all side chunks, and unknown ones among them", problem(6, sides=every).pack()
     yield "kept", problem(6, sides=[("labl", labl(2)), ("kept", kept(6))]).pack()
+    carried = [("labl", labl(2)), ("best", best([0, 1, 0, 1, 1, 0], 2))]
+    yield "best", problem(6, runs=chain(6), sides=carried).pack()
     yield "pairs as many as 16 a byte", problem(2000, 1, [(0, 1, 1999, 1, 0)] * 25).pack()
 
 
@@ -91,6 +102,8 @@ def hostile():
     sides = {
         "a mask without a grid": (labl(2, MASK=1), True),
         "a mask without a grid and sites in kept": (labl(2, MASK=1), True, fixed),
+        "a mask of kind 2": (labl(2, 3, 2, MASK=2), False),
+        "bytes after labl": (labl(2, 3, 2) + b"\0", False),
         "a mask that is cut short": (labl(2, 8, 2, b"\x7e"), True),
         "a mask that is too long": (labl(2, 3, 2, b"\x3f\0"), True),
         "a grid without a mask, sites fewer": (labl(2, 4, 2), False),
@@ -104,6 +117,27 @@ def hostile():
     for name, (labels, both, *more) in sides.items():
         chunks = [("labl", labels), *(("kept", chunk) for chunk in more)]
         yield name, problem(6, runs=chain(6), sides=chunks).pack(), both
+    six = [0, 1, 0, 1, 1, 0]
+    known = {
+        "best with a label that is none": [best([0, 1, 2, 0, 0, 0])],
+        "best with a label too few": [best(six[:5])],
+        "best with a label too many": [best([*six, 0])],
+        "best in wide numbers": [best(12 * [0], width=2)],
+        "best without a width": [best([], width=0)],
+        "best with its reserved field in use": [best(six, zero=1)],
+        "best with a bound beyond 2^53": [best(six, 2**53 + 1)],
+        "best that ends in its head": [best(six)[:15]],
+        "best twice": [best(six), best(six)],
+    }
+    for name, chunks in known.items():
+        chunks = [("labl", labl(2)), *(("best", chunk) for chunk in chunks)]
+        yield name, problem(6, runs=chain(6), sides=chunks).pack(), True
+    yield (
+        "best before kept",
+        problem(6, sides=[("labl", labl(2)), ("best", best(six)), ("kept", kept(6))]).pack(),
+        True,
+    )
+    yield "best without labl", problem(6, sides=[("best", best(six))]).pack(), True
     cut = struct.pack("<II", 1, 0)
     yield (
         "trnc of a grid without end",
@@ -120,8 +154,28 @@ def hostile():
                 ("kept", kept(6)),
             ],
         ).pack(),
-        False,
+        True,
     )
+    labels, mean, keeps, cuts = (
+        ("labl", labl(2)),
+        ("mean", struct.pack("<6I", 1, 0, 0, 0, 0, 0)),
+        ("kept", kept(6)),
+        ("trnc", cut + bytes(12)),
+    )
+    for name, order in {
+        "kept before labl": [keeps, labels],
+        "mean before labl": [mean, labels],
+        "mean after kept": [labels, keeps, mean],
+        "trnc before mean": [labels, cuts, mean],
+        "trnc before kept, all else right": [labels, cuts, keeps],
+        "labl twice": [labels, labels],
+        "mean twice": [labels, mean, mean],
+        "kept twice": [labels, keeps, keeps],
+        "trnc twice": [labels, cuts, cuts],
+        "kept without labl": [keeps],
+        "trnc without labl": [cuts],
+    }.items():
+        yield name, problem(6, sides=order).pack(), True
     for name, runs in {
         "a lattice on the spot": [(0, 1, 1, 2**24, 0)],
         "a lattice with short steps": [(0, 1, 3, 3, 1)],

@@ -68,3 +68,5 @@ def test_the_sound_ones_beside_them_are_read(name, data, tmp_path):
 def test_files_that_were_found(path, tmp_path):
     for done in outcomes(path, tmp_path):
         assert done.status == 3, (done.status, done.err)
+    with pytest.raises(FormatError):
+        qcf.parse_qcf(path.read_bytes(), 1 << 30)

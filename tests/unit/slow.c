@@ -669,6 +669,27 @@ static void put_trnc(out *o)
     end(o);
 }
 
+/* Labels are numbered among those of the site that are left. */
+static void put_best(out *o)
+{
+    const slow_request *request = d.request;
+    if (!request->best) {
+        return;
+    }
+    begin(o, "best");
+    put(o, (uint64_t)request->lower_bound, 8);
+    put(o, 1, 4);
+    put(o, 0, 4);
+    for (uint32_t p = 0; p < d.sites; p++) {
+        uint32_t number = 0;
+        for (uint32_t label = 0; label < request->best[p]; label++) {
+            number += request->kept[p][label];
+        }
+        put(o, number, d.is_open[p] ? 1 : 0);
+    }
+    end(o);
+}
+
 void slow_write(const slow_request *request, slow_qubo *q)
 {
     reduce(request);
@@ -691,6 +712,7 @@ void slow_write(const slow_request *request, slow_qubo *q)
     put_labl(&o);
     put_kept(&o);
     put_trnc(&o);
+    put_best(&o);
     memset(q->file, 0, 64);
     memcpy(q->file, "\x89QCF\r\n\x1a\n", 8);
     qs_store_u32(q->file + 8, 1);

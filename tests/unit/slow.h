@@ -16,6 +16,9 @@ typedef struct slow_request {
     bool truncate;
     bool open_single; /* against the rules: sites of one label have variables, too */
     bool kept[TINY_SITES][TINY_LABELS]; /* labels left, at least one a site */
+    const uint16_t *best; /* labels left, of the sites: the labelling that the file carries; NULL =
+                             none */
+    int64_t lower_bound; /* that it states beside it */
 } slow_request;
 
 /* A file, opened. */

@@ -12,4 +12,7 @@
  * integer up to it exactly. */
 #define QS_ENERGY_MAX 9007199254740992
 
+/* In the place of a lower bound: there is none. */
+#define QS_NO_BOUND INT64_MIN
+
 #endif

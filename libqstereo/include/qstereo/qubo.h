@@ -21,6 +21,14 @@
 extern "C" {
 #endif
 
+/* What a file says is known of its optimum (docs/FORMAT.md, best). The bound is
+ * a claim: nothing in the file proves it. */
+typedef struct qs_known {
+    unsigned bytes; /* of each label: 1 or 2; 0 = the file says nothing */
+    const uint8_t *labels; /* of each group, in `bytes` */
+    int64_t lower_bound; /* of H, in integer units; QS_NO_BOUND = none */
+} qs_known;
+
 /* A view: it borrows the file's bytes. Its fields are for reading. */
 typedef struct qs_qubo {
     const uint8_t *bytes;
@@ -30,6 +38,7 @@ typedef struct qs_qubo {
     int64_t offset;
     bool has_labels; /* the file says what its variables mean, in `labels` */
     qs_labels labels;
+    qs_known known;
     /* Payloads in the file, for the functions below. */
     const uint8_t *group_runs, *blocks, *coupling_runs, *linear, *penalty_runs;
     size_t group_run_count, penalty_run_count;
@@ -81,6 +90,11 @@ void qs_qubo_summarise(const qs_qubo *qubo, qs_qubo_summary *summary);
 
 /* linear_i, without the penalties' share. */
 int64_t qs_qubo_linear(const qs_qubo *qubo, uint32_t variable);
+
+/* The state of the labelling that the file carries: qubo->known has one.
+ *
+ * bits  out: all variables, packed, spare bits 0 */
+void qs_qubo_known_state(const qs_qubo *qubo, uint8_t *bits);
 
 /* ---- The index. ---- */
 

@@ -22,6 +22,12 @@ typedef struct qs_recode_options {
      * offset and into the linear terms of its neighbours, its edges vanish, and
      * the neighbours' penalties shrink. */
     const uint8_t *kept;
+    /* The best labelling known, labels of the problem's sites, and a lower
+     * bound of all labellings, in integer units (QS_NO_BOUND = none). The file
+     * carries both (docs/FORMAT.md, best) if it has variables and its encoding
+     * is one-hot, one-hot-sparse or domain-wall. NULL = it carries neither. */
+    const uint16_t *best;
+    int64_t lower_bound;
 } qs_recode_options;
 
 /* Bytes of workspace for qs_recode. */
@@ -40,8 +46,8 @@ size_t qs_recode_workspace(const qs_model *model,
  *
  * Returns
  *   QS_OK
- *   QS_E_ARGUMENT   a null pointer, an option out of its range, or a site
- *                   without a label
+ *   QS_E_ARGUMENT   a null pointer, an option out of its range, a site without
+ *                   a label, or one whose best label is left out
  *   QS_E_ENCODING   the encoding cannot hold this pairwise cost, or does not
  *                   have this penalty for it
  *   QS_E_LIMIT      over QS_VARIABLES_MAX variables or couplings

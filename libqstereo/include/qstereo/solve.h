@@ -10,8 +10,6 @@
 extern "C" {
 #endif
 
-#define QS_NO_BOUND INT64_MIN
-
 /* How far a solver is. */
 typedef struct qs_progress {
     int64_t energy; /* of the best labelling so far; with anneal of the present

@@ -173,10 +173,10 @@ typedef enum { ADD, LEAST } combination;
 static void combine(const qs_exact *x, uint32_t i, combination how, int64_t *other,
                     const uint32_t *side, uint32_t sides)
 {
-    const uint32_t *own = side_of(x, i);
+    const uint32_t *own = side_of(x, i), own_sides = x->sides[i];
     uint32_t digit[QS_EXACT_SIDES] = {0}, size[QS_EXACT_SIDES], k = 0;
     size_t stride[QS_EXACT_SIDES], next = 1, at = 0;
-    for (uint32_t n = 0; n < x->sides[i]; n++) {
+    for (uint32_t n = 0; n < own_sides; n++) {
         bool has = k < sides && side[k] == own[n];
         size[n] = labels_at(x, own[n]);
         stride[n] = has ? next : 0;
@@ -190,7 +190,7 @@ static void combine(const qs_exact *x, uint32_t i, combination how, int64_t *oth
         } else {
             other[at] = qs_min_i64(other[at], *cell);
         }
-        for (uint32_t n = 0; n < x->sides[i]; n++) {
+        for (uint32_t n = 0; n < own_sides; n++) {
             at += stride[n];
             if (++digit[n] < size[n]) {
                 break;

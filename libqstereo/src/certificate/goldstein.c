@@ -90,7 +90,7 @@ static bool compare_with(const qs_stated *stated, uint8_t *sets, uint32_t site, 
  * all  compare with every label, not only with the cheapest */
 static bool apply_at(const qs_stated *stated, uint8_t *sets, uint32_t site, bool all, int64_t *work)
 {
-    uint32_t count = stated->count[site], only;
+    uint32_t count = stated->count[site], only = 0;
     /* A label may have left by now: labellings with it are labellings all the same. */
     const uint8_t *first = stated->kept + stated->start[site];
     int64_t *costs = work, *gains = work + stated->most_labels;
@@ -177,7 +177,7 @@ void qs_apply_goldstein(const qs_stated *stated, uint8_t *sets, const uint8_t *c
         again = false;
         apply_to_due(stated, sets, NULL, due, work);
         for (uint32_t p = 0; p < stated->sites; p++) {
-            if (has_more(stated, sets, claimed, p) && apply_at(stated, sets, p, true, work)) {
+            if (apply_at(stated, sets, p, true, work)) {
                 call_again(stated, p, due);
                 again = true;
             }

@@ -9,7 +9,8 @@
 #include "stated_problem.h"
 
 /* Takes out of the sets what the criterion rules out, until there is no more. It compares with the
- * cheapest label of a site, and where that leaves a label which should leave, with all.
+ * cheapest label of a site where a label should leave, and if one stays, everywhere with all: labels
+ * that leave elsewhere, though they are claimed to stay, may be why.
  *
  * sets     of each label, as stated->kept, which it replaces here
  * claimed  the sets that should be left

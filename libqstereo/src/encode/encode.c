@@ -121,15 +121,13 @@ static qs_status make_plan(qs_encoder *e)
 
 static qs_status write_file(qs_encoder *e, const qs_sink *sink, uint64_t *size)
 {
-    int64_t offset = 0;
-    e->offset = &offset;
     e->qcf.group_runs = 1;
     e->qcf.put_group_runs = put_groups;
     e->qcf.put_blocks = qs_put_the_block;
     e->qcf.put_runs = qs_put_the_runs;
     e->qcf.put_linear = qs_put_the_costs;
     e->qcf.put_penalty_runs = qs_put_the_penalties;
-    e->qcf.offset = &offset;
+    e->qcf.offset = e->offset;
     e->qcf.side_chunks = qs_labl_chunks(&e->problem->meaning);
     e->qcf.put_side_chunks = put_side_chunks;
     e->qcf.context = e;
@@ -138,7 +136,7 @@ static qs_status write_file(qs_encoder *e, const qs_sink *sink, uint64_t *size)
     if (status != QS_OK) {
         return status;
     }
-    qs_grow(&e->magnitude, 1, qs_absolute(offset));
+    qs_grow(&e->magnitude, 1, qs_absolute(*e->offset));
     if (e->magnitude > (uint64_t)QS_ENERGY_MAX) {
         return QS_E_OVERFLOW;
     }
@@ -162,7 +160,8 @@ qs_status qs_encode(const qs_problem *problem, const qs_encode_options *options,
         return QS_E_WORKSPACE;
     }
     qs_problem own = *problem;
-    qs_encoder e = {.problem = &own, .sites = qs_problem_sites(problem)};
+    int64_t offset = 0;
+    qs_encoder e = {.problem = &own, .sites = qs_problem_sites(problem), .offset = &offset};
     if (e.sites == own.grid.width * own.grid.height) {
         own.grid.mask = NULL; /* it masks nothing: one problem, one string of bytes */
     }

@@ -24,7 +24,8 @@ enum {
     QS_LABL_HEAD = 64, /* labl without its mask */
     QS_MEAN_SIZE = 24,
     QS_KEPT_HEAD = 8,
-    QS_TRNC_HEAD = 8
+    QS_TRNC_HEAD = 8,
+    QS_KNOWN_HEAD = 16 /* best */
 };
 
 /* The kind of a block, the third number of its head. */

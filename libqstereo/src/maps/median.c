@@ -14,7 +14,7 @@ static void insert(int32_t *sorted, int count, int32_t value)
 
 static int32_t median_at(const int32_t *values, size_t width, size_t height, size_t x, size_t y)
 {
-    int32_t sorted[MOST];
+    int32_t sorted[MOST] = {QS_NO_DISPARITY}; /* what is left where no neighbour has a value */
     int count = 0;
     size_t right = x + 1 < width ? x + 1 : x, below = y + 1 < height ? y + 1 : y;
     for (size_t j = y > 0 ? y - 1 : 0; j <= below; j++) {

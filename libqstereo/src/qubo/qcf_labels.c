@@ -4,6 +4,7 @@
 
 #include "../base/bits.h"
 #include "../base/bytes.h"
+#include "../base/saturate.h"
 #include "qcf_runs.h"
 #include "sites.h"
 
@@ -201,6 +202,52 @@ static bool read_trnc(qs_reader *reader, const qs_chunk *chunk, qs_labels *l, bo
     return true;
 }
 
+/* ---- best ---- */
+
+/* The labels that a group can have: a wall of n variables has n + 1. */
+static uint32_t group_labels(const qs_qubo *q, size_t run)
+{
+    return qs_group_run_at(q, run).size + (qs_code_of(&q->labels) == QS_CODE_WALL);
+}
+
+static bool are_labels(const qs_qubo *q, const qs_known *known)
+{
+    const uint8_t *label = known->labels;
+    for (size_t run = 0; run < q->group_run_count; run++) {
+        for (uint32_t g = qs_group_run_at(q, run).count; g > 0; g--) {
+            if (qs_load_unsigned(label, known->bytes) >= group_labels(q, run)) {
+                return false;
+            }
+            label += known->bytes;
+        }
+    }
+    return true;
+}
+
+static bool read_best(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q)
+{
+    const qs_labels *l = &q->labels;
+    if (!q->has_labels || q->known.bytes > 0 || q->groups == 0 ||
+        !qs_encoding_facts_of(l->encoding)->has_model || chunk->length < QS_KNOWN_HEAD) {
+        return corrupt(reader, chunk, "length, number or place of best");
+    }
+    qs_known known = {.bytes = l->labels <= UINT8_MAX ? 1 : 2,
+                      .labels = chunk->payload + QS_KNOWN_HEAD,
+                      .lower_bound = qs_load_i64(chunk->payload)};
+    bool bounded = known.lower_bound == QS_NO_BOUND ||
+                   qs_absolute(known.lower_bound) <= (uint64_t)QS_ENERGY_MAX;
+    if (!bounded || qs_load_u32(chunk->payload + 8) != known.bytes ||
+        qs_load_u32(chunk->payload + 12) != 0 ||
+        chunk->length != QS_KNOWN_HEAD + (uint64_t)q->groups * known.bytes) {
+        return corrupt(reader, chunk, "head or length of best");
+    }
+    if (!are_labels(q, &known)) {
+        return corrupt(reader, chunk, "a label of best");
+    }
+    q->known = known;
+    return true;
+}
+
 /* ---- What labels and groups must have in common. ---- */
 
 /* Walks the groups of a file. */
@@ -304,7 +351,7 @@ static bool agree(const qs_qubo *q, bool kept)
 static bool read_side_chunk(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q, qs_chunk *labl,
                             bool *kept)
 {
-    bool before_trnc = q->has_labels && !q->labels.trimmed;
+    bool before_trnc = q->has_labels && !q->labels.trimmed && q->known.bytes == 0;
     if (memcmp(chunk->type, "labl", 4) == 0) {
         *labl = *chunk;
         return read_labl(reader, chunk, q);
@@ -319,7 +366,10 @@ static bool read_side_chunk(qs_reader *reader, const qs_chunk *chunk, qs_qubo *q
         *kept = true;
         return read_kept(reader, chunk, q, first);
     }
-    bool counted = *kept || (q->has_labels && plain_agrees(q));
+    if (memcmp(chunk->type, "best", 4) == 0) {
+        return read_best(reader, chunk, q);
+    }
+    bool counted = q->known.bytes == 0 && (*kept || (q->has_labels && plain_agrees(q)));
     return memcmp(chunk->type, "trnc", 4) != 0 || read_trnc(reader, chunk, &q->labels, counted);
 }
 

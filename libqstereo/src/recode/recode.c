@@ -92,6 +92,8 @@ typedef struct side_chunks {
     const qs_remaining *rest;
     qs_labels labels;
     bool kept;
+    const uint16_t *best; /* NULL = there is no such chunk */
+    int64_t lower_bound;
 } side_chunks;
 
 static void put_side_chunks(qs_writer *writer, const void *context)
@@ -104,13 +106,19 @@ static void put_side_chunks(qs_writer *writer, const void *context)
     if (side->rest->trims) {
         qs_put_trnc(writer, side->rest);
     }
+    if (side->best) {
+        qs_put_best(writer, side->rest, side->best, side->lower_bound);
+    }
 }
 
-static qs_status write_file(const qs_recoder *r, const qs_labels *labels, const qs_sink *sink,
-                            uint64_t *size)
+static qs_status write_file(const qs_recoder *r, const qs_labels *labels,
+                            const qs_recode_options *options, const qs_sink *sink, uint64_t *size)
 {
-    bool plain = qs_encoding_facts_of(r->encoding)->is_streamed && r->rest.counts.whole;
-    side_chunks side = {&r->rest, *labels, !plain};
+    const qs_encoding_facts *facts = qs_encoding_facts_of(r->encoding);
+    bool plain = facts->is_streamed && r->rest.counts.whole;
+    bool knows = options->best && facts->has_model && r->rest.counts.undecided > 0;
+    side_chunks side = {&r->rest, *labels, !plain, knows ? options->best : NULL,
+                        options->lower_bound};
     side.labels.encoding = r->encoding;
     side.labels.penalty = r->penalty;
     side.labels.gap = (uint32_t)r->gap;
@@ -118,7 +126,7 @@ static qs_status write_file(const qs_recoder *r, const qs_labels *labels, const 
         /* Its blocks do not tell V, only what V adds to the costs of the sites. */
         side.labels.pairwise.smoothness = QS_TABLES;
     }
-    uint32_t number = qs_labl_chunks(&labels->meaning) + side.kept + r->rest.trims;
+    uint32_t number = qs_labl_chunks(&labels->meaning) + side.kept + r->rest.trims + knows;
     return qs_draft_write(&r->draft, number, put_side_chunks, &side, sink, size);
 }
 
@@ -170,5 +178,8 @@ qs_status qs_recode(const qs_model *model, const qs_labels *labels,
     qs_arena arena = {.base = workspace};
     take_workspace(&arena, &r, model, options, &c);
     status = fill(&r, kept_of(model, options));
-    return status == QS_OK ? write_file(&r, labels, sink, size) : status;
+    if (status == QS_OK && options->best && !qs_remaining_has(&r.rest, options->best)) {
+        status = QS_E_ARGUMENT;
+    }
+    return status == QS_OK ? write_file(&r, labels, options, sink, size) : status;
 }

@@ -83,8 +83,13 @@ static inline bool qs_remaining_is_range(const qs_remaining *rest, uint32_t site
     return last - first + 1 == qs_remaining_size(rest, site);
 }
 
-/* The side chunks kept and trnc of the file (docs/FORMAT.md). */
+/* The side chunks kept, trnc and best of the file (docs/FORMAT.md). */
 void qs_put_kept(qs_writer *writer, const qs_remaining *rest);
 void qs_put_trnc(qs_writer *writer, const qs_remaining *rest);
+void qs_put_best(qs_writer *writer, const qs_remaining *rest, const uint16_t *best,
+                 int64_t lower_bound);
+
+/* Returns true if all labels of a labelling are left. */
+bool qs_remaining_has(const qs_remaining *rest, const uint16_t *labelling);
 
 #endif

@@ -24,7 +24,8 @@ static size_t take(const qs_model *model, void *workspace, room *r)
     bool packs = qs_can_pack(model);
     r->rest_size = qs_reduce_workspace(model);
     if (packs) {
-        r->rest_size = qs_max_u64(r->rest_size, qs_pack_workspace(model));
+        size_t packing = qs_pack_workspace(model);
+        r->rest_size = packing > r->rest_size ? packing : r->rest_size;
     }
     r->kept = qs_arena_take(&arena, model->sites, model->labels);
     r->packed = packs ? qs_arena_take(&arena, model->sites, sizeof *r->packed) : NULL;
@@ -123,8 +124,8 @@ static qs_status solve(const qs_model *model, const qs_solve_options *options, v
         cut_quickly(model, options, workspace, workspace_size, labelling, solution) == QS_OK) {
         return QS_OK;
     }
-    return qs_can_pack(model) ? pack_first(model, options, &r, labelling, solution)
-                              : reduce(model, options, &r, labelling, solution);
+    return r.packed ? pack_first(model, options, &r, labelling, solution)
+                    : reduce(model, options, &r, labelling, solution);
 }
 
 /* A solver that was stopped early, or that knows nothing of the start, may be above it. */

@@ -106,7 +106,7 @@ void qs_eliminate_follow_set(qs_elimination *e, uint32_t site)
     }
 }
 
-static uint32_t count_labels(const qs_elimination *e, uint32_t site)
+uint32_t qs_eliminate_count(const qs_elimination *e, uint32_t site)
 {
     const uint8_t *kept = e->kept + (size_t)site * e->model.labels;
     uint32_t count = 0;
@@ -122,7 +122,7 @@ static bool fold(qs_elimination *e, uint32_t site)
 {
     bool changed = false;
     qs_edge_seen edge;
-    if (count_labels(e, site) > 1) {
+    if (qs_eliminate_count(e, site) > 1) {
         return false;
     }
     for (uint32_t at = 0; qs_see_edge(&e->model, site, at, &edge); at++) {
@@ -209,7 +209,7 @@ static void goldstein(qs_elimination *e)
     }
 }
 
-static bool has_edges(const qs_elimination *e, uint32_t site)
+bool qs_eliminate_has_edges(const qs_elimination *e, uint32_t site)
 {
     qs_edge_seen edge;
     for (uint32_t at = 0; qs_see_edge(&e->model, site, at, &edge); at++) {
@@ -226,10 +226,10 @@ static void list_left(qs_elimination *e)
     e->left_count = e->undecided = 0;
     e->variables = 0;
     for (uint32_t p = 0; p < e->model.sites; p++) {
-        uint32_t count = count_labels(e, p);
+        uint32_t count = qs_eliminate_count(e, p);
         e->undecided += count > 1;
         e->variables += count > 1 ? count - e->walls : 0;
-        if (has_edges(e, p)) {
+        if (qs_eliminate_has_edges(e, p)) {
             e->left[e->left_count++] = p;
         }
     }
@@ -320,8 +320,7 @@ void qs_eliminate_find_parts(qs_elimination *e)
     }
 }
 
-/* What the labelling costs at a site. Each edge is counted at its second site. */
-static int64_t cost_at(const qs_elimination *e, uint32_t site)
+int64_t qs_eliminate_cost_at(const qs_elimination *e, uint32_t site)
 {
     int64_t cost = e->unary[(size_t)site * e->model.labels + e->labelling[site]];
     qs_edge_seen edge;
@@ -353,7 +352,7 @@ int64_t qs_eliminate_find_rooms(qs_elimination *e, const int64_t *shares, unsign
     }
     for (uint32_t i = 0; i < e->left_count; i++) {
         uint32_t p = e->left[i];
-        int64_t own = cost_at(e, p) * ((int64_t)1 << shift) - shares[p];
+        int64_t own = qs_eliminate_cost_at(e, p) * ((int64_t)1 << shift) - shares[p];
         e->room[e->part[p]] += own;
         *room += own;
     }

@@ -87,4 +87,12 @@ void qs_eliminate_restore(qs_elimination *e);
 /* Finds the parts. */
 void qs_eliminate_find_parts(qs_elimination *e);
 
+/* How many labels are kept at a site. */
+uint32_t qs_eliminate_count(const qs_elimination *e, uint32_t site);
+
+bool qs_eliminate_has_edges(const qs_elimination *e, uint32_t site);
+
+/* What the labelling costs at a site. Each edge is counted at its second site. */
+int64_t qs_eliminate_cost_at(const qs_elimination *e, uint32_t site);
+
 #endif

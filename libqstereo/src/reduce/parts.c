@@ -56,15 +56,6 @@ static bool is_kept(const qs_elimination *e, uint32_t site, uint32_t label)
     return e->kept[(size_t)site * e->model.labels + label] != 0;
 }
 
-static uint32_t count_kept(const qs_elimination *e, uint32_t site)
-{
-    uint32_t count = 0;
-    for (uint32_t d = 0; d < e->model.labels; d++) {
-        count += is_kept(e, site, d);
-    }
-    return count;
-}
-
 /* Counts cells and edges. Returns false if they are too many, or the costs too large. */
 static bool measure(part *w)
 {
@@ -72,7 +63,7 @@ static bool measure(part *w)
     const qs_model *model = &w->e->model;
     for (uint32_t n = 0; n < w->count; n++) {
         uint32_t p = w->sites[n];
-        uint64_t labels = count_kept(w->e, p), highest = 0;
+        uint64_t labels = qs_eliminate_count(w->e, p), highest = 0;
         for (uint32_t d = 0; d < model->labels; d++) {
             uint64_t cost = (uint64_t)w->e->unary[(size_t)p * model->labels + d];
             highest = is_kept(w->e, p, d) ? qs_max_u64(highest, cost) : highest;
@@ -82,7 +73,7 @@ static bool measure(part *w)
         qs_edge_seen edge;
         for (uint32_t at = 0; qs_see_edge(model, p, at, &edge); at++) {
             if (edge.weight > 0 && edge.first) {
-                cells += labels * count_kept(w->e, edge.site);
+                cells += labels * qs_eliminate_count(w->e, edge.site);
                 edges++;
             }
         }
@@ -293,18 +284,21 @@ static bool see_to(part *w, uint32_t i, uint64_t *work)
     return changed;
 }
 
+bool qs_parts_solve_one(qs_elimination *e, uint32_t first, void *memory, size_t size,
+                        uint64_t *work, const qs_witness *witness)
+{
+    part w = {.e = e, .arena = {.base = memory}, .size = size, .witness = witness};
+    uint32_t p = e->left[first];
+    return *work > 0 && e->part[p] == p && !e->closed[p] && see_to(&w, first, work);
+}
+
 bool qs_parts_solve(qs_elimination *e, void *memory, size_t size, uint64_t *work,
                     const qs_witness *witness)
 {
     bool changed = false;
     qs_eliminate_find_parts(e);
-    for (uint32_t i = 0; i < e->left_count && *work > 0; i++) {
-        uint32_t p = e->left[i];
-        if (e->part[p] != p || e->closed[p]) {
-            continue;
-        }
-        part w = {.e = e, .arena = {.base = memory}, .size = size, .witness = witness};
-        changed |= see_to(&w, i, work);
+    for (uint32_t i = 0; i < e->left_count; i++) {
+        changed |= qs_parts_solve_one(e, i, memory, size, work, witness);
     }
     if (changed) {
         qs_eliminate_follow(e);

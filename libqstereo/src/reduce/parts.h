@@ -16,6 +16,11 @@
 bool qs_parts_solve(qs_elimination *e, void *memory, size_t size, uint64_t *work,
                     const qs_witness *witness);
 
+/* The same for the part of site number `first` of those left, if that is the first of its part.
+ * Parts have been found; label sets do not follow yet. */
+bool qs_parts_solve_one(qs_elimination *e, uint32_t first, void *memory, size_t size,
+                        uint64_t *work, const qs_witness *witness);
+
 /* Bytes that are worth giving it. */
 size_t qs_parts_memory(const qs_model *model);
 

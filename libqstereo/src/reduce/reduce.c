@@ -10,6 +10,7 @@
 #include "label_sets.h"
 #include "hand_over.h"
 #include "parts.h"
+#include "probes.h"
 #include "windows.h"
 
 enum {
@@ -24,6 +25,7 @@ enum {
     /* Where fewer than one site in FEW is left, passes go by the list of them; else two rows at
      * once. */
     FEW = 2,
+    TRIALS = 256, /* labels that leave after a trial, at most: each takes a stage of a proof */
     NUMBERS_A_LABEL = 8, /* that two passes of messages look at */
     LEAST_WORK = 1 << 27, /* on parts that is allowed each time, */
     AT_ONCE = 1 << 28, /* and the most: until then the watch is not called */
@@ -62,6 +64,7 @@ typedef struct reducer {
     qs_natural *marginals; /* and the memory of parts: parts_size bytes */
     size_t parts_size;
     uint64_t work; /* what parts may still look at, */
+    uint32_t trials; /* labels that may yet leave after a trial */
     uint64_t parts_at; /* and the iteration that it was counted at */
     int64_t *shares;
     void *others; /* workspace of qs_messages_and_moves */
@@ -197,6 +200,29 @@ static bool solve_parts(reducer *r, const qs_trws_state *state, const qs_solutio
     return changed;
 }
 
+/* Whether the bound has hardly risen for a while, so that it is time to begin anew. */
+static bool has_stalled(const reducer *r, const qs_solution *so_far)
+{
+    int64_t rise = so_far->lower_bound - r->again.bound, gap = so_far->energy - so_far->lower_bound;
+    return so_far->iterations - r->again.since >= STALL && rise < gap / STALL_PART + 1;
+}
+
+/* Where messages get no further, and parts are too wide for a witness to solve, labels are tried.
+ * All trials together may take as much work as parts. Returns true if anything has changed. */
+static bool try_labels(reducer *r, qs_trws_state *state, const qs_solution *so_far)
+{
+    if (!witness_of(r) || !has_stalled(r, so_far)) {
+        return false; /* without a witness, branch and bound of parts does more */
+    }
+    uint64_t share = qs_min_u64(r->work, AT_ONCE), left = share;
+    qs_probes probes = {&r->sets,      state, r->marginals, r->parts_size,
+                        witness_of(r), &left, r->trials};
+    bool changed = qs_probes_take_out(&probes);
+    r->work -= share - left;
+    r->trials = probes.most;
+    return changed;
+}
+
 /* Takes out what it can. Returns how far the scaled bound was below the best energy. */
 static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
 {
@@ -204,6 +230,10 @@ static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
     bool open = so_far->energy > so_far->lower_bound && r->target == 0 && !r->stopped &&
                 so_far->iterations >= FIRST; /* before, messages do more in the same time */
     if (open && solve_parts(r, state, so_far)) {
+        list_visits(r, state);
+        room = take_out(r, state, so_far);
+    }
+    if (open && so_far->energy > so_far->lower_bound && try_labels(r, state, so_far)) {
         list_visits(r, state);
         room = take_out(r, state, so_far);
     }
@@ -351,13 +381,6 @@ static void take_back(reducer *r, qs_trws_state *state)
     r->again.failed = r->sets.left_count;
 }
 
-/* Whether the bound has hardly risen for a while, so that it is time to begin anew. */
-static bool has_stalled(const reducer *r, const qs_solution *so_far)
-{
-    int64_t rise = so_far->lower_bound - r->again.bound, gap = so_far->energy - so_far->lower_bound;
-    return so_far->iterations - r->again.since >= STALL && rise < gap / STALL_PART + 1;
-}
-
 /* After each iteration. */
 static void consider_restart(reducer *r, qs_trws_state *state, qs_solution *so_far)
 {
@@ -483,6 +506,7 @@ qs_status qs_reduce_as(const qs_model *model, const qs_reduce_options *options,
     reducer r = {.options = options,
                  .aim = *aim,
                  .next = FIRST,
+                 .trials = TRIALS,
                  .next_windows = FIRST_WINDOWS,
                  .windowed = INT64_MAX,
                  .looked = INT64_MAX};

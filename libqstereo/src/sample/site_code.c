@@ -42,15 +42,10 @@ uint32_t qs_site_read(const qs_site *site, const uint8_t *bits)
 
 void qs_site_write(const qs_site *site, uint32_t rank, uint8_t *bits)
 {
-    uint32_t from = (uint32_t)site->variable, end = end_of(site), ones_from = from, ones_end = from;
-    switch (qs_code_of(site->labels)) {
-    case QS_CODE_ONE_HOT:
-        ones_from = from + rank;
-        ones_end = ones_from + 1;
-        break;
-    case QS_CODE_WALL: ones_end = from + rank; break;
-    case QS_CODE_CHAIN: ones_end = from + rank + 1; break;
-    }
+    uint32_t from = (uint32_t)site->variable, end = end_of(site);
+    qs_site_code code = qs_code_of(site->labels);
+    uint32_t ones_from = code == QS_CODE_ONE_HOT ? from + rank : from;
+    uint32_t ones_end = code == QS_CODE_WALL ? from + rank : from + rank + 1;
     for (uint32_t i = from; i < end; i++) {
         qs_bit_set(bits, i, i >= ones_from && i < ones_end);
     }

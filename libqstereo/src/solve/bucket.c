@@ -387,7 +387,7 @@ static bool eliminate(qs_bucket *b, const qs_table_costs *c, uint32_t place, int
         return false;
     }
     uint32_t labels = labels_left(b, c, place);
-    int64_t none, *out = &none;
+    int64_t cost, *out = 0; /* without neighbours it is one number */
     if (w.size > 0) {
         const qs_bucket_function *f = add_function(b, c, w.scope, w.size);
         if (!f) {
@@ -397,9 +397,13 @@ static bool eliminate(qs_bucket *b, const qs_table_costs *c, uint32_t place, int
     }
     size_t cells = 0;
     do {
-        (void)best_here(&w, labels, &out[cells++]);
+        (void)best_here(&w, labels, &cost);
+        if (out) {
+            out[cells] = cost;
+        }
+        cells++;
     } while (step(&w));
-    *value += w.size == 0 ? none : 0;
+    *value += out ? 0 : cost;
     *work -= qs_min_u64(*work, (uint64_t)cells * labels * w.functions);
     return true;
 }

@@ -44,6 +44,7 @@
 #define qs_min_cut_workspace      qs_min_cut_workspace_64
 #define qs_mover_start            qs_mover_start_64
 #define qs_mover_take             qs_mover_take_64
+#define qs_probes_take_out        qs_probes_take_out_64
 #define qs_propose_jump           qs_propose_jump_64
 #define qs_reduce                 qs_reduce_64
 #define qs_reduce_as              qs_reduce_as_64

@@ -23,16 +23,17 @@ QS_WIDE shape shape_of(uint32_t labels, bool few)
                    .live = (qs_lanes)(order < (int32_t)labels)};
 }
 
+/* What is masked may stand anywhere, although the type of its pointer is that of whole lanes. */
 QS_WIDE qs_lanes load(const shape *s, const int32_t *costs, uint32_t run)
 {
-    return s->few ? (qs_lanes)__builtin_ia32_maskloadd256((const qs_lanes *)costs, s->live)
+    return s->few ? (qs_lanes)__builtin_ia32_maskloadd256((const void *)costs, s->live)
                   : qs_lanes_load(costs, run, s->labels);
 }
 
 QS_WIDE void store(const shape *s, int32_t *costs, uint32_t run, qs_lanes value)
 {
     if (s->few) {
-        __builtin_ia32_maskstored256((qs_lanes *)costs, s->live, value);
+        __builtin_ia32_maskstored256((void *)costs, s->live, value);
     } else {
         qs_lanes_store(costs, run, s->labels, value);
     }

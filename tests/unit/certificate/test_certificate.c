@@ -144,6 +144,22 @@ static qs_status by_reduce(const qs_witness *witness, uint64_t iterations)
     return status;
 }
 
+static bool is_too_wide(void *context, const uint32_t *sites, uint32_t count)
+{
+    (void)context;
+    (void)sites;
+    (void)count;
+    return false;
+}
+
+/* No part is solved, so that labels are tried when messages get no further. */
+static qs_status by_trials(const qs_witness *witness, uint64_t iterations)
+{
+    qs_witness refuses = *witness;
+    refuses.part = is_too_wide;
+    return by_reduce(&refuses, 300 + iterations);
+}
+
 /* All sites that are undecided as one part, whose edges lead nowhere else. The labelling is not the
  * best: what is proven is a bound. */
 static qs_status by_part(const qs_witness *witness, uint64_t iterations)
@@ -313,6 +329,47 @@ static void reductions_hold(void **unused)
 {
     (void)unused;
     each_certificate(by_reduce, 3, leaves_as_reduced);
+}
+
+/* Two labels and costs of equal ones, in triangles: the relaxation says much less than what is
+ * true. */
+static void make_frustrated(uint64_t *state)
+{
+    do {
+        tiny_make(&t, state, BITS, true);
+    } while (t.problem.labels != 2 || !t.problem.edges || t.problem.edge_count < 12);
+    t.problem.pairwise.smoothness = QS_TABLE;
+    t.problem.pairwise.table = t.table;
+    for (uint32_t i = 0; i < 4; i++) {
+        t.table[i] = i % 3 == 0;
+    }
+    for (uint32_t i = 0; i < t.problem.edge_count; i++) {
+        bool is_there = tiny_random(state, 2) == 0; /* so that few triangles share edges */
+        t.edges[i].weight = is_there ? 20 + (int32_t)tiny_random(state, 20) : 0;
+    }
+    for (uint32_t i = 0; i < 2 * t.problem.sites; i++) {
+        t.costs[i] = (int32_t)tiny_random(state, 60);
+    }
+    request = (slow_request){.problem = &t.problem, .encoding = QS_ONE_HOT, .gap = 1};
+    memset(request.kept, 1, sizeof request.kept);
+    slow_encode(&request, &written);
+    assert_int_equal(
+        qs_model_build(&written.index, model_memory, qs_model_workspace(&written.qubo), &model),
+        QS_OK);
+}
+
+static void trials_hold(void **unused)
+{
+    (void)unused;
+    uint64_t state = 14;
+    int open_ones = 0;
+    for (int round = 0; round < ROUNDS / 4; round++) {
+        make_frustrated(&state);
+        assert_true(certify(by_trials, 0));
+        leaves_as_reduced(&state);
+        open_ones += c.verdict.lower_bound < c.energy;
+    }
+    assert_true(open_ones < ROUNDS / 40); /* without trials it is more than half */
 }
 
 /* Of a label of a site that is left: is it in a labelling that costs as much? */
@@ -575,6 +632,7 @@ int main(void)
         cmocka_unit_test(cuts_prove_the_optimum),
         cmocka_unit_test(descents_prove_the_optimum),
         cmocka_unit_test(reductions_hold),
+        cmocka_unit_test(trials_hold),
         cmocka_unit_test(parts_are_solved),
         cmocka_unit_test(reduced_problems_are_compared),
         cmocka_unit_test(too_much_is_refuted),

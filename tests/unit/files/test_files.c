@@ -267,7 +267,10 @@ static void write_reduced(qs_encoding encoding, bool whole)
     t.problem.pairwise.smoothness = encoding >= QS_ST_CUT ? QS_TRUNCATED_LINEAR : QS_POTTS;
     slow_request request = {
         .problem = &t.problem, .encoding = encoding, .gap = 1, .truncate = true};
+    static const uint16_t best[5] = {1, 2, 2, 1, 0}; /* of kept labels the numbers 1 - 1 0 0 */
     const uint8_t sets[5] = {7, 4, 5, 6, 7};
+    request.best = encoding <= QS_DOMAIN_WALL && !whole ? best : NULL;
+    request.lower_bound = -5;
     for (uint32_t p = 0; p < 5; p++) {
         for (uint32_t d = 0; d < 3; d++) {
             request.kept[p][d] = whole || sets[p] >> d & 1;
@@ -489,6 +492,27 @@ static void broken_label_sets(void **unused)
     }
 }
 
+/* A chunk best: bound, width, reserved field, and of each group a number, of two groups beyond the
+ * labels that are left. */
+static void broken_best(void **unused)
+{
+    (void)unused;
+    for (qs_encoding encoding = QS_ONE_HOT; encoding <= QS_DOMAIN_WALL; encoding++) {
+        write_reduced(encoding, false);
+        const breach breaches[] = {
+            {"best", 4, 0xffe00000, QS_OK},         {"best", 4, 0xffdfffff, QS_E_CORRUPT},
+            {"best", 4, 0x001fffff, QS_OK},         {"best", 4, 0x00200000, QS_E_CORRUPT},
+            {"best", 8, 0, QS_E_CORRUPT},           {"best", 8, 2, QS_E_CORRUPT},
+            {"best", 8, 4, QS_E_CORRUPT},           {"best", 12, 1, QS_E_CORRUPT},
+            {"best", 16, 0x02010102, QS_OK},        {"best", 16, 0x00000003, QS_E_CORRUPT},
+            {"best", 16, 0x00000200, QS_E_CORRUPT}, {"best", 16, 0x00020000, QS_E_CORRUPT},
+            {"best", 16, 0x03000000, QS_E_CORRUPT}, {"best", 16, 0xff000000, QS_E_CORRUPT},
+        };
+        expect_breaches(reduced.file, reduced.size, breaches, sizeof breaches / sizeof *breaches,
+                        open_qubo);
+    }
+}
+
 /* The file with another payload of a chunk. */
 static qs_status open_replaced(const char *type, const uint8_t *bytes, size_t length)
 {
@@ -528,6 +552,23 @@ static void label_sets_of_other_lengths(void **unused)
             assert_int_equal(open_replaced("trnc", cut, 8 + (size_t)width * 10 + 1), QS_E_CORRUPT);
         }
         assert_int_equal(open_replaced("trnc", six, 7), QS_E_CORRUPT);
+    }
+}
+
+static void best_of_other_lengths(void **unused)
+{
+    (void)unused;
+    static const uint8_t four[16 + 5] = {[8] = 1};
+    static const uint8_t wide[16 + 8] = {[8] = 2};
+    static const uint8_t no_bound[16 + 4] = {[7] = 128, [8] = 1};
+    for (qs_encoding encoding = QS_ONE_HOT; encoding <= QS_DOMAIN_WALL; encoding++) {
+        write_reduced(encoding, false);
+        assert_int_equal(open_replaced("best", four, 20), QS_OK);
+        assert_int_equal(open_replaced("best", four, 19), QS_E_CORRUPT);
+        assert_int_equal(open_replaced("best", four, 21), QS_E_CORRUPT);
+        assert_int_equal(open_replaced("best", four, 15), QS_E_CORRUPT);
+        assert_int_equal(open_replaced("best", wide, 24), QS_E_CORRUPT);
+        assert_int_equal(open_replaced("best", no_bound, 20), QS_OK);
     }
 }
 
@@ -624,6 +665,26 @@ static void side_chunks_in_order(void **unused)
         write_reduced(encoding, false);
         for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
             assert_int_equal(open_with(cases[i].types, cases[i].count), cases[i].status);
+        }
+    }
+    static const struct {
+        const char *types[4];
+        size_t count;
+        qs_status status;
+    } with_best[] = {
+        {{"labl", "kept", "trnc", "best"}, 4, QS_OK},
+        {{"labl", "kept", "best"}, 3, QS_OK},
+        {{"best"}, 1, QS_E_CORRUPT},
+        {{"labl", "best", "kept"}, 3, QS_E_CORRUPT},
+        {{"best", "labl", "kept"}, 3, QS_E_CORRUPT},
+        {{"labl", "kept", "best", "trnc"}, 4, QS_E_CORRUPT},
+        {{"labl", "kept", "best", "best"}, 4, QS_E_CORRUPT},
+    };
+    for (qs_encoding encoding = QS_ONE_HOT; encoding <= QS_DOMAIN_WALL; encoding++) {
+        write_reduced(encoding, false);
+        for (size_t i = 0; i < sizeof with_best / sizeof *with_best; i++) {
+            assert_int_equal(open_with(with_best[i].types, with_best[i].count),
+                             with_best[i].status);
         }
     }
     /* With all labels left `kept` may be missing in the one-hot encodings alone; all others have
@@ -957,6 +1018,8 @@ int main(void)
         cmocka_unit_test(strange_chunks),
         cmocka_unit_test(broken_label_sets),
         cmocka_unit_test(label_sets_of_other_lengths),
+        cmocka_unit_test(broken_best),
+        cmocka_unit_test(best_of_other_lengths),
         cmocka_unit_test(open_sites_beyond_the_groups),
         cmocka_unit_test(open_sites_have_two_labels),
         cmocka_unit_test(side_chunks_in_order),

@@ -151,6 +151,10 @@ static const struct {
      {1, 1, 4, 2, 1, 1, 1, 2, 4, 1, 1, 1}},
 };
 
+/* And one that carries a labelling and a bound. */
+static const uint16_t known_best[TINY_SITES] = {0, 0, 1, 2, 2, 0, 1, 1, 2, 0, 1, 2};
+enum { KNOWN_BOUND = 200 };
+
 static FILE *open_golden(const char *name, const char *suffix, const char *mode)
 {
     char path[256];
@@ -223,8 +227,11 @@ static void golden_files(void **unused)
     }
 }
 
-/* Replaces the file of `q` by one of the labels left. */
-static void recode(qs_encode_options write, bool truncate, const uint8_t *left)
+/* Replaces the file of `q` by one of the labels left.
+ *
+ * best  that the file carries; NULL = none */
+static void recode(qs_encode_options write, bool truncate, const uint8_t *left,
+                   const uint16_t *best)
 {
     static uint64_t model_memory[1024], memory[8192];
     static uint8_t file[TINY_FILE];
@@ -238,7 +245,11 @@ static void recode(qs_encode_options write, bool truncate, const uint8_t *left)
         }
         site += !masked;
     }
-    qs_recode_options options = {write, truncate, kept};
+    qs_recode_options options = {.encode = write,
+                                 .truncate = truncate,
+                                 .kept = kept,
+                                 .best = best,
+                                 .lower_bound = KNOWN_BOUND};
     qs_buffer buffer = {file, sizeof file, 0};
     qs_sink sink = qs_buffer_sink(&buffer);
     assert_true(qs_recode_workspace(&model, &options) <= sizeof memory);
@@ -291,15 +302,27 @@ static void recoded_files(void **unused)
     for (size_t i = 0; i < sizeof recoded / sizeof *recoded; i++) {
         qs_encode_options options = recoded[i].make();
         tiny_encode(&t.problem, options, &q);
-        recode(recoded[i].write, recoded[i].truncate, recoded[i].left);
+        recode(recoded[i].write, recoded[i].truncate, recoded[i].left, NULL);
         compare_file(recoded[i].name, "qcf", q.file, q.size);
         compare_states(recoded[i].name, recoded[i].left);
     }
 }
 
+static void file_with_a_labelling(void **unused)
+{
+    (void)unused;
+    static const uint8_t left[TINY_SITES] = {7, 1, 6, 5, 7, 7, 2, 3, 4, 7, 7, 6};
+    qs_encode_options options = grid_sparse();
+    tiny_encode(&t.problem, options, &q);
+    recode((qs_encode_options){.encoding = QS_DOMAIN_WALL}, true, left, known_best);
+    compare_file("recoded-known", "qcf", q.file, q.size);
+    compare_states("recoded-known", left);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(golden_files),
-                                       cmocka_unit_test(recoded_files)};
+                                       cmocka_unit_test(recoded_files),
+                                       cmocka_unit_test(file_with_a_labelling)};
     return cmocka_run_group_tests_name("golden", tests, NULL, NULL);
 }

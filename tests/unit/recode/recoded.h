@@ -89,7 +89,8 @@ static inline qs_status recode(fixture *f, qs_encode_options options, bool trunc
             all &= has(f, p, d);
         }
     }
-    qs_recode_options recode_options = {options, truncate, all ? NULL : f->kept};
+    qs_recode_options recode_options = {
+        .encode = options, .truncate = truncate, .kept = all ? NULL : f->kept};
     size_t size = qs_recode_workspace(&f->model, &recode_options);
     void *workspace =
         malloc(size + !size); /* of that very size: the sanitizer sees a byte too many */

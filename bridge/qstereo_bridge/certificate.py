@@ -1,0 +1,349 @@
+"""Checks what a certificate (.qpf, docs/FORMAT.md, section 4) states of a problem, by numpy alone:
+it shares no code with the C library. docs/MATHS.md, section 19, says why it is a proof.
+
+Sites are the groups of the .qcf; the labels of a site are its variables (in a domain wall the
+number of its variables that are 1). Each edge is two arcs: from its first site to its second, and
+back, half the arrays further on. An arc is alive while both its sites are open, that is, not
+settled.
+"""
+
+import math
+import struct
+
+import numpy as np
+
+from . import models, qcf
+from .container import Corrupt, check_memory, read_chunks, read_header
+from .failure import InputError
+
+MAGIC = b"\x89QPF\r\n\x1a\n"
+FIELDS = struct.Struct("<IIqq12s")
+REQUIRED = ["PROB", "BEST", "STGS"]
+NO_BOUND = -2**63
+SPLITS, LEAVES, PARTS = 1, 2, 4  # what a stage has
+WALL, ENCODINGS = 3, (1, 2, 3)
+SLOT_WIDTHS, SHARE_WIDTHS = (1, 2), (1, 2, 4)
+MOST_STAGES, MOST_SCALE, MOST_COSTS, MOST_SLOTS = 4096, 2**30, 2**59, 2**27
+MOST_SITES, PART_CELLS, ALL_CELLS = 4096, 2**23, 2**26  # of solved parts
+OUT = 2**61  # the cost of a label that has left: above all sums
+CHUNK = 1 << 20  # numbers of a temporary array
+
+
+class Invalid(Exception):
+    """A certificate states what is not so."""
+
+
+def parse_qpf(data):
+    """(SHA-256 of the .qcf, lower bound or NO_BOUND, energy, labelling that has it, number of
+    stages, the stages' Payload) of a whole .qpf's bytes. Raises FormatError."""
+    header = read_header(data, MAGIC, ".qpf", len(data))
+    sites, stages, bound, energy, zero = FIELDS.unpack(header.fields)
+    if stages > MOST_STAGES or zero != bytes(12):
+        raise Corrupt("byte 24: too many stages, or a reserved field in use")
+    chunks, _ = read_chunks(data, header, REQUIRED)
+    digest, best = qcf.Payload("PROB", chunks["PROB"]), qcf.Payload("BEST", chunks["BEST"])
+    digest.need(len(digest.view) == 32, "not 32 bytes")
+    (width,) = best.unpack("<I")
+    best.need(width in (1, 2) and len(best.view) == 4 + sites * width, "its width or length")
+    return (bytes(digest.view), bound, energy, best.array(f"<u{width}"), stages,
+            qcf.Payload("STGS", chunks["STGS"]))
+
+
+class Problem:
+    """A labelling problem, and what a check knows of it by now.
+
+    unary, left     (sites, K): what labels cost, and which are left; K is the most that a site has
+    tables          (2 blocks, K, K): of arcs, the labels of their own site first
+    own, far, table, weight     of each arc: its sites, and what its labels cost: weight * table
+    open, count, degree         of each site: not settled; its labels and edges in the file
+    trimmed         (sites, K): what `unary` has and the linear terms have not (chunk trnc)
+    """
+
+    def __init__(self, problem, limit):
+        if problem.encoding not in ENCODINGS:
+            raise InputError("there are certificates of one-hot, one-hot-sparse and domain-wall "
+                             "alone")
+        self.wall = wall = problem.encoding == WALL
+        self.count, blocks = problem.sizes + wall, len(problem.blocks)
+        shape = self.count.size, int(self.count.max(initial=1))
+        check_memory(64 * math.prod(shape) + 32 * blocks * shape[1]**2, limit, "the check")
+        self.left, self.open = np.arange(shape[1]) < self.count[:, None], np.ones(shape[0], bool)
+        linear, self.trimmed = np.zeros((2, *shape), np.int64)
+        linear[:, wall:][self.left[:, wall:]] = problem.linear
+        labels = int(self.count.sum())
+        trimmed = qcf.Payload("trnc", memoryview(dict(problem.sides).get(
+            "trnc", b"\1" + bytes(7 + labels))))
+        self.trimmed[self.left] = trimmed.array(f"<u{trimmed.width()}", labels)
+        trimmed.need(trimmed.at == len(trimmed.view), "too long")
+        tables = np.zeros((blocks, shape[1], shape[1]), np.int64)
+        for table, block in zip(tables, problem.blocks):
+            table[wall:block.shape[0] + wall, wall:block.shape[1] + wall] = block
+        # In a wall label a has the first a variables at 1, and may be coupled with itself.
+        chains = np.triu(tables, 1).cumsum(1).cumsum(2).diagonal(0, 1, 2)
+        if wall:
+            linear, tables = linear.cumsum(1), tables.cumsum(1).cumsum(2)
+        ones = np.arange(shape[1]) if wall else 1
+        self.unary = (linear + self.trimmed + problem.a[:, None] * (1 - ones)
+                      + problem.b[:, None] * (ones * (ones - 1) // 2))
+        g, h, block, weight = problem.couplings[:, problem.couplings[3] != 0]
+        inner = g == h
+        np.add.at(self.unary, g[inner], weight[inner, None] * chains[block[inner]])
+        g, h, block, weight = (values[~inner] for values in (g, h, block, weight))
+        self.tables = np.concatenate([tables, tables.swapaxes(1, 2)])
+        self.own, self.far, self.table, self.weight = (np.append(*pair) for pair in (
+            (g, h), (h, g), (block, block + blocks), (weight, weight)))
+        self.edges, self.degree = g.size, np.bincount(self.own, minlength=shape[0])
+        self.near, self.first = np.argsort(self.own), self.degree.cumsum() - self.degree
+        self.constant, self.cells = problem.offset, 0
+        largest = np.abs(tables).max((1, 2), initial=0)[block]
+        self.magnitude = (abs(problem.offset) + int(np.abs(self.unary).max(1, initial=0).sum())
+                          + int((np.abs(weight) * largest).sum()))
+
+    def alive(self):
+        """The edges that are alive, each as its arc from the first site."""
+        return np.flatnonzero(self.open[self.own[:self.edges]] & self.open[self.far[:self.edges]])
+
+    def arcs_at(self, sites):
+        """(place, arc) of arcs that are alive: arc[k] goes out from sites[place[k]]."""
+        place = np.repeat(np.arange(sites.size), self.degree[sites])
+        arc = self.near[self.first[sites][place] + qcf.places(self.degree[sites])]
+        alive = self.open[self.far[arc]]
+        return place[alive], arc[alive]
+
+    def line(self, arcs, label):
+        """(arcs, K): what arcs cost with a label of their own site, by the label of the far one."""
+        return self.weight[arcs, None] * self.tables[self.table[arcs], label]
+
+    def energies(self, labelling, part=0):
+        """i64 (sites,): at the number of each part (array) what a labelling costs there."""
+        total, edges, sites = np.zeros(self.open.size, int), self.alive(), np.flatnonzero(self.open)
+        part = part + np.zeros_like(total)
+        np.add.at(total, part[sites], self.unary[sites, labelling[sites]])
+        np.add.at(total, part[self.own[edges]], self.weight[edges] * self.tables[
+            self.table[edges], labelling[self.own[edges]], labelling[self.far[edges]]])
+        return total
+
+    def energy(self, labelling):
+        """What a labelling of the whole problem costs."""
+        return self.constant + int(self.energies(labelling).sum())
+
+    def fold(self):
+        """Settles sites with one label left: their edges become costs of the neighbours."""
+        new, label = self.open & (self.left.sum(1) == 1), self.left.argmax(1)
+        sites = np.flatnonzero(new)
+        arc = self.arcs_at(sites)[1]
+        arc = arc[~new[self.far[arc]] | (arc < self.edges)]  # an edge of two such sites: once
+        np.add.at(self.unary, self.far[arc], self.line(arc, label[self.own[arc]]))
+        self.constant += int(self.unary[sites, label[sites]].sum())
+        self.open[sites] = False
+
+
+class Split:
+    """The split of a stage, in rows: one for each slot of each open site, one site after another.
+
+    row             of each arc: that of its slot at its own site
+    share, sent     (rows, K): what labels cost in the row, and what its chain costs up to there
+    steps           edges: the first of each chain, then the second of each, and so on
+    part, least     of each site: the number of its part; of each part S times its bound
+    """
+
+    def __init__(self, p, stages, scale, slot_width, share_width):
+        stages.need(1 <= scale <= MOST_SCALE and scale * p.magnitude <= MOST_COSTS
+                    and slot_width in SLOT_WIDTHS and share_width in SHARE_WIDTHS,
+                    "the head of a stage, or a scale too large for 64 bits")
+        self.p, self.scale, edges = p, scale, p.alive()
+        slots = stages.array(f"<u{slot_width}", 2 * edges.size).reshape(-1, 2).T.astype(int)
+        ends, count = np.stack([p.own[edges], p.far[edges]]), p.open.astype(int)
+        np.maximum.at(count, ends, slots + 1)
+        begin, site = count.cumsum() - count, np.repeat(np.arange(count.size), count)
+        first, second = rows = begin[ends] + slots
+        after, before = np.full((2, site.size), -1)
+        after[first] = before[second] = edges
+        stages.need((slots < p.degree[ends]).all() and (after[first] == edges).all()
+                    and (before[second] == edges).all() and site.size <= MOST_SLOTS,
+                    "slots that make no chains")
+        self.row = np.zeros(p.own.size, int)
+        self.row[edges], self.row[edges + p.edges] = rows
+        self.begin, last = begin[p.open], (begin + count - 1)[p.open]
+        self.share, given = np.zeros((site.size, p.left.shape[1]), np.int64), p.left[site]
+        given[last] = False
+        self.share[given] = stages.array(f"<i{share_width}", np.count_nonzero(given))
+        self.share[last] = scale * p.unary[p.open] - self._add_up(self.share)
+        self.share[~p.left[site]] = OUT
+        self.steps, step = [], edges[before[first] < 0]
+        while step.size:
+            self.steps.append(step)
+            step = after[self.row[step + p.edges]]
+            step = step[step >= 0]
+        self.sent, self.least = self._send(self.steps), np.zeros(count.size, np.int64)
+        self.part = models.components(count.size, *ends)
+        np.add.at(self.least, self.part[site[after < 0]],
+                  (self.share + self.sent)[after < 0].min(1, initial=OUT))
+
+    def _add_up(self, values):
+        """Of each open site the sum of its rows."""
+        return np.add.reduceat(values, self.begin) if self.begin.size else values
+
+    def _send(self, steps):
+        """(rows, K): the least that a chain costs before a row, by the label b there. On each arc
+        sent(b) = min over a of share(a) + sent(a) + S cost(a, b)."""
+        p, sent, to = self.p, np.zeros_like(self.share), np.roll(self.row, self.p.edges)
+        for arcs in steps:
+            costs = self.share[self.row[arcs]] + sent[self.row[arcs]]
+            least, weight = np.full_like(costs, 2 * OUT), self.scale * p.weight[arcs, None]
+            for label in range(costs.shape[1]):
+                line = p.tables[:, label].take(p.table[arcs], 0)
+                np.minimum(least, costs[:, label, None] + weight * line, out=least)
+            sent[to[arcs]] = least
+        return sent
+
+    def bound(self):
+        """The constant, and of each part what its chains cost, over S and rounded up."""
+        return self.p.constant + int(-(-self.least // self.scale).sum())
+
+    def possible(self, labelling):
+        """(open sites, K): the labels with which the chains of the part cost at most S times what
+        a labelling does."""
+        room = self.scale * self.p.energies(labelling, self.part) - self.least
+        more = self.share + self.sent + self._send(
+            [step + self.p.edges for step in reversed(self.steps)])
+        more -= more.min(1, keepdims=True, initial=OUT)
+        return self._add_up(more) <= room[self.part[self.p.open], None]
+
+
+def _goldstein(p, sets, claimed):
+    """Takes out of `sets` what Goldstein's criterion (1994) rules out: where more is left than
+    `claimed`; and if that is not all, everywhere. Labels are compared with the cheapest first."""
+    for wanted in (~claimed, p.left):
+        due = p.open.copy()
+        while due.any() and (sets & ~claimed).any():
+            sites = np.flatnonzero(due)[:1 + CHUNK // sets.shape[1]]
+            place, label = np.nonzero(sets[sites] & wanted[sites])
+            others = np.where(p.left[sites], p.unary[sites], OUT).argsort(1)
+            due[sites] = False
+            for other in others.T:
+                gone = _is_worse(p, sets, sites[place], label, other[place])
+                sets[sites[place[gone]], label[gone]] = False
+                due[p.far[p.arcs_at(sites[place[gone]])[1]]] = True
+                place, label = place[~gone], label[~gone]
+
+
+def _is_worse(p, sets, site, label, other):
+    """Whether a label d of a site costs more than another, e, whatever the neighbours have of
+    `sets`: cost(d) - cost(e) > sum over arcs of the most that c(e, b) - c(d, b) is."""
+    (place, arc), more = p.arcs_at(site), p.unary[site, label] - p.unary[site, other]
+    d, e, far, at_least = label[place], other[place], p.far[arc], more.copy()
+    # For one b, often the worst, it must be so as well: mostly that says no at once.
+    b = np.where(sets[far, d], d, sets[far].argmax(1))
+    np.subtract.at(at_least, place, p.weight[arc] * (
+        p.tables[p.table[arc], e, b] - p.tables[p.table[arc], d, b]))
+    more[at_least <= 0] = 0
+    rest = np.flatnonzero(at_least[place] > 0)
+    for these in np.array_split(rest, 1 + rest.size * sets.shape[1] // CHUNK):
+        saved = p.line(arc[these], e[these]) - p.line(arc[these], d[these])
+        np.subtract.at(more, place[these],
+                       np.where(sets[far[these]], saved, -OUT).max(1, initial=-OUT))
+    return p.left[site, other] & (more > 0)
+
+
+def _solve_part(p, stages, sites, value):
+    """Checks the least energy of a part by elimination (Dechter 1999), then takes out the labels
+    that no labelling of that energy has. Places are numbers in `sites`; a table is over places in
+    rising order, and the first of them is being taken out."""
+    stages.need((sites < p.open.size).all() and p.open[sites].all()
+                and np.unique(sites).size == sites.size, "sites that are no part")
+    (place, arcs), order = p.arcs_at(sites), sites.argsort()
+    to = order[np.searchsorted(sites[order], p.far[arcs]) % sites.size]
+    stages.need((sites[to] == p.far[arcs]).all(), "sites that are no part")
+    names, tables, size = [np.flatnonzero(left) for left in p.left[sites]], [], 0
+    terms = [[([i], p.unary[site, names[i]])] for i, site in enumerate(sites)] + [[]]
+    for i, j, arc in zip(place.tolist(), to.tolist(), arcs.tolist()):
+        if i < j:
+            costs = p.weight[arc] * p.tables[p.table[arc]][np.ix_(names[i], names[j])]
+            terms[i].append(([i, j], costs))
+    for own in terms[:-1]:
+        over = sorted({side for few, _ in own for side in few})
+        cells = math.prod(names[side].size for side in over)
+        size, p.cells = size + cells, p.cells + cells
+        stages.need(size <= PART_CELLS and p.cells <= ALL_CELLS, "a part's tables are too large")
+        table = sum(np.expand_dims(costs, [axis for axis, side in enumerate(over)
+                                           if side not in few]) for few, costs in own)
+        tables.append((over, table, table.min(0)))
+        terms[over[1] if len(over) > 1 else -1].append((over[1:], tables[-1][2]))
+    if sum(int(costs) for _, costs in terms[-1]) != value:
+        raise Invalid("a part has another least energy than it states")
+    for i in reversed(range(sites.size)):
+        over, table, sent = tables[i]
+        if len(over) > 1:  # what all the rest of the part costs, with the labels of this table
+            sides, whole, _ = tables[over[1]]
+            beside = tuple(axis for axis, side in enumerate(sides) if side not in over)
+            table = table + (whole.min(beside) - sent)
+        tables[i] = over, table, sent
+        least = table.min(tuple(range(1, len(over))))
+        p.left[sites[i], names[i]] = least == least.min()
+    p.constant += value
+    p.open[sites] = False
+
+
+def _solve_parts(p, stages):
+    (count,) = stages.unpack("<I")
+    stages.need(count, "a stage of no parts")
+    while count:
+        stages.need(count <= MOST_SITES, "a part of too many sites")
+        (value,) = stages.unpack("<q")
+        _solve_part(p, stages, stages.array("<u4", count).astype(int), value)
+        (count,) = stages.unpack("<I")
+
+
+def _read_sets(p, stages):
+    """The labels that a stage leaves, as p.left."""
+    size, claimed = -(-p.count[p.open] // 8), p.left.copy()
+    packed = np.zeros((size.size, -(-claimed.shape[1] // 8)), np.uint8)
+    packed[np.arange(packed.shape[1]) < size[:, None]] = stages.array("u1", int(size.sum()))
+    bits = np.unpackbits(packed, 1, bitorder="little").astype(bool)
+    claimed[p.open] = bits[:, :claimed.shape[1]]
+    stages.need(claimed.any(1).all() and bits.sum() == (claimed & p.left)[p.open].sum(),
+                "the label set of a site")
+    return claimed
+
+
+def _check_stage(p, stages, label):
+    """Returns the bound that a stage proves, NO_BOUND if none. `label` is the type of labels."""
+    has, *head = stages.unpack("<4I")
+    stages.need(1 <= has <= PARTS and (has & SPLITS or not any(head)), "the head of a stage")
+    split, sets = Split(p, stages, *head) if has & SPLITS else None, p.left.copy()
+    bound = split.bound() if split else NO_BOUND
+    if has & PARTS:
+        _solve_parts(p, stages)
+    if has & LEAVES:
+        if split:
+            labelling = np.zeros(p.open.size, int)
+            labelling[p.open] = stages.array(label, np.count_nonzero(p.open))
+            stages.need((labelling < p.count).all()
+                        and p.left[p.open, labelling[p.open]].all(), "a label that is not left")
+            sets[p.open] &= split.possible(labelling)
+        claimed = _read_sets(p, stages)
+        _goldstein(p, sets, claimed)
+        if (sets & ~claimed).any():
+            raise Invalid("a label leaves that its stage does not rule out")
+        p.left = claimed
+        p.fold()
+    return bound
+
+
+def check(p, problem_digest, certificate):
+    """Checks what a certificate, as of parse_qpf, states of a Problem, and leaves there the labels
+    that may be in an optimum. Raises Invalid, FormatError."""
+    digest, lower_bound, energy, labelling, count, stages = certificate
+    if digest != problem_digest:
+        raise Invalid("it is of another problem: the digests differ")
+    if labelling.size != p.open.size or (labelling >= p.count).any():
+        raise Corrupt("chunk BEST: another number of sites, or a label that there is not")
+    if p.energy(labelling.astype(int)) != energy:
+        raise Invalid("its labelling has another energy than it states")
+    p.fold()
+    bounds = [_check_stage(p, stages, labelling.dtype) for _ in range(count)]
+    stages.need(stages.at == len(stages.view), "bytes after the last stage")
+    bounds.append(NO_BOUND if p.open.any() else p.constant)
+    if max(bounds) < lower_bound:
+        raise Invalid("it states a higher bound than it proves")

@@ -1,0 +1,179 @@
+#include "record_book.h"
+
+#include <string.h>
+
+#include "../base/bytes.h"
+#include "../base/minmax.h"
+#include "certificate_layout.h"
+
+enum { PIECE = 256 };
+
+typedef struct stage_writer {
+    const qs_sink *sink;
+    bool failed;
+    size_t used;
+    uint8_t piece[PIECE];
+} stage_writer;
+
+static void flush(stage_writer *w)
+{
+    w->failed = w->failed || (w->used > 0 && !w->sink->write(w->sink->context, w->piece, w->used));
+    w->used = 0;
+}
+
+static void put(stage_writer *w, uint64_t value, unsigned bytes)
+{
+    uint8_t stored[8];
+    if (w->used + bytes > PIECE) {
+        flush(w);
+    }
+    qs_store_u64(stored, value);
+    memcpy(w->piece + w->used, stored, bytes);
+    w->used += bytes;
+}
+
+static unsigned slot_bytes(const qs_record_book *b)
+{
+    uint32_t most = 0;
+    for (uint32_t p = 0; p < b->stated.sites; p++) {
+        most = qs_max_u32(most, b->slots[p]);
+    }
+    return most <= UINT8_MAX + 1u ? 1 : 2;
+}
+
+static unsigned share_bytes(const qs_record_book *b)
+{
+    const qs_stated *s = &b->stated;
+    int32_t low = 0, high = 0;
+    for (uint32_t p = 0; p < s->sites; p++) {
+        size_t count = qs_record_is_open(s, p) ? (size_t)(b->slots[p] - 1) * s->count[p] : 0;
+        for (size_t i = 0; i < count; i++) {
+            low = qs_min_i32(low, b->shares[b->share_at[p] + i]);
+            high = qs_max_i32(high, b->shares[b->share_at[p] + i]);
+        }
+    }
+    if (low >= INT8_MIN && high <= INT8_MAX) {
+        return 1;
+    }
+    return low >= INT16_MIN && high <= INT16_MAX ? 2 : 4;
+}
+
+static void put_split(stage_writer *w, const qs_record_book *b, unsigned slot, unsigned share)
+{
+    const qs_stated *s = &b->stated;
+    for (uint32_t e = 0; e < s->edge_count; e++) {
+        if (s->edges[e].alive) {
+            put(w, b->first_slot[e], slot);
+            put(w, b->second_slot[e], slot);
+        }
+    }
+    for (uint32_t p = 0; p < s->sites; p++) {
+        for (uint32_t i = 0; qs_record_is_open(s, p) && i + 1 < b->slots[p]; i++) {
+            for (uint32_t a = 0; a < s->count[p]; a++) {
+                if (s->kept[qs_stated_at(s, p, a)]) {
+                    int32_t number = b->shares[b->share_at[p] + (size_t)i * s->count[p] + a];
+                    put(w, (uint64_t)(int64_t)number, share);
+                }
+            }
+        }
+    }
+}
+
+static void put_labels(stage_writer *w, const qs_record_book *b)
+{
+    const qs_stated *s = &b->stated;
+    for (uint32_t p = 0; p < s->sites; p++) {
+        if (qs_record_is_open(s, p)) {
+            put(w, b->labelling[p], qs_record_label_bytes(s));
+        }
+    }
+}
+
+static void put_sets(stage_writer *w, const qs_record_book *b)
+{
+    const qs_stated *s = &b->stated;
+    for (uint32_t p = 0; p < s->sites; p++) {
+        for (uint32_t first = 0; qs_record_is_open(s, p) && first < s->count[p]; first += 8) {
+            unsigned bits = 0;
+            for (uint32_t a = first; a < first + 8 && a < s->count[p]; a++) {
+                bits |= (unsigned)b->sets[qs_stated_at(s, p, a)] << (a - first);
+            }
+            put(w, bits, 1);
+        }
+    }
+}
+
+static void put_head(stage_writer *w, unsigned has, uint64_t scale, unsigned slot, unsigned share)
+{
+    put(w, has, 4);
+    put(w, scale, 4);
+    put(w, slot, 4);
+    put(w, share, 4);
+}
+
+static void end_writing(qs_recorder *r, stage_writer *w)
+{
+    flush(w);
+    r->status = w->failed ? QS_E_IO : r->status;
+}
+
+void qs_record_end_parts(qs_recorder *r)
+{
+    stage_writer w = {.sink = r->sink};
+    if (r->book->has_parts) {
+        put(&w, 0, 4);
+        end_writing(r, &w);
+    }
+    r->book->has_parts = false;
+}
+
+bool qs_record_may_begin(qs_recorder *r)
+{
+    qs_record_end_parts(r);
+    if (r->stages == QS_STAGES_MOST) {
+        r->status = QS_E_OVERFLOW;
+    }
+    return r->status == QS_OK;
+}
+
+void qs_record_stage(qs_recorder *r, bool leaves)
+{
+    qs_record_book *b = r->book;
+    if (!qs_record_may_begin(r)) {
+        return;
+    }
+    stage_writer w = {.sink = r->sink};
+    unsigned slot = b->pending ? slot_bytes(b) : 0, share = b->pending ? share_bytes(b) : 0;
+    put_head(&w, (b->pending ? QS_STAGE_SPLITS : 0u) | (leaves ? QS_STAGE_LEAVES : 0u),
+             b->pending ? (uint64_t)1 << b->shift : 0, slot, share);
+    if (b->pending) {
+        put_split(&w, b, slot, share);
+    }
+    if (b->pending && leaves) {
+        put_labels(&w, b);
+    }
+    if (leaves) {
+        put_sets(&w, b);
+    }
+    end_writing(r, &w);
+    r->stages++;
+    b->pending = false;
+}
+
+void qs_record_part(qs_recorder *r)
+{
+    qs_record_book *b = r->book;
+    stage_writer w = {.sink = r->sink};
+    if (!b->has_parts) {
+        put_head(&w, QS_STAGE_PARTS, 0, 0, 0);
+        r->stages++;
+    }
+    b->has_parts = true;
+    b->pending = false;
+    put(&w, b->exact.count, 4);
+    put(&w, (uint64_t)b->exact.value, 8);
+    for (uint32_t i = 0; i < b->exact.count; i++) {
+        put(&w, b->exact.sites[i], 4);
+    }
+    end_writing(r, &w);
+}

@@ -1,0 +1,2 @@
+#include "../solve/in_64_bits.h"
+#include "probes.c"
