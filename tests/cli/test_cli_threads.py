@@ -65,19 +65,19 @@ def test_a_sequence_with_two_threads(shifted, tmp_path, monkeypatch):
 
 
 REFUSED = [
-    (["--solver", "trws16", "--lambda", "9000"], 3, "its costs are too large for trws16"),
-    (["--solver", "cut"], 3, "cut cannot be used with this pairwise cost"),
-    (["--solver", "trws16", "--smoothness", "quadratic", "--after", "check"], 3,
-     "trws16 is for Potts and linear smoothness"),
+    (["--solver", "trws16", "--lambda", "9000"], "whose costs are too large for it"),
+    (["--solver", "cut"], "--solver cut cannot solve the problem"),
+    (["--solver", "trws16", "--smoothness", "quadratic", "--after", "check"],
+     "it needs Potts or linear smoothness"),
 ]
 
 
-@pytest.mark.parametrize("options, status, message", REFUSED)
-def test_a_refusal_is_printed_once(shifted, tmp_path, options, status, message):
+@pytest.mark.parametrize("options, message", REFUSED)
+def test_a_refusal_is_printed_once(shifted, tmp_path, options, message):
     done = [run("match", *shifted, "-o", tmp_path / "m.pfm", *FAST, *options, "--threads", count)
             for count in (1, 2)]
     for of in done:
-        assert (of.status, of.out) == (status, b"") and message in of.err
+        assert (of.status, of.out) == (2, b"") and message in of.err
         assert of.err.count("\n") == 1
     assert done[0].err == done[1].err
     assert not (tmp_path / "m.pfm").exists()
