@@ -124,11 +124,6 @@ class Problem(Coefficients):
             "penalty": penalty, "memory-limit": max(1, memory_limit >> 20)})
         vars(self).update(vars(parse_qcf(data, memory_limit)))
 
-    @property
-    def coefficients(self) -> Coefficients:
-        """The same, for those who ask for the file's content alone."""
-        return self
-
     def save(self, file: str | os.PathLike | BinaryIO) -> None:
         """Write the .qcf to a path, whole or not at all, or to a binary stream. Raises FileError,
         and InputError for a window, which is part of a file."""

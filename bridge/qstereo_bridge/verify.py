@@ -33,17 +33,17 @@ def _best_energy(p, problem, samples):
     """The energy of the best sample that is a labelling, None without one. Raises InputError."""
     if samples.digest != problem.digest:
         raise InputError("the samples are of another problem: the SHA-256 of its file differs")
-    coefficients, best = problem.coefficients, []
+    best = []
     for bits, stated in zip(samples.bits, samples.records["energy"].tolist()):
-        ones, sums = (np.add.reduceat(values, coefficients.starts[:-1], dtype=int)
-                      for values in (bits, bits * qcf.places(coefficients.sizes)))
+        ones, sums = (np.add.reduceat(values, problem.starts[:-1], dtype=int)
+                      for values in (bits, bits * qcf.places(problem.sizes)))
         # A wall's variables that are 1 are its first ones: no others have so low a sum of places.
         if (sums == ones * (ones - 1) // 2).all() if p.wall else (ones == 1).all():
             labelling = ones if p.wall else sums
             best.append(p.energy(labelling))
             found = best[-1] - int(p.trimmed[np.arange(ones.size), labelling].sum())
         else:
-            found = int(models.energies(coefficients, bits[None])[0])
+            found = int(models.energies(problem, bits[None])[0])
         if found != stated:
             raise InputError("a sample has another energy than the samples file states")
     return min(best, default=None)
@@ -52,7 +52,7 @@ def _best_energy(p, problem, samples):
 def _label_sets(problem):
     """(Which labels each site keeps, bool (sites, labels); which sites are undecided), as the
     chunks labl and kept say."""
-    sides = dict(problem.coefficients.sides)
+    sides = dict(problem.sides)
     if "labl" not in sides:
         raise InputError("the reduced problem does not say which labels its variables stand for")
     (labels,) = struct.unpack_from("<I", sides["labl"], 12)
@@ -60,7 +60,7 @@ def _label_sets(problem):
     sites, width = part.unpack("<II")
     part.need(width in (0, 1, 2), f"width {width}")
     if not width:
-        sites = sites or problem.coefficients.sizes.size
+        sites = sites or problem.sizes.size
         return np.ones((sites, labels), bool), np.ones(sites, bool)
     fixed = part.array(f"<u{width}", sites).astype(int)
     undecided, sets = fixed == 256**width - 1, np.arange(labels) == fixed[:, None]
@@ -95,7 +95,7 @@ def verify(problem: File, other: File, certificate: File,
         head = stream.read(len(qcf.MAGIC))
         stream.seek(-len(head), 1)
         answer = (load if head == qcf.MAGIC else load_samples)(stream, memory_limit)
-    p, reduced = Problem(whole.coefficients, memory_limit), head == qcf.MAGIC
+    p, reduced = Problem(whole, memory_limit), head == qcf.MAGIC
     (_, lower_bound, stated, _, stages, _), why = proof, None
     energy = stated
     try:

@@ -195,9 +195,22 @@ static void end_stage(void *context, const uint8_t *kept)
     }
 }
 
+/* The addresses of functions of other files would need a table of the linker. */
+static void take_split(void *context, const qs_model *model, unsigned shift,
+                       const uint16_t *labelling)
+{
+    qs_record_split(context, model, shift, labelling);
+}
+
+static void take_share(void *context, const qs_model *model, uint32_t cell, uint32_t chain,
+                       const int32_t *share)
+{
+    qs_record_share(context, model, cell, chain, share);
+}
+
 qs_witness qs_recorder_witness(qs_recorder *recorder)
 {
-    return (qs_witness){qs_record_split, qs_record_share, end_stage, solve_part, recorder};
+    return (qs_witness){take_split, take_share, end_stage, solve_part, recorder};
 }
 
 qs_status qs_recorder_end(qs_recorder *recorder)

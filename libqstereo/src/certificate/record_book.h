@@ -54,9 +54,9 @@ static inline unsigned qs_record_label_bytes(const qs_stated *s)
 
 /* ---- The split (record_split.c), as a witness is told of it: see qs_witness. ---- */
 
-void qs_record_split(void *context, const qs_model *model, unsigned shift,
+void qs_record_split(qs_recorder *r, const qs_model *model, unsigned shift,
                      const uint16_t *labelling);
-void qs_record_share(void *context, const qs_model *model, uint32_t cell, uint32_t chain,
+void qs_record_share(qs_recorder *r, const qs_model *model, uint32_t cell, uint32_t chain,
                      const int32_t *share);
 
 /* ---- Stages (record_stage.c). ---- */

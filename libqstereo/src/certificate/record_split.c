@@ -110,10 +110,9 @@ static bool edges_agree(const qs_record_book *b, const qs_model *model)
     return true;
 }
 
-void qs_record_split(void *context, const qs_model *model, unsigned shift,
+void qs_record_split(qs_recorder *r, const qs_model *model, unsigned shift,
                      const uint16_t *labelling)
 {
-    qs_recorder *r = context;
     qs_record_book *b = r->book;
     const qs_stated *s = &b->stated;
     size_t at = 0;
@@ -171,10 +170,9 @@ static bool move_costs(const qs_record_book *b, const qs_model *model, const qs_
     return true;
 }
 
-void qs_record_share(void *context, const qs_model *model, uint32_t cell, uint32_t chain,
+void qs_record_share(qs_recorder *r, const qs_model *model, uint32_t cell, uint32_t chain,
                      const int32_t *share)
 {
-    qs_recorder *r = context;
     qs_record_book *b = r->book;
     const qs_stated *s = &b->stated;
     uint32_t site = b->site[cell], slot;
