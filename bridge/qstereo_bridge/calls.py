@@ -273,6 +273,12 @@ def _deliver(run, journal, seconds):
             f"{' (proven optimal)' * proven}; {seconds:.1f} s\n{options.output}: written")
     if run.bound is None:
         text += "\nTo prove it and to end at once, give --bound: `qstereo reduce` prints it"
+    elif gap == 0 and not proven:
+        text += (f"\nIt meets the lower bound that {run.bound_of} states. To have that checked: "
+                 "`qstereo reduce --certificate C.qpf`, then `qstereo verify`")
+    if not done:
+        text += ("\nNo call was made: the labelling that it begins from meets the bound. "
+                 "--alone begins without it")
     runner.show(options, text, {
         "solver": options.solver, "energy": run.real(run.energy),
         "best_energy": run.real(run.energy), "lower_bound": run.real(run.bound),
