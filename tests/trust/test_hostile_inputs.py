@@ -1,5 +1,5 @@
-"""Pictures, arrays, networks and fields whose headers promise more than there is: refused at once, in
-little memory, with a message that names the file, and with nothing written."""
+"""Streams, arrays, networks and fields whose headers promise more than there is: refused at once,
+in little memory, with a message that names the file, and with nothing written."""
 
 import os
 import resource
