@@ -398,9 +398,6 @@ def fetch(session, job, kind, progress, once=False):
 def _answer(session, job):
     """A resolved Future of D-Wave's client."""
     future = session.client.retrieve_answer(job.problem_id)
-    # The client would look for a solver of the same working graph, which a calibration since then
-    # has changed.
-    future.solver = session.solver
     future.wait()
     if future.remote_status in ("FAILED", "CANCELLED"):
         job.remove()

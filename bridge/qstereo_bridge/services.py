@@ -48,6 +48,9 @@ class Session:
             self.close()
             raise
         self.properties = self.solver.properties
+        # With an answer a thread of the client looks for the solver that the answer names. It may
+        # be offline, gone, or calibrated since then, which gives it another name.
+        self.client.get_solver = lambda **named: self.solver
 
     def requests(self, timeout=None, retry=3):
         """The service's list of problems. Of its requests only those are repeated that never found

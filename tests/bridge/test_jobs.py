@@ -546,6 +546,20 @@ def test_another_account_does_not_say_that_nothing_was_sent(solve, collect, serv
     service.problems.update(there)
 
 
+@pytest.fixture
+def loaded_first(monkeypatch):
+    """A client whose threads have an answer, or know why not, before retrieve_answer() returns."""
+    from dwave.cloud import Client
+    retrieve = Client.retrieve_answer
+
+    def retrieved(client, problem_id):
+        future = retrieve(client, problem_id)
+        future.wait()
+        return future
+    monkeypatch.setattr(Client, "retrieve_answer", retrieved)
+
+
+@pytest.mark.usefixtures("loaded_first")
 def test_chip_that_was_calibrated_since(solve, collect, service, tmp_path):
     solve("qpu", "--no-wait")
     solver = next(data for data in service.solvers.values()
@@ -554,6 +568,7 @@ def test_chip_that_was_calibrated_since(solve, collect, service, tmp_path):
     assert collect()[0] == 0 and best(tmp_path) == LEAST
 
 
+@pytest.mark.usefixtures("loaded_first")
 @pytest.mark.parametrize("solver", SERVICES)
 @pytest.mark.parametrize("how", ["offline", "retired"])
 def test_answer_of_a_solver_that_is_gone(how, solver, solve, collect, service, tmp_path):
