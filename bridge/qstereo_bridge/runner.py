@@ -31,11 +31,10 @@ def progress(options):
 
 
 def read(options):
-    """The qcf.Coefficients; their digest becomes `options.digest`."""
+    """The qcf.Coefficients of the problem that the options name."""
     name = options.problem
     with io(name, "read"), open(0 if name == "-" else name, "rb", closefd=name != "-") as stream:
         problem = read_qcf(stream, options.memory_limit)
-    options.digest = problem.digest
     models.check_known(problem)
     if getattr(options, "alone", False):
         problem.known = problem.stated_bound = None
@@ -94,8 +93,7 @@ def solve(options, ask):
             if answer is not None:
                 samples = checked(options, problem, answer)
                 if not getattr(options, "no_postprocess", False) and answer.lower_bound is None:
-                    samples = merging.finished(problem, samples, options.memory_limit,
-                                               problem.known)
+                    samples = merging.finished(problem, samples, problem.known)
                 told = _summary(options, problem, answer, samples, time.monotonic() - began)
                 deliver(_sound(qsf.pack_qsf(samples)), *told)
 
@@ -114,7 +112,7 @@ def merge(options):
 def checked(options, problem, answer):
     """The Samples of the answer; its warnings are told. Raises SolverError where the solver's
     energies are not the recomputed ones, but for floating point's rounding."""
-    samples = samples_of(problem, options.digest, options.solver, answer)
+    samples = samples_of(problem, options.solver, answer)
     expected = samples.records["energy"]
     if not expected.size:
         raise SolverError("the solver's answer has no samples")
