@@ -104,7 +104,7 @@ check-python: all examples $(ENV) $(BUILD)/opencv1/qstereo $(BUILD)/opencv0/qste
 
 examples: $(EXAMPLES) ## build the programs of examples/
 
-BENCHES ?= encode bridge upload solvers anneal reduce problems windows
+BENCHES ?= encode costs bridge upload solvers anneal reduce problems windows
 # Figures for the pages are those of real scenes.
 FIGURES := $(if $(DATA),docs/figures,$(BUILD)/figures)
 

@@ -197,6 +197,14 @@ static void remember_read(const struct stat *about)
     }
 }
 
+void file_remember(int descriptor)
+{
+    struct stat about;
+    if (fstat(descriptor, &about) == 0 && S_ISREG(about.st_mode)) {
+        remember_read(&about);
+    }
+}
+
 bool file_was_read(const char *path)
 {
     struct stat about;

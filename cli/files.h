@@ -53,7 +53,11 @@ int file_read(const char *path, budget *limit, file_bytes *file);
  * the budget's. It stays mapped until the command ends. Nobody writes to them. */
 int file_map(const char *path, budget *limit, file_bytes *file);
 
-/* Returns true if a path leads to a regular file that file_read has read. */
+/* Remembers the file behind a descriptor as one that is read. */
+void file_remember(int descriptor);
+
+/* Returns true if a path leads to a regular file that is remembered, as each is that file_read or
+ * file_map has read. */
 bool file_was_read(const char *path);
 
 /* Frees a file that no budget owns. */

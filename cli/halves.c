@@ -17,9 +17,9 @@ static int make_problem(const char *name, const qs_matching *of, const qs_pairwi
     finer.parts = PARTS;
     finer.disparity_min *= PARTS;
     finer.disparity_max *= PARTS;
-    finer.scale *= PARTS;
-    finer.weight *= potts ? PARTS : 1;
     if (fits) {
+        finer.scale *= PARTS;
+        finer.weight *= potts ? PARTS : 1;
         TRY(pair_problem(&finer, name, limit, problem, &status));
     }
     made.problem.scale = finer.scale;

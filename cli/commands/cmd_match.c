@@ -312,8 +312,8 @@ static int solve(job *at, request *asked, const laid_out *laid, bool *interrupte
     asked->how.traced = NULL; /* the right picture's solver has no part in it */
     status = status == DONE ? solved_check(laid, asked->by, &found) : status;
     if (status == DONE) {
-        *interrupted = found.interrupted;
         status = write_found(at, asked, laid, &found, &right);
+        *interrupted = found.interrupted || right.found.interrupted;
     }
     work_end(&work);
     return status;

@@ -1,3 +1,5 @@
+#define _XOPEN_SOURCE 700
+
 #include "pictures/picture_stream.h"
 
 #include <stdlib.h>
@@ -12,7 +14,11 @@ int stream_open(const char *path, picture_stream *opened)
     memset(opened, 0, sizeof *opened);
     opened->name = input_name(path);
     opened->file = strcmp(path, "-") == 0 ? stdin : fopen(path, "rb");
-    return opened->file != NULL ? DONE : fail_system(opened->name, "cannot be opened");
+    if (opened->file == NULL) {
+        return fail_system(opened->name, "cannot be opened");
+    }
+    file_remember(fileno(opened->file));
+    return DONE;
 }
 
 void stream_close(picture_stream *closed)
@@ -82,13 +88,13 @@ static bool read_colour_space(const char *space, const picture *form, uint64_t *
  * are. */
 static int read_y4m_header(picture_stream *from)
 {
-    char line[LINE_SIZE];
+    char line[LINE_SIZE], *rest = NULL;
     const char *space = "420";
     unsigned bits = 8;
     bool is_header = read_line(from->file, line) && strncmp(line, "UV4MPEG2", 8) == 0;
     from->form.channels = 1;
-    for (char *word = strtok(is_header ? line : NULL, " "); is_header && word != NULL;
-         word = strtok(NULL, " ")) {
+    for (char *word = is_header ? strtok_r(line, " ", &rest) : NULL; is_header && word != NULL;
+         word = strtok_r(NULL, " ", &rest)) {
         switch (*word) {
         case 'W': is_header = read_size(word + 1, &from->form.width); break;
         case 'H': is_header = read_size(word + 1, &from->form.height); break;

@@ -265,6 +265,29 @@ def test_a_site_of_fewer_labels_has_no_others():
         check(data, samples, packed(data, (0, 2), b"", qpf.NO_BOUND, 10))
 
 
+@pytest.mark.parametrize(
+    "bound, stage",
+    [
+        (10, struct.pack("<IIII", 1, SCALE, 1, 4) + b"\0\0"),  # one chain, no shares
+        (qpf.NO_BOUND, struct.pack("<IIII", 2, 0, 0, 0) + b"\6\3"),  # label 0 of the first leaves
+    ],
+)
+def test_labels_that_a_site_has_not_weaken_no_proof(bound, stage):
+    """A third label of the second site would cost nothing, if there were one."""
+    problem = make(
+        [3, 2],
+        [Table(np.array([[4, 4], [0, 1], [0, 1]], "<i4"))],
+        [{"h": 1, "weight": 1}],
+        [5, 5, 7, 5, 6],
+        [(1, 1)] * 2,
+        sides=labelled(1),
+    )
+    data, bits = pack_qcf(problem), np.array([[0, 1, 0, 1, 0]], np.uint8)
+    records = np.array([(10, 1, qsf.NO_CHAINS)], qsf.RECORD)
+    samples = qsf.pack_qsf(qsf.Samples(sha256(data).digest(), "test", records, bits))
+    assert check(data, samples, packed(data, (1, 0), stage, bound, 10)).valid
+
+
 def test_a_label_that_leaves_must_be_ruled_out(made):
     problem, data, samples, stages, bound, best = made
     found = energy(problem, 3, best)

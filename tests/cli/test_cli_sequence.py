@@ -200,6 +200,9 @@ def test_numbers_that_are_left_out_are_said(work):
 BAD_STREAMS = [
     (b"", "has no frame"),
     (b"GIF89a", "is no picture of a stream"),
+    (b"Y", "header cannot be read"),
+    (b"YUV4MPEG1 W20 H6\nFRAME\n", "header cannot be read"),
+    (b"YUV4MPEG2 W20 H6 X" + bytes([88]) * 2000 + b"\nFRAME\n", "header cannot be read"),
     (b"YUV4MPEG2 W20 C420\nFRAME\n", "header cannot be read"),
     (b"YUV4MPEG2 W20 H6 C999\nFRAME\n", "header cannot be read"),
     (b"YUV4MPEG2 W20 H6 Cmono17\nFRAME\n", "header cannot be read"),
@@ -261,6 +264,18 @@ def test_a_map_is_no_input_of_its_sequence(work):
     before = maps_in(work)
     done = run("match", "l_%03d.pgm", "r_%03d.pgm", "-o", "l_%03d.pgm", *OPTIONS)
     assert done.status == 2 and "is an input of this command" in done.err
+    assert maps_in(work) == before
+
+
+@pytest.mark.parametrize("standard", [False, True])
+def test_a_map_is_no_stream_that_it_is_made_from(work, standard):
+    """Neither the stream by its name, nor behind standard input."""
+    (work / "s_1.pgm").write_bytes(pnm_stream([np.hstack(pair) for pair in pictures(2)]))
+    before = maps_in(work)
+    with (work / "s_1.pgm").open("rb") as stream:
+        done = run("match", "--sbs", "-" if standard else "s_1.pgm", "-o", "s_%d.pgm", *OPTIONS,
+                   stdin=stream)
+    assert done.status == 2 and "s_1.pgm: is an input of this command" in done.err
     assert maps_in(work) == before
 
 

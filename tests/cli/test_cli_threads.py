@@ -54,11 +54,15 @@ def test_the_right_picture_is_solved_and_not_the_left_one_again(shifted, tmp_pat
     assert 0 < holes.sum() < 1200 and (values[~holes] == kept[~holes]).all()
 
 
+def sequence(pair, folder, frames):
+    for number in range(frames):
+        for path, side in zip(pair, "lr"):
+            (folder / f"{side}_{number}.pgm").symlink_to(path)
+
+
 def test_a_sequence_with_two_threads(shifted, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for number in range(3):
-        for path, side in zip(shifted, "lr"):
-            (tmp_path / f"{side}_{number}.pgm").symlink_to(path)
+    sequence(shifted, tmp_path, 3)
     succeed("match", "l_%d.pgm", "r_%d.pgm", "-o", "d_%d.pfm", *FAST, "--threads", 2)
     _, alone = matched(shifted, tmp_path / "m.pfm", *FAST)
     assert [(tmp_path / f"d_{number}.pfm").read_bytes() for number in range(3)] == [alone] * 3
@@ -151,10 +155,19 @@ def test_the_right_picture_gets_half_of_the_time(noise, tmp_path, clock, solver)
 
 def test_the_time_limit_is_that_of_each_frame(noise, tmp_path, clock, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for number in range(4):
-        for path, side in zip(noise, "lr"):
-            (tmp_path / f"{side}_{number}.pgm").symlink_to(path)
+    sequence(noise, tmp_path, 4)
     done = succeed("match", "l_%d.pgm", "r_%d.pgm", "-o", "d_%d.pfm", *FAST, "--solver", "trws16",
                    "--iterations", 10**6, "--time-limit", 1, "--json", **clock)
     found = [json.loads(line)["iterations"] for line in done.out.splitlines()]
     assert len(found) == 4 and max(found) - min(found) <= 2 and min(found) > 30
+
+
+@pytest.mark.parametrize("look", [40, 80], ids=["left", "right"])
+def test_an_interrupted_sequence_ends_with_its_frame(noise, tmp_path, clock, monkeypatch, look):
+    """Each picture of a frame takes 50 looks at the clock, or a few more."""
+    monkeypatch.chdir(tmp_path)
+    sequence(noise, tmp_path, 3)
+    env = {**clock["env"], "INTERRUPT_AT": str(look)}
+    succeed("match", "l_%d.pgm", "r_%d.pgm", "-o", "d_%d.pfm", *FAST, "--after", "check",
+            "--iterations", 50, "--keep-on-interrupt", env=env)
+    assert [path.name for path in tmp_path.glob("d_*")] == ["d_0.pfm"]

@@ -95,4 +95,4 @@ def test_no_trace_where_the_command_fails(folder, solved):
     """A solver that cannot be used leaves neither answer nor trace."""
     done = run("solve", solved.problem, "-o", folder / "s.qsf", "--solver", "cut",
                "--trace", folder / "t.csv")
-    assert done.status == 3 and list(folder.iterdir()) == []
+    assert done.status == 2 and list(folder.iterdir()) == []

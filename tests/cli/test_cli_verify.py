@@ -182,6 +182,38 @@ def test_expansion_from_messages_has_no_certificate(folder):
     assert not (folder / "c.qpf").exists()
 
 
+@pytest.fixture
+def crowd(tmp_path):
+    """A choice among 80 boxes that overlap so much that no exact table of them fits."""
+    at = np.random.default_rng(1).integers(0, 50, (80, 2)).tolist()
+    rows = [f"a,{x},{y},40,40,0.{5 + i % 3}" for i, (x, y) in enumerate(at)]
+    csv = tmp_path / "boxes.csv"
+    csv.write_text("\n".join(["picture,x,y,width,height,score", *rows]) + "\n")
+    done = run("encode", "--problem", "detect", csv, "-o", tmp_path / "p.qcf")
+    assert done.status == 0, done.err
+    return tmp_path
+
+
+def test_what_packing_proves_is_in_no_certificate(crowd):
+    done = run("solve", crowd / "p.qcf", "-o", crowd / "s.qsf", "--json")
+    alone = json.loads(done.out)
+    assert (alone["proven_optimal"], done.err) == (True, "")
+    done = run(
+        *["solve", crowd / "p.qcf", "-o", crowd / "s.qsf", "--certificate", crowd / "c.qpf"],
+        "--json",
+    )
+    said = json.loads(done.out)
+    assert said["energy"] == alone["energy"]
+    assert said["lower_bound"] < alone["lower_bound"] and not said["proven_optimal"]
+    for words in (
+        f"warning: the solver found the lower bound {alone['lower_bound']:g},",
+        f"the certificate cannot hold it and proves {said['lower_bound']:g}:",
+    ):
+        assert words in done.err
+    done, facts = verify(crowd)
+    assert done.status == 0 and facts["lower_bound"] == said["lower_bound"]
+
+
 def test_files_of_other_kinds(folder):
     solve(folder)
     done, _ = verify(folder, certificate="s.qsf")

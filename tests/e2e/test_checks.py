@@ -8,7 +8,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from library import ROOT
+from library import QSTEREO, ROOT
+
+sys.path.insert(0, str(ROOT / "tests" / "bench"))
+import bench_costs  # noqa: E402
 
 SCRIPTS = ROOT / "scripts"
 
@@ -155,6 +158,12 @@ def test_a_new_measurement_is_seen(pages):
     measured["figures"]["whole"][0]["energy"] += 1
     path.write_text(json.dumps(measured))
     assert run("figures", "--check", "--root", pages)[0] == 1
+
+
+def test_what_the_costs_of_stereo_ask_of_a_chip_is_still_so():
+    """Counts, not times: whoever changes an encoding measures again."""
+    written = json.loads((ROOT / "docs" / "figures" / "costs.json").read_text())["figures"]
+    assert bench_costs.measure(QSTEREO) == written
 
 
 @pytest.mark.parametrize("name", ["README.md", "docs/DESIGN.md", "docs/DWAVE.md",

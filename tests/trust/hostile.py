@@ -1,12 +1,13 @@
-"""Problem files that were made to hurt: each is sound in all its checksums and wrong in one
-promise of docs/FORMAT.md."""
+"""Files that were made to hurt: problems and certificates, each sound in all its checksums and
+wrong in one promise of docs/FORMAT.md."""
 
+import hashlib
 import struct
 import sys
 from pathlib import Path
 
 import numpy as np
-from qstereo_bridge import container
+from qstereo_bridge import certificate, container
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "bridge"))
 from problems import RUN, Raw, Toeplitz  # noqa: E402
@@ -185,3 +186,80 @@ def hostile():
         made = problem(2000 if len(runs) > 1 else 6, size, runs)
         yield name, made.pack(), True
     yield "pairs in the header alone", with_couplings(problem(6).pack(), 2**31 - 1), True
+
+
+SITES = 6  # of the problem that the certificates below are about: a chain of free choices
+
+
+def proof(held=b"", bound=-(2**63), energy=0, **other):
+    """A certificate of the sound problem `chain`. `other` replaces fields by their names."""
+    problem_file = dict(sound())["chain"]
+    found = {
+        "sites": SITES,
+        "stages": 1 if held else 0,
+        "digest": hashlib.sha256(problem_file).digest(),
+        "best": struct.pack("<I", 1) + bytes(SITES),
+        **other,
+    }
+    return container.pack(
+        certificate.MAGIC,
+        certificate.FIELDS.pack(found["sites"], found["stages"], bound, energy, bytes(12)),
+        [("PROB", found["digest"]), ("BEST", found["best"]), ("STGS", held)],
+    )
+
+
+def parts(*sites, value=0, end=True):
+    """A stage that solves one part."""
+    return struct.pack(f"<IIIIIq{len(sites)}I", 4, 0, 0, 0, len(sites), value, *sites) + (
+        bytes(4) if end else b""
+    )
+
+
+def split(scale=1, slot_width=1, share_width=4, has=1, rest=bytes(2 * (SITES - 1))):
+    """A stage with a split: in the chain each edge has the one slot of its sites, and no shares."""
+    return struct.pack("<IIII", has, scale, slot_width, share_width) + rest
+
+
+def sound_proofs():
+    every = tuple(range(SITES))
+    yield "of nothing", proof()
+    yield "of a part", proof(parts(*every), bound=0)
+    yield "of a split", proof(split(), bound=0)
+
+
+def hostile_proofs():
+    """(name, bytes, whether the file is sound and only what it states is wrong)."""
+    every = tuple(range(SITES))
+    for name, stages, is_sound in (
+        ("a part without end", parts(*every, end=False), False),
+        ("a part of more sites than there are", parts(*every, 0), False),
+        ("a part of 2^32 - 1 sites", struct.pack("<IIIIIq", 4, 0, 0, 0, 2**32 - 1, 0), False),
+        ("a part with a site that there is not", parts(*every[:-1], 2**32 - 1), False),
+        ("a part whose neighbours are outside", parts(0), False),
+        ("no part", struct.pack("<IIIII", 4, 0, 0, 0, 0), False),
+        ("a part twice", parts(*every, end=False) + parts(*every)[16:], False),
+        ("a part of the largest energy", parts(*every, value=2**63 - 1), True),
+        ("a part of the least energy", parts(*every, value=-(2**63)), True),
+        ("a scale of 2^32 - 1", split(2**32 - 1), False),
+        ("a scale of 0", split(0), False),
+        ("slots of 3 bytes", split(slot_width=3), False),
+        ("shares of 8 bytes", split(share_width=8), False),
+        ("slots beyond the last", split(rest=bytes([255]) * 2 * (SITES - 1)), False),
+        ("a split cut short", split()[:-1], False),
+        ("a split and a part", split(has=5) + parts(*every)[16:], False),
+        ("a stage of another kind", split(has=2**31), False),
+        ("labels that leave all", split(0, 0, 0, 2, bytes(SITES)), False),
+        ("labels that leave without a reason", split(0, 0, 0, 2, b"\1" * SITES), True),
+        ("bytes after the last stage", parts(*every) + b"\0", False),
+    ):
+        yield name, proof(stages), is_sound
+    yield "more stages than bytes", proof(parts(*every), stages=4096), False
+    yield "stages without end", proof(parts(*every), stages=2**32 - 1), False
+    yield "sites without end", proof(sites=2**32 - 1), False
+    yield "a label too few", proof(best=struct.pack("<I", 1) + bytes(SITES - 1)), False
+    yield "a label that there is not", proof(best=struct.pack("<I", 1) + b"\2" * SITES), False
+    yield "labels of 2^31 bytes", proof(best=struct.pack("<I", 2**31) + bytes(SITES)), False
+    yield "a digest too short", proof(digest=bytes(31)), False
+    yield "another problem", proof(digest=bytes(32)), True
+    yield "a bound of 2^63 - 1", proof(parts(*every), bound=2**63 - 1), True
+    yield "an energy of -2^63", proof(parts(*every), energy=-(2**63)), True

@@ -6,12 +6,13 @@ import sys
 from pathlib import Path
 
 import pytest
-from hostile import hostile, sound
+from hostile import hostile, hostile_proofs, sound, sound_proofs
 from qstereo_bridge import qcf
 from qstereo_bridge.container import FormatError
+from qstereo_bridge.verify import verify
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
-from cli_tools import ROOT, run  # noqa: E402
+from cli_tools import ROOT, run, succeed  # noqa: E402
 
 HOSTILE = {name: (data, both) for name, data, both in hostile()}
 FOUND = sorted((ROOT.parent / "shared/data/hostile").glob("*.qcf"))
@@ -70,3 +71,33 @@ def test_files_that_were_found(path, tmp_path):
         assert done.status == 3, (done.status, done.err)
     with pytest.raises(FormatError):
         qcf.parse_qcf(path.read_bytes(), 1 << 30)
+
+
+@pytest.fixture(scope="module")
+def answer(tmp_path_factory):
+    """The problem that the certificates are about, and its samples."""
+    folder = tmp_path_factory.mktemp("answer")
+    problem, samples = folder / "p.qcf", folder / "s.qsf"
+    problem.write_bytes(dict(sound())["chain"])
+    succeed("solve", problem, "-o", samples)
+    return problem, samples
+
+
+PROOFS = {name: (data, 0) for name, data in sound_proofs()}
+PROOFS |= {name: (data, 1 if is_sound else 3) for name, data, is_sound in hostile_proofs()}
+
+
+@pytest.mark.parametrize("name", PROOFS)
+def test_certificates(answer, name, tmp_path):
+    """0: it holds; 1: it states what is not so; 3: it is no certificate. Both verifiers agree."""
+    data, status = PROOFS[name]
+    path = tmp_path / "c.qpf"
+    path.write_bytes(data)
+    done = run("verify", *answer, path, preexec_fn=a_second_of_work)
+    assert done.status == status, done.err
+    if status == 3:
+        assert str(path) in done.err
+        with pytest.raises(FormatError):
+            verify(*answer, path)
+    else:
+        assert verify(*answer, path).valid == (status == 0)

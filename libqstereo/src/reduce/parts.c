@@ -22,6 +22,7 @@ typedef struct part {
     qs_arena arena;
     size_t size; /* of the arena's memory */
     const qs_witness *witness;
+    bool only_improve; /* the labelling: no label leaves */
     uint32_t *node; /* of each site its node; NONE = not of this part */
     uint32_t *sites; /* of each node its site */
     uint32_t count;
@@ -245,16 +246,32 @@ static bool is_proven(const part *w)
     return w->search.level[0].constant > w->search.best - w->search.unit;
 }
 
+/* Begins with the present labelling. Returns what it costs. */
+static int64_t begin_search(part *w)
+{
+    qs_branch *s = &w->search;
+    s->unit = (int64_t)1 << UNITS;
+    s->best = energy_of(w) * ((int64_t)1 << UNITS);
+    for (uint32_t n = 0; n < w->count; n++) {
+        s->labels[n] = rank_of(w->e, w->sites[n], w->e->labelling[w->sites[n]]);
+    }
+    return s->best;
+}
+
+/* Only looks for a better labelling. Returns true if there is one. */
+static bool improve(part *w, uint64_t *work)
+{
+    int64_t energy = begin_search(w);
+    (void)qs_branch_search(&w->search, work);
+    take_labels(w, false);
+    return w->search.best < energy;
+}
+
 /* Returns true if anything has changed. */
 static bool solve(part *w, uint64_t *work)
 {
     qs_branch *s = &w->search;
-    int64_t energy = energy_of(w) * ((int64_t)1 << UNITS);
-    s->unit = (int64_t)1 << UNITS;
-    s->best = energy;
-    for (uint32_t n = 0; n < w->count; n++) {
-        s->labels[n] = rank_of(w->e, w->sites[n], w->e->labelling[w->sites[n]]);
-    }
+    int64_t energy = begin_search(w);
     qs_branch_probe(s, work);
     note_gone(w);
     bool closed = is_proven(w) || qs_branch_search(s, work) == s->best;
@@ -279,7 +296,8 @@ static bool see_to(part *w, uint32_t i, uint64_t *work)
     }
     fill(w);
     uint64_t share = *work / SHARE + 1, left = share;
-    bool changed = solve(w, &left) || w->witness; /* which waits for the next split */
+    bool changed = w->only_improve ? improve(w, &left) : solve(w, &left);
+    changed |= w->witness != NULL; /* which waits for the next split */
     *work -= qs_min_u64(*work, share - left);
     return changed;
 }
@@ -302,6 +320,18 @@ bool qs_parts_solve(qs_elimination *e, void *memory, size_t size, uint64_t *work
     }
     if (changed) {
         qs_eliminate_follow(e);
+    }
+    return changed;
+}
+
+bool qs_parts_improve(qs_elimination *e, void *memory, size_t size, uint64_t *work)
+{
+    bool changed = false;
+    qs_eliminate_find_parts(e);
+    for (uint32_t i = 0; i < e->left_count && *work > 0; i++) {
+        uint32_t p = e->left[i];
+        part w = {.e = e, .arena = {.base = memory}, .size = size, .only_improve = true};
+        changed |= e->part[p] == p && !e->closed[p] && see_to(&w, i, work);
     }
     return changed;
 }

@@ -117,12 +117,11 @@ static bool visit_part(trial *t, uint32_t site)
     size_t numbers = copy_messages(t, NULL, false);
     t->kept_messages = qs_arena_take(&arena, numbers, sizeof *t->kept_messages);
     t->before = qs_arena_take(&arena, numbers, sizeof *t->before);
-    if (qs_arena_size(&arena) > t->probes->size) {
-        return false;
+    t->is_current = qs_arena_size(&arena) <= t->probes->size;
+    if (t->is_current) {
+        (void)copy_messages(t, t->kept_messages, false);
     }
-    t->is_current = true;
-    (void)copy_messages(t, t->kept_messages, false);
-    return true;
+    return t->is_current;
 }
 
 static int64_t pass(const qs_trws_state *state, bool forward)

@@ -29,6 +29,7 @@ enum {
     NUMBERS_A_LABEL = 8, /* that two passes of messages look at */
     LEAST_WORK = 1 << 27, /* on parts that is allowed each time, */
     AT_ONCE = 1 << 28, /* and the most: until then the watch is not called */
+    SEARCH_SHARE = 4, /* a search for a labelling alone takes this part of it */
     /* Windows of a grid are solved for the first time after the iteration FIRST_WINDOWS, and then
      * whenever as many again have been done: squares of SIDE cells, at most ROUNDS times. Where
      * fewer than one site in MANY is left, parts and messages are quicker. */
@@ -222,7 +223,8 @@ static bool has_stalled(const reducer *r, const qs_solution *so_far)
 }
 
 /* Where messages get no further, and parts are too wide for a witness to solve, labels are tried.
- * All trials together may take as much work as parts. Returns true if anything has changed. */
+ * All trials together may take as much work as parts. Where they take nothing out, parts are
+ * searched for better labellings alone. Returns true if anything has changed. */
 static bool try_labels(reducer *r, qs_trws_state *state, const qs_solution *so_far)
 {
     if (!witness_of(r) || !has_stalled(r, so_far)) {
@@ -234,7 +236,8 @@ static bool try_labels(reducer *r, qs_trws_state *state, const qs_solution *so_f
     bool changed = qs_probes_take_out(&probes);
     r->work -= share - left;
     r->trials = probes.most;
-    return changed;
+    left = share / SEARCH_SHARE;
+    return changed || qs_parts_improve(&r->sets, r->marginals, r->parts_size, &left);
 }
 
 /* Takes out what it can. Returns how far the scaled bound was below the best energy. */

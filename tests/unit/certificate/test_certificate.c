@@ -10,7 +10,7 @@
 #include "model/convexity.h"
 #include "solve/pack.h"
 
-enum { FILE_SIZE = 1 << 18, STAGES_AT = 4, ENERGY_AT = 40, BOUND_AT = 32, HEADER = 64 };
+enum { FILE_SIZE = 1 << 18, COUNT_AT = 28, BOUND_AT = 32, ENERGY_AT = 40, HEADER = 64 };
 
 /* A certificate, and what it is of. */
 typedef struct certified {
@@ -365,13 +365,15 @@ static void trials_hold(void **unused)
 {
     (void)unused;
     uint64_t state = 14;
-    int open_ones = 0;
+    int open_ones = 0, missed = 0;
     for (int round = 0; round < ROUNDS / 4; round++) {
         make_frustrated(&state, 2); /* so that few triangles share edges */
         assert_true(certify(by_trials, 0));
         leaves_as_reduced(&state);
         open_ones += c.verdict.lower_bound < c.energy;
+        missed += c.energy > tiny_minimum(&t.problem);
     }
+    assert_int_equal(missed, 0);
     assert_true(open_ones < ROUNDS / 40); /* without trials it is more than half */
 }
 
@@ -589,6 +591,23 @@ static void no_certificate_lies(void **unused)
     }
 }
 
+/* Of problems that take trials, each in a stage of its own. */
+static void no_certificate_of_trials_lies(void **unused)
+{
+    (void)unused;
+    uint64_t state = 17;
+    uint32_t stages = 0;
+    valid = refuted = malformed = 0;
+    for (int round = 0; round < ROUNDS / 8; round++) {
+        make_frustrated(&state, 2);
+        assert_true(certify(by_trials, 0));
+        stages += qs_load_u32(c.file + COUNT_AT) > 2;
+        stays_true(&state);
+    }
+    assert_true(stages > 10);
+    assert_true(valid > 10 && refuted > 10 && malformed > 10);
+}
+
 /* Every truncation and every flipped bit of one file. */
 static void is_noticed(made_by *make)
 {
@@ -702,6 +721,7 @@ int main(void)
         cmocka_unit_test(reduced_problems_are_compared),
         cmocka_unit_test(too_much_is_refuted),
         cmocka_unit_test(no_certificate_lies),
+        cmocka_unit_test(no_certificate_of_trials_lies),
         cmocka_unit_test(damage_is_noticed),
         cmocka_unit_test(malformed_parts),
         cmocka_unit_test(arguments),
