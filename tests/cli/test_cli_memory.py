@@ -103,6 +103,16 @@ def test_a_small_file_that_names_a_large_picture(tmp_path, folder, solved, pnm_o
     assert run(*line, "--memory-limit", mib, program=pnm_only, preexec_fn=limit).status == 0
 
 
+def test_a_png_needs_more_than_a_pgm(tmp_path, folder, solved, opencv):
+    """Its writer holds all samples several times."""
+    large = with_picture(solved.problem, 10000, 10000, tmp_path / "large.qcf")
+    assert run("solve", large, "-o", tmp_path / "large.qsf", "--solver", "icm").status == 0
+    decode = ["decode", large, tmp_path / "large.qsf", "-o"]
+    plain, compressed = (needed([*decode, folder / f"m.{end}"], 300) for end in ("pgm", "png"))
+    assert compressed > 2 * plain
+    assert not list(folder.iterdir())
+
+
 def test_compare_looks_before_it_solves(tmp_path, folder, solved):
     large = with_picture(solved.problem, 10000, 10000, tmp_path / "large.qcf")
     line = ["compare", large, "--maps", folder / "maps", "--solvers", "anneal"]
