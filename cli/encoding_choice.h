@@ -25,8 +25,7 @@ enum { CODING_PENALTY, CODING_GAP, CODING_TRUNCATE, CODING_OPTIONS };
 /* The problem that the coefficients are to hold, and what is chosen for it if the command line says
  * nothing else. */
 typedef struct coded_problem {
-    const char
-        *file; /* that it was read from, for messages; NULL = it comes from the command line */
+    const char *file; /* that it was read from; NULL = it comes from the command line */
     qs_pairwise pairwise;
     uint32_t labels, scale;
     qs_encoding encoding;

@@ -258,10 +258,12 @@ static void print_bound(const solved *found, uint32_t scale)
     }
 }
 
-/* Which limit stopped the solver. */
+/* Which limit stopped the solver, or why it ended without a proof. */
 static void print_stop(const solved *found)
 {
     if (found->solution.converged) {
+        bool open = solved_has_bound(found) && !solved_is_proven(found);
+        fputs(open ? ", ended because nothing more was gained" : "", stdout);
         return;
     }
     if (found->interrupted) {

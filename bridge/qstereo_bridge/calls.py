@@ -242,8 +242,8 @@ def _calls(run, journal):
             run.tell(None)
             if not options.quiet and not options.json:
                 runner.say(options, f"call {len(journal.lines)}: {_state(run, journal)}")
-        # A pass that gains nothing is the last.
-        if last and run.energy == before:
+        # Without a bound to end at, a pass that gains nothing is the last.
+        if last and run.bound is None and run.energy == before:
             return
         before = run.energy if last else before
 

@@ -219,7 +219,9 @@ SOLVE = [
             "each merged into the best state known, at first the one that the file of `qstereo "
             "reduce` carries. After an interruption the same command goes on, by its journal, "
             "S.qsf.journal"),
-    _option("--calls", WHOLE, "K", "with --windows: at most K calls (default 10)"),
+    _option("--calls", WHOLE, "K", "with --windows: at most K calls (default 10). It "
+            "ends earlier at the lower bound, where one is known, else after a pass over all "
+            "variables that gains nothing"),
     _option("--start", str, "S0.qsf", "with --windows: begin from the best sample of S0.qsf, and "
             "end at the lower bound that S0.qsf states"),
     _option("--bound", Number(float, -1e15, 1e15), "E", "with --windows: end at this lower bound, "

@@ -8,8 +8,8 @@ import time
 import numpy as np
 
 from . import merging, models, problem as api, qsf, registry
-from .container import FormatError
-from .failure import SolverError, io
+from .container import FormatError, OverLimit
+from .failure import IO, Failure, SolverError, io
 from .output import Output
 from .qcf import read_qcf
 from .solvers import Answer, nothing_to_decide, samples_of
@@ -94,8 +94,12 @@ def solve(options, ask):
             if answer is not None:
                 samples = checked(options, problem, answer)
                 if not getattr(options, "no_postprocess", False) and answer.lower_bound is None:
-                    samples = merging.finished(problem, samples, options.memory_limit,
-                                               problem.known)
+                    try:
+                        samples = merging.finished(problem, samples, options.memory_limit,
+                                                   problem.known)
+                    except OverLimit as error:
+                        raise Failure(IO, f"{error}. With --no-postprocess the samples are written "
+                                          "as they are") from None
                 told = _summary(options, problem, answer, samples, time.monotonic() - began)
                 deliver(_sound(qsf.pack_qsf(samples)), *told)
 

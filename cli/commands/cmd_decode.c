@@ -217,7 +217,8 @@ static int read_output(job *at, request *asked)
     TRY(meaning_ending_check(problem->name, labels, path));
     if (at->values[BOXES] != NULL &&
         (labels->meaning.kind != QS_MEANS_KEEP || path_ends(path, ".npy"))) {
-        return fail_usage("--boxes goes with lists of boxes, which %s cannot be", path);
+        return fail_usage("--boxes goes with a problem of detect and a list, .csv, not with %s",
+                          path);
     }
     if (is_map(at)) {
         const char *const *values = at->values;

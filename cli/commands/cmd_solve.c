@@ -97,8 +97,8 @@ static int solve_plainly(job *at, const request *asked, const laid_out *laid, so
     return solved_check(laid, asked->by, found);
 }
 
-/* What packing proves, and messages before the last ones, no certificate holds: then it is said that
- * the answer states less than it would without one. */
+/* No certificate holds what packing proves, nor what messages before the last ones do: then it is
+ * said that the answer states less than it would without one. */
 static void warn_of_less(const laid_out *laid, int64_t found, int64_t certified)
 {
     char known[DECIMAL_SIZE], proven[DECIMAL_SIZE] = "none";

@@ -80,11 +80,6 @@ static void make_row(void *context, uint32_t row, void *costs, int32_t *least)
     }
 }
 
-static bool is_site(const qs_problem *problem, uint64_t cell)
-{
-    return problem->grid.mask == NULL || problem->grid.mask[cell] != 0;
-}
-
 /* Checks the costs of some cells, one after the other, and counts the infinite ones. */
 static int check_cells(const labelling_request *asked, const qs_problem *problem, uint64_t first,
                        size_t count, int32_t *room, uint64_t *infinite)
@@ -92,7 +87,7 @@ static int check_cells(const labelling_request *asked, const qs_problem *problem
     const npy_array *costs = &asked->costs;
     size_t labels = problem->labels;
     for (uint64_t cell = first; cell < first + count; cell++) {
-        if (is_site(problem, cell)) {
+        if (labelling_is_site(problem, cell)) {
             TRY(units_convert(costs, &asked->cost_units, cell * labels, labels, room));
             for (size_t d = 0; d < labels; d++) {
                 *infinite += npy_is_infinite(costs, cell * labels + d);
@@ -138,11 +133,11 @@ static int forbid(const labelling_request *asked, qs_problem *problem, budget *l
     problem->allowed = allowed;
     for (uint64_t from = 0; from < costs->count; from += labels) {
         size_t left = 0;
-        for (size_t d = 0; is_site(problem, from / labels) && d < labels; d++) {
+        for (size_t d = 0; labelling_is_site(problem, from / labels) && d < labels; d++) {
             *allowed = !npy_is_infinite(costs, from + d);
             left += *allowed++;
         }
-        if (is_site(problem, from / labels) && left == 0) {
+        if (labelling_is_site(problem, from / labels) && left == 0) {
             char at[NPY_TEXT];
             npy_array cells = {.dimensions = costs->dimensions - 1};
             memcpy(cells.shape, costs->shape, sizeof cells.shape);

@@ -1,7 +1,6 @@
 #include "makers/labelling_parts.h"
 
-#include <string.h>
-
+#include "pictures/picture_write.h"
 #include "pictures/planes.h"
 #include "text/fail.h"
 
@@ -36,9 +35,9 @@ int labelling_open_mask(const labelling_request *asked, budget *limit, qs_proble
     if (path == NULL) {
         return DONE;
     }
-    size_t length = strlen(path), width = problem->grid.width, height = problem->grid.height;
-    bool array = length > 4 && strcmp(path + length - 4, ".npy") == 0;
-    TRY(array ? read_mask_array(path, limit, &mask) : numbers_picture_read(path, limit, &mask));
+    size_t width = problem->grid.width, height = problem->grid.height;
+    TRY(path_ends(path, ".npy") ? read_mask_array(path, limit, &mask)
+                                : numbers_picture_read(path, limit, &mask));
     if (mask.width != width || mask.height != height) {
         return fail(BAD_INPUT, input_name(path),
                     "is %zu columns x %zu rows, but the costs are of %zu columns x %zu rows",

@@ -42,6 +42,12 @@ int labelling_open_costs(labelling_request *asked, budget *limit, qs_problem *pr
 /* Opens --mask, if it is given. */
 int labelling_open_mask(const labelling_request *asked, budget *limit, qs_problem *problem);
 
+/* Whether a cell of a grid, or a node, is a site: not masked. */
+static inline bool labelling_is_site(const qs_problem *problem, uint64_t cell)
+{
+    return problem->grid.mask == NULL || problem->grid.mask[cell] != 0;
+}
+
 /* ---- Floats. ---- */
 
 /* Warns if an array of floats loses something at the scale that was not chosen.

@@ -6,20 +6,15 @@
 /* Errors below this share of a unit are no loss: 0.1 is no 32-bit float either. */
 static const double least_error = 1e-6;
 
-static bool counts(const qs_problem *problem, const npy_array *array, uint64_t cell,
-                   const npy_array *costs)
-{
-    return array != costs || problem->grid.mask == NULL || problem->grid.mask[cell] != 0;
-}
-
 /* The largest error, of costs where there is a site. */
 static npy_rounding find_worst(const labelling_request *asked, const qs_problem *problem,
                                const npy_array *array, npy_scaling by)
 {
-    size_t piece = array == &asked->costs ? problem->labels : (size_t)array->count;
+    bool costs = array == &asked->costs;
+    size_t piece = costs ? problem->labels : (size_t)array->count;
     npy_rounding worst = {0, 0};
     for (uint64_t from = 0; from < array->count; from += piece) {
-        if (counts(problem, array, from / piece, &asked->costs)) {
+        if (!costs || labelling_is_site(problem, from / piece)) {
             npy_rounding_find(array, from, piece, by, &worst);
         }
     }

@@ -23,7 +23,7 @@ int labelling_check_shape(const npy_array *array, const char *what, const uint64
         return DONE;
     }
     npy_shape_write(&like, wanted);
-    (void)snprintf(needed, sizeof needed, "%s of these costs are %s", what, wanted);
+    (void)snprintf(needed, sizeof needed, "%s must be %s with these costs", what, wanted);
     return labelling_fail_shape(array, needed);
 }
 

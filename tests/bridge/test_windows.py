@@ -10,14 +10,15 @@ import signal
 import struct
 import sys
 
+import dimod
 import numpy as np
 import pytest
 import qstereo_bridge as qb
 from hypothesis import given
 from hypothesis import strategies as st
-from problems import (all_states, carrying, domain_walls, grid, nothing, pack_qcf,
+from problems import (Table, all_states, carrying, domain_walls, grid, make, nothing, pack_qcf,
                       random_problem)
-from qstereo_bridge import jobs, models, windows
+from qstereo_bridge import jobs, merging, models, windows
 from qstereo_bridge.problem import made
 
 
@@ -117,6 +118,38 @@ def test_a_pass_that_gains_nothing_is_the_last(core, tmp_path, main):
     status, out, err = main("solve", path, "-o", tmp_path / "s.qsf", "--windows", 12, *LOCAL)
     assert status == 0 and err.count("bound not known") == 2 and "2 calls" in out
     assert "give --bound" in out
+
+
+class Stuck(dimod.Sampler):
+    """A sampler that answers zeros for `left` calls, then ones."""
+
+    parameters, properties, left = {}, {}, 0
+
+    def sample(self, bqm, **_):
+        Stuck.left -= 1
+        return dimod.SampleSet.from_samples_bqm(
+            dict.fromkeys(bqm.variables, int(Stuck.left < 0)), bqm)
+
+
+def test_with_a_bound_it_goes_on_after_a_pass_without_gain(tmp_path, main):
+    """Four variables gain if all of them are 1; neither descent nor merging leads there."""
+    path = tmp_path / "p.qcf"
+    path.write_bytes(pack_qcf(make(
+        [1] * 4, [Table(np.array([[-4]], "<i4"))],
+        [{"block": 0, "g": 0, "h": 1, "count": 3, "weight": 1}], [3, 3, 2, 3], [(0, 0)] * 4)))
+
+    def energies(name, *more):
+        Stuck.left = 5
+        status, out, err = main("solve", path, "--solver", f"{__name__}:Stuck", "--windows", 4,
+                                "--json", "-o", tmp_path / name, "--calls", 15, *more)
+        assert status == 0, err
+        return json.loads(out)["energies_of_calls"]
+    found = energies("met.qsf", "--bound", -1)
+    assert found == [0] * (len(found) - 1) + [-1] and len(found) > 5
+    assert len(energies("below.qsf", "--bound", -2)) == 15
+    # Without a bound the second pass, which gains nothing, is the last.
+    passes = [len(windows.passes(qb.load(path), 4, number)) for number in range(2)]
+    assert energies("none.qsf") == [0] * sum(passes)
 
 
 def test_the_start_is_where_it_begins(core, tmp_path, main):
@@ -355,3 +388,19 @@ def test_a_window_has_no_file():
     part = qb.window(p, np.zeros(len(p), np.uint8), windows.plan(p, 12))
     with pytest.raises(qb.InputError, match="no file of its own"):
         part.save(io.BytesIO())
+
+
+def test_an_answer_too_large_to_merge_stays_to_be_collected(
+        core, tmp_path, main, service, monkeypatch):
+    path, job = core[0], tmp_path / "s.qsf.job"
+    monkeypatch.setattr(merging, "ENTRY_BYTES", 1 << 40)
+    for words in (["solve", path, "-o", tmp_path / "s.qsf", "--solver", "hybrid-bqm"],
+                  ["collect", job]):
+        status, _, err = main(*words)
+        assert status == 4 and "With --no-postprocess the samples are written" in err
+        assert f"qstereo-bridge collect {job}" in err
+        assert job.exists() and not (tmp_path / "s.qsf").exists()
+    status, _, err = main("collect", job, "--no-postprocess")
+    assert status == 0, err
+    assert len(service.problems) == 1 and not job.exists()
+    assert qb.load_samples(tmp_path / "s.qsf").records.size

@@ -487,7 +487,8 @@ def test_boxes_the_whole_way_to_their_score(boxes, tmp_path):
         ("give the file that the problem was made of", [*score, "--boxes", kept], 3),
         ("--boxes goes with --as boxes", ["score", kept, kept, "--boxes", path], 2),
         ("made of", ["decode", file, samples, "-o", lines, "--boxes", truth], 3),
-        ("--boxes goes with lists", ["decode", file, samples, "-o", "o.npy", "--boxes", path], 2),
+        ("--boxes goes with a problem of detect",
+         ["decode", file, samples, "-o", "o.npy", "--boxes", path], 2),
     ]:
         done = run(*arguments)
         assert done.status == status, done.err

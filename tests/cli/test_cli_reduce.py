@@ -738,6 +738,26 @@ def test_repair_of_every_encoding(folder, pair, encoding):
         )
         assert repaired["repaired"] > 0
 
+def test_a_core_is_no_larger_than_the_problem(tmp_path):
+    """Of edges whose ends have kept different labels each would have a block of its own."""
+    costs = np.random.default_rng(3).integers(0, 60, (60, 60, 16), dtype=np.int32)
+    np.save(tmp_path / "costs.npy", costs)
+    problem, core = tmp_path / "p.qcf", tmp_path / "core.qcf"
+    options = ["--lambda", "4", "--smoothness", "linear", "--truncation", "3"]
+    succeed("encode", "--problem", "label", tmp_path / "costs.npy", "-o", problem, *options)
+    line = ["reduce", problem, "-o", core, "--iterations", "4", "--encoding"]
+    facts = call(*line, "one-hot")
+    assert facts["labels_after"] < facts["labels_before"]
+    small = 2**20  # bytes, at which nobody looks
+    assert core.stat().st_size > max(problem.stat().st_size, small)
+    done = run(*line[:-1])
+    assert done.status == 0, done.err
+    assert "undecided sites have all their labels" in done.out.decode()
+    assert core.stat().st_size <= max(problem.stat().st_size, small)
+    assert call("info", core)["variables"] <= facts["variables_before"]
+    answer = ["-o", tmp_path / "s.qsf", "--iterations", "20"]
+    assert call("solve", core, *answer)["energy"] >= facts["lower_bound"]
+
 
 def test_samples_are_needed_where_something_is_left(folder, solved):
     done = run("decode", solved.problem, "-o", folder / "m.pgm")

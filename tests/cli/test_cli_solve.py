@@ -401,6 +401,20 @@ def test_what_stopped_a_solver_in_words(folder, pair, solver, options, words):
     assert re.sub(r"\d+\.\d+ s", "S s", lines[1]) == words
 
 
+def test_an_end_without_a_proof_in_words(folder):
+    """Costs at random, of which nothing is ruled out: best ends before its limit of iterations."""
+    random = np.random.default_rng(5)
+    shapes = {"c": (24, 24, 6), "right": (24, 23, 6, 6), "down": (23, 24, 6, 6)}
+    for name, shape in shapes.items():
+        np.save(folder / f"{name}.npy", random.integers(0, 30, shape))
+    line = ["label", folder / "c.npy", "-o", folder / "l.npy",
+            "--tables", f"{folder / 'right.npy'},{folder / 'down.npy'}"]
+    facts = json.loads(succeed(*line, "--json").out)
+    assert facts["converged"] and not facts["proven_optimal"] and facts["iterations"] < 2000
+    assert b", ended because nothing more was gained\n" in succeed(*line).out
+    assert b"nothing more" not in succeed(*line, "--iterations", 50).out
+
+
 def test_an_interrupt_keeps_the_best_so_far(folder, large):
     """Without the option it would end the command without a file."""
     line = ["solve", large, "-o", folder / "s.qsf", "--solver", "anneal", "--iterations", 10**12]

@@ -21,8 +21,8 @@ bool qs_parts_solve(qs_elimination *e, void *memory, size_t size, uint64_t *work
 bool qs_parts_solve_one(qs_elimination *e, uint32_t first, void *memory, size_t size,
                         uint64_t *work, const qs_witness *witness);
 
-/* Searches the parts that are not closed for better labellings; no label leaves. Arguments as above.
- * Returns true if the labelling has changed. */
+/* Searches the parts that are not closed for better labellings; no label leaves. Arguments are as
+ * above. Returns true if the labelling has changed. */
 bool qs_parts_improve(qs_elimination *e, void *memory, size_t size, uint64_t *work);
 
 /* Bytes that are worth giving it. */

@@ -292,11 +292,95 @@ static void tables_in_files(void **unused)
     }
 }
 
+static bool is_left(uint32_t site, uint32_t label)
+{
+    return !file_model.kept || file_model.kept[site * file_model.labels + label] != 0;
+}
+
+/* The least that an edge costs with a label of one end; `back`: of its second end. */
+static int64_t least_of_line(uint32_t edge, uint32_t far, uint32_t label, bool back)
+{
+    int64_t least = INT64_MAX;
+    for (uint32_t other = 0; other < file_model.labels; other++) {
+        if (is_left(far, other)) {
+            int64_t cost = qs_model_edge_pairwise(&file_model, edge, back ? other : label,
+                                                  back ? label : other);
+            least = cost < least ? cost : least;
+        }
+    }
+    return least;
+}
+
+static void assert_least_is_0(uint32_t edge, uint32_t first, uint32_t second)
+{
+    for (uint32_t label = 0; label < file_model.labels; label++) {
+        if (is_left(first, label)) {
+            assert_int_equal(least_of_line(edge, second, label, false), 0);
+        }
+        if (is_left(second, label)) {
+            assert_int_equal(least_of_line(edge, first, label, true), 0);
+        }
+    }
+}
+
+/* Of a domain wall: what an edge costs with one label of a site, whatever the other end has, is a
+ * cost of that site. */
+static void tables_of_walls_are_lifted(void)
+{
+    const qs_model *m = &file_model;
+    for (uint32_t p = 0; p < m->sites && m->width > 0; p++) {
+        if ((p + 1) % m->width != 0) {
+            assert_least_is_0(2 * p, p, p + 1);
+        }
+        if (p + m->width < m->sites) {
+            assert_least_is_0(2 * p + 1, p, p + m->width);
+        }
+    }
+    for (uint32_t p = 0; p < m->sites && m->width == 0; p++) {
+        for (uint32_t n = m->link_start[p]; n < m->link_start[p + 1]; n++) {
+            if (m->links[n].site > p) {
+                assert_least_is_0(m->links[n].edge, p, m->links[n].site);
+            }
+        }
+    }
+}
+
+/* Sums of a wall's block that leave 32 bits are refused. */
+static void tables_of_walls_are_not_too_large(void **unused)
+{
+    (void)unused;
+    memset(&s, 0, sizeof s);
+    s.t.edges[0] = (qs_edge){0, 1, 1};
+    s.t.problem = (qs_problem){.sites = 2,
+                               .labels = 3,
+                               .scale = 1,
+                               .pairwise = {.smoothness = QS_TABLES},
+                               .edges = s.t.edges,
+                               .edge_count = 1,
+                               .tables = s.list,
+                               .costs = s.t.costs};
+    for (uint32_t i = 0; i < 9; i++) {
+        s.list[i] = i == 4 || i == 8;
+    }
+    model_of_problem();
+    recode(&model, &labels, (qs_recode_options){.encode = {.encoding = QS_DOMAIN_WALL, .gap = 1}},
+           &q);
+    model_of_file();
+    uint8_t *entry = q.file + (q.qubo.blocks - q.file) + q.index.block_at[0] + 12;
+    memset(entry, 0, 16);
+    entry[3] = 0x30; /* 3 x 2^28, */
+    model_of_file();
+    entry[15] = 0x30; /* and as much again */
+    size_t size = qs_model_workspace(&q.qubo);
+    assert_int_equal(qs_model_build(&q.index, file_model_memory, size, &file_model), QS_E_CORRUPT);
+}
+
 /* Forbidden labels have no variables, in every encoding that holds the pairwise cost. */
 static void forbidden_labels_in_files(void **unused)
 {
     (void)unused;
     uint64_t state = 302;
+    uint32_t walls = 0;
     for (int round = 0; round < ROUNDS; round++) {
         make(&state, round, true);
         const qs_problem *p = &s.t.problem;
@@ -320,6 +404,10 @@ static void forbidden_labels_in_files(void **unused)
         if (q.qubo.labels.trimmed == NULL) {
             compare_energies();
         }
+        if (encoding == QS_DOMAIN_WALL && p->pairwise.smoothness == QS_TABLES) {
+            tables_of_walls_are_lifted();
+            walls++;
+        }
         /* A reader of walls shares the terms of one site out differently: kappa may differ. */
         if (q.qubo.labels.trimmed == NULL && encoding != QS_DOMAIN_WALL) {
             recode(&file_model, &q.qubo.labels, options, &again);
@@ -332,6 +420,7 @@ static void forbidden_labels_in_files(void **unused)
         assert_int_equal(qs_encode(p, &one_hot, NULL, encode_memory, qs_encode_workspace(p), NULL),
                          left == all ? QS_OK : QS_E_ENCODING);
     }
+    assert_true(walls > ROUNDS / 8);
 }
 
 static const struct {
@@ -512,6 +601,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(tables_in_files),
         cmocka_unit_test(forbidden_labels_in_files),
+        cmocka_unit_test(tables_of_walls_are_not_too_large),
         cmocka_unit_test(solvers_take_tables_and_sets),
         cmocka_unit_test(reductions_keep_the_optimum),
         cmocka_unit_test(refusals),
