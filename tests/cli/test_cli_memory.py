@@ -184,6 +184,7 @@ SMALL = "{left} {right} --disparity 0:5 -o"
 LINES = {
     "encode": f"encode {SMALL} e.qcf --encoding domain-wall",
     "encode --json": f"encode {SMALL} e.qcf --json",
+    "encode --reduce": f"encode {SMALL} e.qcf --reduce --truncate",
     "encode of arcs": f"encode {SMALL} e.qcf --encoding st-cut-arcs --smoothness linear",
     "info": "info p.qcf --complexity",
     "solve": "solve p.qcf -o o.qsf --iterations 1",
