@@ -267,6 +267,16 @@ def test_a_map_is_no_input_of_its_sequence(work):
     assert maps_in(work) == before
 
 
+@pytest.mark.parametrize("folder", ["l_000.pgm", "none/deeper", "/dev/null", "/proc"])
+def test_a_folder_that_takes_no_maps(work, folder):
+    """A file in its place, one whose own folder is not there, and one for no files."""
+    write_numbered(work, pictures(2))
+    before = maps_in(work)
+    done = run("match", "l_%03d.pgm", "r_%03d.pgm", "-o", f"{folder}/d_%d.pgm", *OPTIONS)
+    assert done.status == 4 and folder in done.err and done.err.count("\n") == 1
+    assert done.out == b"" and maps_in(work) == before
+
+
 @pytest.mark.parametrize("standard", [False, True])
 def test_a_map_is_no_stream_that_it_is_made_from(work, standard):
     """Neither the stream by its name, nor behind standard input."""
