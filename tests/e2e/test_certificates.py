@@ -1,6 +1,7 @@
 """The two checkers of certificates, in C and by numpy, agree: on golden files, on those that solve
 and reduce write, and on the same with bytes changed."""
 
+import itertools
 import json
 import os
 import struct
@@ -145,12 +146,17 @@ def test_changed_certificates(tmp_path, smoothness, encoding, command):
 
 
 def test_changed_certificates_of_trials(tmp_path):
-    """30 boxes that all overlap are too wide for exact tables: labels leave by trials."""
-    boxes, problem, samples, proof = (
-        tmp_path / name for name in ("boxes.csv", "p.qcf", "s.qsf", "c.qpf"))
-    rows = [f"a,{x},0,40,40,0.9" for x in range(30)]
-    boxes.write_text("\n".join(["picture,x,y,width,height,score", *rows]) + "\n")
-    done = run("encode", "--problem", "detect", boxes, "-o", problem)
+    """30 choices that exclude each other are too wide for exact tables: labels leave by trials."""
+    problem, samples, proof = (tmp_path / name for name in ("p.qcf", "s.qsf", "c.qpf"))
+    edges = np.array(list(itertools.combinations(range(30), 2)))
+    near = 40 - (edges[:, 1] - edges[:, 0])  # of boxes 40 wide, what two of them share
+    arrays = {"costs": np.full((30, 2), (90, 0)), "pairs": [[0, 0], [0, 1]], "edges": edges,
+              "weights": 400 * near // (80 - near)}
+    for name, array in arrays.items():
+        np.save(tmp_path / f"{name}.npy", np.array(array, np.int32))
+    done = run("encode", "--problem", "label", tmp_path / "costs.npy", "-o", problem,
+               "--pairwise", tmp_path / "pairs.npy", "--edges", tmp_path / "edges.npy",
+               "--weights", tmp_path / "weights.npy")
     assert done.returncode == 0, done.stderr
     done = run("solve", problem, "-o", samples, "--certificate", proof, "--json")
     assert done.returncode == 0 and json.loads(done.stdout)["proven_optimal"], done.stderr
