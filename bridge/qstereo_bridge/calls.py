@@ -86,7 +86,7 @@ class _Run:
             with failing(options.start):
                 samples = load_samples(options.start, options.memory_limit)
                 best = merging.best_of(problem, samples)
-            if samples.digest != options.digest or best is None:
+            if samples.digest != problem.digest or best is None:
                 raise Failure(BAD_INPUT, f"{options.start}: these samples are not of this problem, "
                                          "or there are none")
             self.bits = samples.bits[best]
@@ -123,7 +123,7 @@ class _Run:
 
     def head(self):
         options = self.options
-        return {"schema": 1, "format": "qstereo-journal", "problem": options.digest.hex(),
+        return {"schema": 1, "format": "qstereo-journal", "problem": self.p.digest.hex(),
                 "windows": options.windows, "seed": options.seed or 0, "solver": options.solver,
                 "begins_from": hashlib.sha256(self.bits.tobytes()).hexdigest()}
 
@@ -137,7 +137,7 @@ class _Run:
     def whole(self):
         """An Embedding of the whole problem, of which that of each window is a part; None where the
         chip is too small for it."""
-        source = embedding.Source.of(self.p, self.p.memory_limit)
+        source = embedding.Source.of(self.p)
         if 2 * len(source.graph) <= len(self.chip.graph):
             with contextlib.suppress(embedding.NoEmbedding):
                 return embedding.obtain(source, self.chip, progress=self.tell)
@@ -145,7 +145,7 @@ class _Run:
 
     def embedded(self, part, variables):
         """The Embedding of a window, which is kept for its call. Raises NoEmbedding."""
-        source = embedding.Source.of(part, self.p.memory_limit)
+        source = embedding.Source.of(part)
         if self.whole:
             chains = {at: self.whole.chains[v] for at, v in enumerate(variables.tolist())}
             embedding.keep(dataclasses.replace(self.whole, problem=source.digest, chains=chains),
@@ -162,10 +162,10 @@ class _Run:
             [(self.energy, 1, NO_CHAINS)], RECORD), self.bits[None], info)
 
 
-def _options_of(options, number, part):
+def _options_of(options, number):
     """The options of one call."""
     call = copy.copy(options)
-    call.output, call.digest = f"{options.output}.call-{number + 1}", part.digest
+    call.output = f"{options.output}.call-{number + 1}"
     call.label = options.label and f"{options.label} call {number + 1}"
     # An embedding that is kept serves every run.
     call.seed = (None if registry.find(options.solver).kind or options.seed is None
@@ -227,7 +227,7 @@ def _calls(run, journal):
                 os.remove(jobs.path_of(f"{options.output}.call-{number + 1}", b""))
         else:
             part = windows.window(run.p, run.bits, variables)
-            call = _options_of(options, number, part)
+            call = _options_of(options, number)
             if options.solver == "qpu":
                 run.embedded(part, variables)
             with remote.answered(
@@ -291,7 +291,7 @@ def _plans(run):
         if options.solver == "qpu":
             figures = run.embedded(part, variables).figures()
             chains = {"embedded_qubits": figures.pop("qubits"), **figures, "fits": True}
-        call = _options_of(options, number, part)
+        call = _options_of(options, number)
         plans.append({"call": number + 1, **remote.plan(call, run.session, part),
                       **chains})
     return plans

@@ -15,13 +15,12 @@ import numpy as np
 from . import models, qcf
 from .container import Corrupt, check_memory, read_chunks, read_header
 from .failure import InputError
+from .qcf import DOMAIN_WALL, NO_BOUND, ONE_HOT_ENCODINGS
 
 MAGIC = b"\x89QPF\r\n\x1a\n"
 FIELDS = struct.Struct("<IIqq12s")
 REQUIRED = ["PROB", "BEST", "STGS"]
-NO_BOUND = -2**63
 SPLITS, LEAVES, PARTS = 1, 2, 4  # what a stage has
-WALL, ENCODINGS = 3, (1, 2, 3)
 SLOT_WIDTHS, SHARE_WIDTHS = (1, 2), (1, 2, 4)
 MOST_STAGES, MOST_SCALE, MOST_COSTS, MOST_SLOTS = 4096, 2**30, 2**59, 2**27
 MOST_SITES, PART_CELLS, ALL_CELLS = 4096, 2**23, 2**26  # of solved parts
@@ -59,14 +58,15 @@ class Problem:
     trimmed         (sites, K): what `unary` has and the linear terms have not (chunk trnc)
     """
 
-    def __init__(self, problem, limit):
-        if problem.encoding not in ENCODINGS:
+    def __init__(self, problem):
+        if problem.encoding not in (*ONE_HOT_ENCODINGS, DOMAIN_WALL):
             raise InputError("there are certificates of one-hot, one-hot-sparse and domain-wall "
                              "alone")
-        self.wall = wall = problem.encoding == WALL
+        self.wall = wall = problem.encoding == DOMAIN_WALL
         self.count, blocks = problem.sizes + wall, len(problem.blocks)
         shape = self.count.size, int(self.count.max(initial=1))
-        check_memory(64 * math.prod(shape) + 32 * blocks * shape[1]**2, limit, "the check")
+        check_memory(64 * math.prod(shape) + 32 * blocks * shape[1]**2, problem.memory_limit,
+                     "the check")
         self.left, self.open = np.arange(shape[1]) < self.count[:, None], np.ones(shape[0], bool)
         linear, self.trimmed = np.zeros((2, *shape), np.int64)
         linear[:, wall:][self.left[:, wall:]] = problem.linear

@@ -5,7 +5,7 @@ import io as memory
 import networkx as nx
 
 from . import embedding, runner
-from .failure import IO, NO, USAGE, Failure, SolverError, io
+from .failure import NO, USAGE, Failure, SolverError, io
 from .output import Output
 
 # By the encoding that a problem has: those with fewer couplers on a chip.
@@ -15,11 +15,8 @@ SPARSER = {2: None, 3: "one-hot-sparse"}
 def embed(options):
     """Embed, draw, print. The embedding's file gets its name before the picture."""
     if options.picture:
-        try:
-            from matplotlib.figure import Figure
-        except ImportError:
-            raise Failure(IO, f"{options.picture}: a picture needs matplotlib; "
-                              "pip install 'qstereo-bridge[picture]'") from None
+        # What is missing is told before the search.
+        import matplotlib.figure  # noqa: F401
         with io(options.picture, "write"), Output(options.picture, last=False):
             pass
     with runner.output_of(options, last=not options.picture) as deliver:
@@ -31,12 +28,12 @@ def embed(options):
             chip = embedding.Chip.named(options.topology)
         except ValueError as error:
             raise Failure(USAGE, str(error)) from None
-        source = embedding.Source.of(problem, options.memory_limit)
+        source = embedding.Source.of(problem)
         try:
             found = embedding.find(source, chip, options.seed, options.timeout, progress)
             embedding.keep(found, source, chip)
             progress("picture")
-            drawing = draw(source, chip, found, Figure) if options.picture else None
+            drawing = draw(source, chip, found) if options.picture else None
         except embedding.NoEmbedding as error:
             raise Failure(NO, f"{options.problem}: {error}; {_advice(problem, source, error)}"
                           ) from None
@@ -77,11 +74,12 @@ def _summary(options, source, chip, found):
             "seconds": found.seconds, "chip_qubits": total, "share": round(share, 4)}
 
 
-def draw(source, chip, found, Figure):
+def draw(source, chip, found):
     """The bytes of a PNG by dwave.graphs: the chip, each chain in a colour of its own. Raises
     SolverError for a chip that Ocean has no layout of."""
     import dwave.graphs
     from dwave.graphs.drawing.qubit_layout import draw_embedding
+    from matplotlib.figure import Figure
 
     if chip.family is None:
         raise SolverError(f"{chip.name} is of a shape that cannot be drawn; embed without "

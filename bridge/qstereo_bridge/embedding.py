@@ -23,7 +23,6 @@ import numpy as np
 from . import models, packing, services, tiles
 from .failure import NO, Error, FileError, SolverError
 from .output import save
-from .qcf import DEFAULT_LIMIT
 from .solvers import interruptible
 
 TIMEOUT = 100.0
@@ -66,9 +65,9 @@ class Source:
     starts: np.ndarray
 
     @classmethod
-    def of(cls, problem, limit=DEFAULT_LIMIT):
+    def of(cls, problem):
         """The graph of a Problem's QUBO, penalties included. Raises OverLimit."""
-        _, (rows, columns, _), _ = models.expand(problem, limit=limit)
+        _, (rows, columns, _), _ = models.expand(problem)
         return cls(graph_of(range(problem.linear.size), zip(rows.tolist(), columns.tolist())),
                    problem.starts)
 

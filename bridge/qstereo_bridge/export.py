@@ -9,36 +9,36 @@ from . import models, problem, runner
 from .failure import BAD_INPUT, IO, USAGE, Failure, failing, io
 
 
-def bqm(found, limit):
+def bqm(found):
     """dimod's own binary file: BinaryQuadraticModel.from_file() reads it back equal."""
-    with models.to_bqm(found, limit).to_file() as file:
+    with models.to_bqm(found).to_file() as file:
         return file.read()
 
 
-def coo(found, limit):
+def coo(found):
     """A line `i j value` for each term, `i i value` for each variable. The format knows no offset:
     a comment tells it."""
-    linear, quadratic, offset = models.expand(found, limit=limit)
+    linear, quadratic, offset = models.expand(found)
     every = np.arange(linear.size)
     return (f"# vartype=BINARY\n# offset {offset}\n# {found.scale} units are 1\n"
             + _lines(every, every, linear) + _lines(*quadratic)).encode()
 
 
-def qubo(found, limit):
+def qubo(found):
     """The format of qbsolv: c lines are comments, p says how many nodes and couplers follow."""
-    linear, quadratic, offset = models.expand(found, limit=limit)
+    linear, quadratic, offset = models.expand(found)
     used = np.flatnonzero(linear)
     return (f"c offset {offset}\nc {found.scale} units are 1\n"
             f"p qubo 0 {linear.size} {used.size} {quadratic[0].size}\n"
             + _lines(used, used, linear[used]) + _lines(*quadratic)).encode()
 
 
-def lp(found, limit):
+def lp(found):
     """An LP file of variables x0, x1, .. with a constraint for each one-hot group, no penalties:
     dimod.lp.load() and integer programmers' tools read it."""
     import dimod.lp
 
-    cqm, text = models.to_cqm(found, limit), memory.StringIO()
+    cqm, text = models.to_cqm(found), memory.StringIO()
     cqm.relabel_variables({v: f"x{v}" for v in cqm.variables})
     cqm.relabel_constraints({g: f"group{g}" for g in cqm.constraints})
     dimod.lp.dump(cqm, text)
@@ -60,7 +60,7 @@ def export(options):
                       "names the format")
     with runner.output_of(options) as deliver:
         found = runner.read(options)
-        data = FORMATS[end](found, options.memory_limit)
+        data = FORMATS[end](found)
         deliver(data, f"{found.linear.size:,} variables\n{options.output}: written",
                 {"variables": found.linear.size, "bytes": len(data)})
 

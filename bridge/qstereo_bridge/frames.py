@@ -71,13 +71,17 @@ def _key(*parts):
     return found.hexdigest()
 
 
-def _value(words, option, default):
-    """The number that the words give to an option."""
-    for at, word in enumerate(words):
+def _scale(words, step, option):
+    """The grey levels of a pixel that the words of a step give, 8 where they give none. Raises
+    Failure."""
+    for word, after in zip(words[step], [*words[step][1:], ""]):
         name, equals, value = word.partition("=")
         if name == option:
-            return float(value if equals else words[at + 1])
-    return default
+            try:
+                return float(value if equals else after)
+            except ValueError:
+                raise Failure(USAGE, f"--{step}: {option} needs a number") from None
+    return 8
 
 
 def _known(frame, name, key, ends):
@@ -190,7 +194,6 @@ def solved(frame, before):
 def finished(frame, before, solving):
     """Decode and score: the frame as the summary has it."""
     words, truth, base = frame["words"], frame["truth"], frame["base"]
-    scale = _value(words["decode"], "--scale", 8)
 
     def work(folder):
         said = json.loads(command.call(folder, "decode", f"{base}.qcf", f"{base}.qsf", "-o",
@@ -198,7 +201,7 @@ def finished(frame, before, solving):
         facts = {"energy": said["energy"]}
         if truth:
             said = json.loads(command.call(folder, "score", "map.png", str(truth), "--json",
-                                           f"--scale={scale:g}", *words["score"]))
+                                           f"--scale={frame['scale']:g}", *words["score"]))
             facts |= {key: said[key] for key in ("rms", "bad_0_5", "bad_1_0")}
         for made in Path(folder).glob("map*.png"):
             save(base + made.name.removeprefix("map"), made.read_bytes())
@@ -212,8 +215,8 @@ def finished(frame, before, solving):
     del result["key"]
     near = {side: frame[side] and os.path.relpath(frame[side], Path(base).parent)
             for side in ("left", "right", "truth")}
-    return {"name": frame["name"], **near, "scale": scale,
-            "truth_scale": _value(words["score"], "--truth-scale", 8),
+    return {"name": frame["name"], **near,
+            **{key: frame[key] for key in ("scale", "truth_scale")},
             **{key: before[key] for key in ("variables", "variables_left")},
             "lower_bound": bound, "results": [result]}
 
@@ -276,6 +279,9 @@ def frames(options):
         raise Failure(USAGE, f"{solver} runs on your workers and charges nothing; leave "
                              "--max-charge out")
 
+    scales = {"scale": _scale(words, "decode", "--scale"),
+              "truth_scale": _scale(words, "score", "--truth-scale")}
+
     def tell(text):
         if not options.quiet:
             runner.say(options, text)
@@ -287,7 +293,7 @@ def frames(options):
         for name, left, right, truth in found:
             frame = {"name": name, "left": left, "right": right, "truth": truth, "words": words,
                      "solver": solver, "base": str(folder / f"frame_{name}"),
-                     "dry_run": options.dry_run}
+                     "dry_run": options.dry_run, **scales}
             # Pure tasks would be those of another run with this scheduler.
             first[name] = frame, client.submit(reduced, frame, pure=False)
             if options.dry_run or options.max_charge:

@@ -123,7 +123,7 @@ class Bqm(Hybrid):
         return 200 + 12 * self.n + 24 * self.terms
 
     def file(self):
-        return bqm_file(self.problem, self.options.memory_limit)
+        return bqm_file(self.problem)
 
 
 class Cqm(Hybrid):
@@ -151,7 +151,7 @@ class Cqm(Hybrid):
         return 41 * self.n + 16 * self.terms + 860 * self.sizes["constraints"]
 
     def file(self):
-        return models.to_cqm(self.problem, self.options.memory_limit).to_file()
+        return models.to_cqm(self.problem).to_file()
 
 
 class Nl(Hybrid):
@@ -164,7 +164,7 @@ class Nl(Hybrid):
     def __init__(self, problem, options):
         super().__init__(problem, options)
         try:
-            self.model = models.to_nl(problem, options.memory_limit)
+            self.model = models.to_nl(problem)
         except ImportError as error:
             raise SolverError(explain(error)) from None
 

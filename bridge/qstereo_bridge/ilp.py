@@ -84,7 +84,7 @@ def _add(total, ends, times, costs):
         np.add.at(total, first + np.arange(of_end.size), times * of_end)
 
 
-def reduce(problem, limit):
+def reduce(problem):
     """The Form of `problem`, each of its blocks written with factors below 0. Raises OverLimit."""
     starts, one_hot, linear = problem.starts[:-1], problem.one_hot, problem.linear.copy()
     free, n = ~problem.of_variables(one_hot), linear.size
@@ -97,7 +97,8 @@ def reduce(problem, limit):
     for each in np.unique(kind[weight != 0]).tolist():
         content, these = problem.blocks[each // 8], np.flatnonzero((kind == each) & (weight != 0))
         rows, columns = content.shape
-        check_memory(40 * rows * columns, limit, f"a block of {rows:,} x {columns:,}")
+        check_memory(40 * rows * columns, problem.memory_limit,
+                     f"a block of {rows:,} x {columns:,}")
         table = content.astype(np.int64) * (-1 if each & 1 else 1)
         table = np.triu(table, 1) if each & 4 else table
         above, beside = starts[g[these], None], starts[h[these], None]
@@ -113,7 +114,8 @@ def reduce(problem, limit):
         _add(twice, ends, times, shares)
         i, j = np.nonzero(table)
         entries += 3 * i.size * these.size
-        check_memory(ENTRY_BYTES * entries, limit, f"an integer program of {entries:,} entries")
+        check_memory(ENTRY_BYTES * entries, problem.memory_limit,
+                     f"an integer program of {entries:,} entries")
         left, right, value = above + i, beside + j, times * table[i, j]
         # What is above 0 has a free variable: v x y = v y - v (1 - x) y.
         for this, other in ((left, right), (right, left)):
@@ -127,10 +129,10 @@ def reduce(problem, limit):
                 np.cumsum(begins) - 1, first, ~free[first])
 
 
-def descend(problem, form, x, limit, over):
+def descend(problem, form, x, over):
     """Better labellings until over(), or no site alone has one. In each step a share of the sites
     that gain moves; the share is halved where neighbours spoil it for each other."""
-    linear, (rows, columns, values), _ = models.expand(problem, penalties=False, limit=limit)
+    linear, (rows, columns, values), _ = models.expand(problem, penalties=False)
     matrix = coo_array((values, (rows, columns)), (x.size, x.size)).tocsr()
     matrix, lot, share = matrix + matrix.T, np.random.default_rng(0), 1.0
     while not over():
@@ -233,7 +235,7 @@ class Search:
     is proven of all (None: nothing yet), in `text` where it is."""
 
     def __init__(self, problem, options):
-        self.problem, self.limit = problem, options.memory_limit
+        self.problem = problem
         self.stop = time.monotonic() + (options.time_limit or math.inf)
         self.bits, self.bound, self.text = np.zeros(problem.linear.size, np.int64), None, "building"
         self.bits[problem.starts[:-1][problem.one_hot]] = 1
@@ -243,14 +245,14 @@ class Search:
         return time.monotonic() >= self.stop
 
     def run(self):
-        form = reduce(self.problem, self.limit)
+        form = reduce(self.problem)
         self.bits, (program, parts) = form.best(form.linear), split(form)
         of_product, alone = program[form.left % form.linear.size], program < 0
         bounds = bounds_of(form, program)
         rest = form.offset + int(form.linear[alone] @ self.bits[alone])
         self.bound = rest + int(bounds.sum())
         self.info = {"components": parts, "programs": bounds.size, "open_programs": bounds.size}
-        self.bits = descend(self.problem, form, self.bits, self.limit, self.over)
+        self.bits = descend(self.problem, form, self.bits, self.over)
         if self.problem.known is not None:
             self.bits = better_of(form, program, self.bits, self.problem.known.astype(np.int64))
         for k, low in enumerate(bounds.tolist()):

@@ -242,7 +242,7 @@ def send(job, kind, options, session, progress):
 
     One request does it, which is never repeated once it may have arrived. Raises SolverError.
     """
-    digest = options.digest.hex()
+    digest = kind.problem.digest.hex()
     problem = None if options.problem == "-" else os.path.relpath(
         options.problem, os.path.dirname(job.path) or ".")
     # What a service might change in it is left out; the last word is no other job's.

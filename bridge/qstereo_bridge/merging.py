@@ -163,13 +163,12 @@ def best_of(problem, samples):
     return int(order[0]) if order.size else None
 
 
-def finished(problem, samples, limit, known=None):
+def finished(problem, samples, known=None):
     """The Samples with the result of descent and merging: as one more sample, the last, where it
     is better than all others. INFO's "result" says how many reads there are, which sample is the
     result, and whether a state known before was merged, too.
 
     problem     qcf.Coefficients
-    limit       bytes that the work may take
     known       u8 array (n,): a state to merge with the samples, or None
     Raises OverLimit.
     """
@@ -177,7 +176,7 @@ def finished(problem, samples, limit, known=None):
     if not reads:
         return samples
     n = bits.shape[1]
-    check_memory(ENTRY_BYTES * min(n * reads, max(BLOCK, n)), limit,
+    check_memory(ENTRY_BYTES * min(n * reads, max(BLOCK, n)), problem.memory_limit,
                  f"descent of {reads:,} samples of {n:,} variables")
     others = bits[:0] if known is None else known[None]
     result = merged(problem, np.append(bits, others, axis=0))[None]
@@ -208,4 +207,4 @@ def merge(p, *samples):
         np.concatenate([one.bits for one in samples]),
         samples[0].info if len(samples) == 1 else {"merged": [
             {"solver": one.solver, "samples": one.records.size, **one.info} for one in samples]})
-    return finished(p, together, p.memory_limit)
+    return finished(p, together)

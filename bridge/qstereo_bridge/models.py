@@ -131,17 +131,17 @@ def _count(block, kind):
     return above * (2 if kind == 3 else 1)
 
 
-def expand(problem, penalties=True, limit=None):
+def expand(problem, penalties=True):
     """All coefficients: (linear, (rows, columns, values), offset).
 
     linear, values are i64; rows < columns are i32, sorted by (row, column), without repetitions and
     without zeros. The penalties are folded in (-a on each linear term, b on each pair of the group,
     a in the offset) or, with `penalties` false, left out.
-    Raises OverLimit where these arrays and dimod's model of them would not fit into `limit` bytes,
-    or else the problem's own limit.
+    Raises OverLimit where these arrays and dimod's model of them would not fit into the problem's
+    memory limit.
     """
     terms = Terms(problem, penalties)
-    check_memory(terms.count * (COO_BYTES + BQM_BYTES), limit or problem.memory_limit,
+    check_memory(terms.count * (COO_BYTES + BQM_BYTES), problem.memory_limit,
                  f"a model of {terms.count:,} quadratic terms")
     found, at = [np.empty(terms.count, kind) for kind in (np.int32, np.int32, np.int64)], 0
     for chunk in terms.chunks():
@@ -248,20 +248,20 @@ def parts(problem: Coefficients) -> list[NDArray[np.int64]]:
     return sorted(np.split(order, cuts) if order.size else [], key=lambda part: -part.size)
 
 
-def to_bqm(problem: Coefficients, limit: int | None = None) -> dimod.BinaryQuadraticModel:
+def to_bqm(problem: Coefficients) -> dimod.BinaryQuadraticModel:
     """dimod.BinaryQuadraticModel of H, penalties folded in, variables 0 .. n - 1. Raises OverLimit.
     """
     import dimod
 
-    return dimod.BinaryQuadraticModel.from_numpy_vectors(*expand(problem, limit=limit), "BINARY")
+    return dimod.BinaryQuadraticModel.from_numpy_vectors(*expand(problem), "BINARY")
 
 
-def to_cqm(problem: Coefficients, limit: int | None = None) -> dimod.ConstrainedQuadraticModel:
+def to_cqm(problem: Coefficients) -> dimod.ConstrainedQuadraticModel:
     """dimod.ConstrainedQuadraticModel: H without penalties, each one-hot group a constraint. Raises
     OverLimit."""
     import dimod
 
-    cqm, terms = dimod.ConstrainedQuadraticModel(), expand(problem, penalties=False, limit=limit)
+    cqm, terms = dimod.ConstrainedQuadraticModel(), expand(problem, penalties=False)
     cqm.set_objective(dimod.BinaryQuadraticModel.from_numpy_vectors(*terms, "BINARY"))
     for group in np.flatnonzero(problem.one_hot).tolist():
         # add_discrete says the same, but compares each new group with all others.
@@ -272,7 +272,7 @@ def to_cqm(problem: Coefficients, limit: int | None = None) -> dimod.Constrained
     return cqm
 
 
-def to_nl(problem: Coefficients, limit: int | None = None) -> Model:
+def to_nl(problem: Coefficients) -> Model:
     """dwave.optimization.Model of H. Raises OverLimit, ImportError without the extra `dwave`.
 
     Where every group is one-hot, it decides on an integer for each group, the variable that is 1:
@@ -283,17 +283,17 @@ def to_nl(problem: Coefficients, limit: int | None = None) -> Model:
 
     model = Model()
     energy = _nl_labels if problem.one_hot.all() else _nl_bits
-    model.minimize(energy(model, problem, limit))
+    model.minimize(energy(model, problem))
     return model
 
 
-def _nl_labels(model, problem, limit):
+def _nl_labels(model, problem):
     sizes, (g, h, block, weight) = problem.sizes, problem.couplings
     # Indices are checked against the bounds of all labels together: each group has room for the
     # most labels that any has.
     most = int(sizes.max())
     # A constant is held as doubles; of each coupling the model's state keeps a few numbers.
-    check_memory(24 * most * sizes.size + 80 * g.size, limit or problem.memory_limit,
+    check_memory(24 * most * sizes.size + 80 * g.size, problem.memory_limit,
                  f"a model of {problem.linear.size:,} labels and {g.size:,} couplings")
     costs = np.zeros((sizes.size, most))
     costs[np.arange(most) < sizes[:, None]] = problem.linear
@@ -313,8 +313,8 @@ def _nl_labels(model, problem, limit):
     return total
 
 
-def _nl_bits(model, problem, limit):
-    linear, (rows, columns, values), offset = expand(problem, limit=limit)
+def _nl_bits(model, problem):
+    linear, (rows, columns, values), offset = expand(problem)
     bits = model.binary(linear.size)
     total = (bits * model.constant(linear)).sum() + model.constant(offset)
     if rows.size:

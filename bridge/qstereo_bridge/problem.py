@@ -152,4 +152,4 @@ class Problem(Coefficients):
         Raises SolverError for other variables or values.
         """
         answer = solvers.from_sampleset(sampleset, len(self), info=plain(dict(sampleset.info)))
-        return solvers.samples_of(self, self.digest, solver, answer)
+        return solvers.samples_of(self, solver, answer)

@@ -88,7 +88,7 @@ class Qpu:
 
         progress("building the model")
         options, solver, warnings = self.options, session.solver, WarningHandler("save")
-        ising = models.to_bqm(self.problem, options.memory_limit).change_vartype("SPIN")
+        ising = models.to_bqm(self.problem).change_vartype("SPIN")
         found, n = self.embedding(Chip.of_solver(solver), progress), len(ising)
         chains = [sorted(map(int, found[v])) for v in range(len(found))]
         lengths, copies = np.array(list(map(len, chains))), len(chains) // n
@@ -122,7 +122,7 @@ class Qpu:
     def embedding(self, chip, progress):
         """The user's embedding, a remembered one of this graph, or a new one: {variable: qubits},
         one copy after the other."""
-        options, source = self.options, embedding.Source.of(self.problem, self.options.memory_limit)
+        options, source = self.options, embedding.Source.of(self.problem)
         progress("looking for an embedding")
         try:
             found = self.users(source, chip) or embedding.obtain(
@@ -189,7 +189,7 @@ class Qpu:
         count, qubits = terms.count, len(properties["qubits"])
         if not reason and terms.repeated:
             # What cancels is not sent.
-            count = models.expand(self.problem, limit=options.memory_limit)[1][0].size
+            count = models.expand(self.problem)[1][0].size
         found = {"variables": self.problem.linear.size, "quadratic_terms": count,
                  "copies": options.copies, "limits": {}, "minimum_time_limit": None,
                  "qubits": {properties.get("chip_id", "the chip"): qubits}, "embedded_qubits": None,
@@ -197,8 +197,7 @@ class Qpu:
                  "fits": False if reason else None, "reason": reason}
         if reason or solver is None:
             return found
-        source, chip = embedding.Source.of(self.problem, options.memory_limit), Chip.of_solver(
-            solver)
+        source, chip = embedding.Source.of(self.problem), Chip.of_solver(solver)
         known = self.users(source, chip) or (
             embedding.kept(source, chip, options.copies) if options.seed is None else None)
         if known:

@@ -30,10 +30,10 @@ def answered(options, problem, progress, session=None, again=False):
     if not solver.kind:
         yield solver.run(options.solver, problem, options, progress)
         return
-    path = jobs.path_of(options.output, options.digest)
+    path = jobs.path_of(options.output, problem.digest)
     with (jobs.Job.load(path, options.resubmit) as job, explained(),
           contextlib.ExitStack() as stack):
-        before = _at_service(options, job)
+        before = _at_service(options, problem, job)
         if before and not again:
             raise Failure(NO, f"{path}: this problem was sent {job.time} and is not sent again; "
                               f"{job.command} fetches the answer (--resubmit sends and charges it "
@@ -53,12 +53,12 @@ def answered(options, problem, progress, session=None, again=False):
         job.remove()
 
 
-def _at_service(options, job):
+def _at_service(options, problem, job):
     """Whether the service has the problem by an earlier job. Raises Failure(NO) where that is of
     another problem."""
     if job.state == jobs.UPLOADING or options.resubmit:
         return False
-    if job.problem_digest == options.digest.hex():
+    if job.problem_digest == problem.digest.hex():
         return jobs.was_sent(job)
     if options.windows:
         # A call of another run, whose journal was removed.
@@ -107,7 +107,7 @@ def collect(options):
 
         @contextlib.contextmanager
         def ask(problem, progress):
-            if options.digest.hex() != job.problem_digest:
+            if problem.digest.hex() != job.problem_digest:
                 raise Failure(BAD_INPUT, f"{options.problem}: this is not the problem that was "
                                          "sent (its SHA-256 differs); name that with --problem")
             if not jobs.was_sent(job):
@@ -194,13 +194,13 @@ def solve_one(task, session=None):
 
 
 def _is_there(task):
-    """Whether the samples file answers this very problem, whose digest is known then."""
-    runner.read(task)
+    """Whether the samples file answers this very problem."""
     if not os.path.lexists(task.output):
         return False
+    problem = runner.read(task)
     with (contextlib.suppress(FormatError), io(task.output, "read"),
           open(task.output, "rb") as stream):
-        return read_qsf(stream, task.memory_limit).digest == task.digest
+        return read_qsf(stream, task.memory_limit).digest == problem.digest
     return False
 
 

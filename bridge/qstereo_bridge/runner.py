@@ -31,11 +31,10 @@ def progress(options):
 
 
 def read(options):
-    """The qcf.Coefficients; their digest becomes `options.digest`."""
+    """The qcf.Coefficients of the problem that the options name."""
     name = options.problem
     with io(name, "read"), open(0 if name == "-" else name, "rb", closefd=name != "-") as stream:
         problem = read_qcf(stream, options.memory_limit)
-    options.digest = problem.digest
     models.check_known(problem)
     if getattr(options, "alone", False):
         problem.known = problem.stated_bound = None
@@ -95,8 +94,7 @@ def solve(options, ask):
                 samples = checked(options, problem, answer)
                 if not getattr(options, "no_postprocess", False) and answer.lower_bound is None:
                     try:
-                        samples = merging.finished(problem, samples, options.memory_limit,
-                                                   problem.known)
+                        samples = merging.finished(problem, samples, problem.known)
                     except OverLimit as error:
                         raise Failure(IO, f"{error}. With --no-postprocess the samples are written "
                                           "as they are") from None
@@ -118,7 +116,7 @@ def merge(options):
 def checked(options, problem, answer):
     """The Samples of the answer; its warnings are told. Raises SolverError where the solver's
     energies are not the recomputed ones, but for floating point's rounding."""
-    samples = samples_of(problem, options.digest, options.solver, answer)
+    samples = samples_of(problem, options.solver, answer)
     expected = samples.records["energy"]
     if not expected.size:
         raise SolverError("the solver's answer has no samples")

@@ -70,7 +70,7 @@ def check_occurrences(counts):
         raise SolverError("the answer has samples that were never seen, or too often")
 
 
-def samples_of(problem, digest, solver, answer):
+def samples_of(problem, solver, answer):
     """The Samples in an Answer, with exact energies. Raises SolverError for what no .qsf holds."""
     counts = 1 if answer.occurrences is None else answer.occurrences
     check_occurrences(counts)
@@ -78,7 +78,7 @@ def samples_of(problem, digest, solver, answer):
     records["energy"], records["occurrences"] = models.energies(problem, answer.bits), counts
     records["broken"] = (NO_CHAINS if answer.broken is None else
                          np.rint(answer.broken * BROKEN_UNITS))
-    return Samples(digest, solver, records, answer.bits, answer.info)
+    return Samples(problem.digest, solver, records, answer.bits, answer.info)
 
 
 def interruptible(call, tick, stop=float("inf")):
@@ -109,9 +109,9 @@ def nothing_to_decide(problem):
 def _prepared(problem, options):
     """(The model for a sampler here, after a look at the room that its samples will take; the seed
     that was asked for, or one that can be told afterwards)."""
-    check_memory(16 * problem.linear.size * options.num_reads, options.memory_limit,
+    check_memory(16 * problem.linear.size * options.num_reads, problem.memory_limit,
                  f"{options.num_reads:,} samples of {problem.linear.size:,} variables")
-    return (models.to_bqm(problem, options.memory_limit),
+    return (models.to_bqm(problem),
             secrets.randbelow(2**31) if options.seed is None else options.seed)
 
 
@@ -162,7 +162,7 @@ def tabu(problem, options, progress):
     from dwave.samplers import TabuSampler
 
     n, reads, limit = problem.linear.size, options.num_reads, options.time_limit
-    check_memory(32 * n * n, options.memory_limit, f"tabu search, dense in {n:,} variables,")
+    check_memory(32 * n * n, problem.memory_limit, f"tabu search, dense in {n:,} variables,")
     bqm, seed = _prepared(problem, options)
     told = {"num_reads": reads, "seed": seed,
             "timeout": min(max(1, round(1000 * limit / reads)), 2**31 - 1)}
@@ -178,7 +178,7 @@ def exact(problem, options, progress):
     if n > EXACT_VARIABLES:
         raise SolverError(f"exact takes at most {EXACT_VARIABLES} variables, this problem has "
                           f"{n:,}; use anneal")
-    linear, (rows, columns, values), offset = models.expand(problem, limit=options.memory_limit)
+    linear, (rows, columns, values), offset = models.expand(problem)
     couplings = np.zeros((n, n), np.int64)
     couplings[rows, columns] = values
     energies, flip = np.empty(1 << n, np.int64), np.empty(1 << n - 1, np.int64)
@@ -236,7 +236,7 @@ def sample(problem, options, progress):
 
         sampler = SpinReversalTransformComposite(sampler, seed=options.seed)
         wanted["num_spin_reversal_transforms"] = told["spin_reversals"] = options.spin_reversals
-    bqm = models.to_bqm(problem, options.memory_limit)
+    bqm = models.to_bqm(problem)
 
     def work():
         # The sample set of many samplers is a promise.

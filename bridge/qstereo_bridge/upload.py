@@ -16,13 +16,13 @@ LINEAR = np.dtype([("start", "<i4"), ("bias", "<f8")])
 TERM = np.dtype([("other", "<i4"), ("bias", "<f8")])
 
 
-def bqm_file(problem, limit):
+def bqm_file(problem):
     """A binary file, to be closed by the caller: `to_bqm(problem).to_file(ignore_labels=True)`."""
     terms = models.Terms(problem, both=True)
     if terms.repeated or terms.count > np.iinfo(np.int32).max:
         # What stands in several terms has to be added up first; dimod widens the starts where they
         # need it.
-        return models.to_bqm(problem, limit).to_file(ignore_labels=True)
+        return models.to_bqm(problem).to_file(ignore_labels=True)
     from dimod.serialization.fileview import make_header
 
     n, degree = problem.linear.size, np.zeros(problem.linear.size, np.int64)

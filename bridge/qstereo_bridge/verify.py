@@ -8,15 +8,17 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from . import models, qcf, runner
-from .certificate import MAGIC, NO_BOUND, Invalid, Problem, check, parse_qpf
+from .certificate import MAGIC, Invalid, Problem, check, parse_qpf
 from .container import DEFAULT_LIMIT, read_stream
 from .failure import NO, OK, InputError
 from .problem import File, load, load_samples, opened
+from .qcf import NO_BOUND
 
 
 @dataclass
 class Verdict:
-    """Whether a certificate is valid, and if not, why. Energies are in integer units.
+    """Whether a certificate is valid, and if not, why. Energies are in integer units, `scale` of
+    which are one real unit.
 
     energy          of the best sample, or of the certificate's labelling
     lower_bound     that the certificate states; None = none
@@ -27,6 +29,7 @@ class Verdict:
     energy: int
     lower_bound: int | None
     stages: int
+    scale: int
 
 
 def _best_energy(p, problem, samples):
@@ -95,7 +98,7 @@ def verify(problem: File, other: File, certificate: File,
         head = stream.read(len(qcf.MAGIC))
         stream.seek(-len(head), 1)
         answer = (load if head == qcf.MAGIC else load_samples)(stream, memory_limit)
-    p, reduced = Problem(whole, memory_limit), head == qcf.MAGIC
+    p, reduced = Problem(whole), head == qcf.MAGIC
     (_, lower_bound, stated, _, stages, _), why = proof, None
     energy = stated
     try:
@@ -111,14 +114,14 @@ def verify(problem: File, other: File, certificate: File,
     except Invalid as reason:
         why = str(reason)
     return Verdict(why is None, why, stated if energy is None else energy,
-                   None if lower_bound == NO_BOUND else lower_bound, stages)
+                   None if lower_bound == NO_BOUND else lower_bound, stages, whole.scale)
 
 
 def command(options):
     """The command `verify`."""
     found = verify(options.problem, options.other, options.certificate, options.memory_limit)
-    scale = load(options.problem, options.memory_limit).scale
     facts = {**asdict(found), "proven_optimal": found.valid and found.energy == found.lower_bound}
+    scale = facts.pop("scale")
     for key in ("energy", "lower_bound"):
         facts[key] = runner.real(facts[key], scale)
     runner.show(options, f"valid: energy {facts['energy']}, lower bound {facts['lower_bound']}, "

@@ -13,7 +13,6 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from types import SimpleNamespace
 
 from bench_bridge import memory
 from scenes import Figures, arguments
@@ -26,7 +25,7 @@ def problem_in(folder):
     from qstereo_bridge import qcf
 
     with open(Path(folder, "p.qcf"), "rb") as stream:
-        return qcf.read_qcf(stream)
+        return qcf.read_qcf(stream, LIMIT)
 
 
 def ours(name, folder):
@@ -36,8 +35,7 @@ def ours(name, folder):
 
     before, began = memory("VmRSS"), time.perf_counter()
     solver = registry.find(name)
-    options = SimpleNamespace(memory_limit=LIMIT)
-    file = solver.run(name, problem_in(folder), options).file()
+    file = solver.run(name, problem_in(folder), None).file()
     print(time.perf_counter() - began, memory("VmHWM") - before, file.seek(0, 2))
 
 
@@ -46,7 +44,7 @@ def dimods(name, folder):
     from qstereo_bridge import models
 
     problem = problem_in(folder)
-    linear, quadratic, offset = models.expand(problem, penalties=name == "hybrid-bqm", limit=LIMIT)
+    linear, quadratic, offset = models.expand(problem, penalties=name == "hybrid-bqm")
     before, began = memory("VmRSS"), time.perf_counter()
     bqm = dimod.BinaryQuadraticModel.from_numpy_vectors(linear, quadratic, offset, "BINARY")
     model = bqm

@@ -180,7 +180,7 @@ def test_a_chip_of_unusual_tiles():
     dwave.embedding.verify_embedding(found.chains, source.graph, graph)
     assert found.method == "minorminer"
     with pytest.raises(solvers.SolverError, match="cannot be drawn"):
-        embed.draw(source, chip, found, None)
+        embed.draw(source, chip, found)
 
 
 def test_no_embedding():
@@ -457,5 +457,5 @@ def test_picture_without_matplotlib(problem_file, tmp_path, main, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     status, out, err = main("embed", problem_file, "--topology", "zephyr:3", "-o",
                             tmp_path / "e.json", "--picture", tmp_path / "e.png")
-    assert ((status, out) == (4, "") and "qstereo-bridge[picture]" in err
+    assert ((status, out) == (5, "") and "qstereo-bridge[picture]" in err
             and not (tmp_path / "e.json").exists())

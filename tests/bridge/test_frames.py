@@ -156,7 +156,9 @@ def test_lists_that_are_none(line, said, frames, tmp_path):
 @pytest.mark.parametrize("words, said", [
     (["--solve", "--solver nobody"], "nobody is not one of"), (["--workers", 2], "--workers"),
     (["--solve", "--no-wait --solver qpu"], "--solve does not take --no-wait"),
-    (["--solve", "-o s.qsf"], "--solve does not take -o")])
+    (["--solve", "-o s.qsf"], "--solve does not take -o"),
+    (["--decode", "--scale"], "--decode: --scale needs a number"),
+    (["--score", "--truth-scale=4x"], "--score: --truth-scale needs a number")])
 def test_words_that_no_frame_takes(words, said, pairs, frames, tmp_path):
     status, _, err = frames(pairs, *words)
     assert status == 2 and said in err and not (tmp_path / "out").exists()

@@ -28,12 +28,8 @@ from qstereo_bridge.container import OverLimit
 SEEDS = st.integers(0, 2**32 - 1)
 
 
-def solve(problem, time_limit=None, memory_limit=1 << 33):
-    return ilp.ilp(
-        problem,
-        argparse.Namespace(time_limit=time_limit, memory_limit=memory_limit),
-        lambda text: None,
-    )
+def solve(problem, time_limit=None):
+    return ilp.ilp(problem, argparse.Namespace(time_limit=time_limit), lambda text: None)
 
 
 def labellings(problem):
@@ -143,7 +139,7 @@ def test_bound_without_time_of_large_tables():
 @given(SEEDS)
 def test_form_is_h_on_labellings(seed):
     problem = sites(seed, 4)
-    form, states = ilp.reduce(problem, 1 << 30), labellings(problem)
+    form, states = ilp.reduce(problem), labellings(problem)
     literals = np.concatenate((states, 1 - states), axis=1).astype(np.int64)
     values = (
         form.offset
@@ -160,7 +156,7 @@ def test_plain_qubo_is_as_exact_says():
     check(
         problem,
         solve(problem),
-        solvers.exact(problem, argparse.Namespace(memory_limit=1 << 30), None).lower_bound,
+        solvers.exact(problem, None, None).lower_bound,
     )
 
 
@@ -171,7 +167,7 @@ def test_dense_is_as_sparse(size):
     one, other = solve(dense), solve(sparse)
     check(dense, one, other.lower_bound)
     check(sparse, other, one.lower_bound)
-    forms = [ilp.reduce(problem, 1 << 30) for problem in (dense, sparse)]
+    forms = [ilp.reduce(problem) for problem in (dense, sparse)]
     width, height, labels = size
     edges = (width - 1) * height + width * (height - 1)
     assert [form.cost.size for form in forms] == [edges * labels] * 2
@@ -197,7 +193,7 @@ def test_blocks_of_one_hot_groups(table, products):
         problem = make(
             [3, 3], [Table(entries)], [{"weight": 1, "h": 1}], [4, 0, 1, 0, 3, 1], [(1, 1)] * 2
         )
-        assert ilp.reduce(problem, 1 << 30).cost.size == products
+        assert ilp.reduce(problem).cost.size == products
         check(problem, solve(problem), least(problem))
 
 
@@ -256,7 +252,7 @@ def test_components(monkeypatch):
         and answer.info["open_programs"] == 0
     )
     monkeypatch.setattr(ilp, "BATCH", 1)
-    program, components = ilp.split(ilp.reduce(problem, 1 << 30))
+    program, components = ilp.split(ilp.reduce(problem))
     assert np.bincount(program[program >= 0]).tolist() == [6, 24, 27] and components == 3
     assert solve(problem).lower_bound == answer.lower_bound
     alone = solve(beside(*[grid(1, 1, 3, seed=k) for k in range(4)]))
@@ -324,8 +320,8 @@ def test_no_step_is_waited_for_beyond_the_limit(step, monkeypatch):
 
 def test_beginning_is_a_local_minimum():
     for problem in (grid(6, 6, 5), sites(3), sites(4), random_problem(5)):
-        form = ilp.reduce(problem, 1 << 30)
-        x = ilp.descend(problem, form, form.best(form.linear), 1 << 30, lambda: False).astype(
+        form = ilp.reduce(problem)
+        x = ilp.descend(problem, form, form.best(form.linear), lambda: False).astype(
             np.uint8
         )
         before, starts = models.energies(problem, x[None])[0], problem.starts.tolist()
@@ -340,14 +336,18 @@ def test_beginning_is_a_local_minimum():
 
 
 def test_programs_say_what_they_need():
-    with pytest.raises(OverLimit, match="an integer program of [0-9,]+ entries would need"):
-        solve(grid(30, 30, 8), memory_limit=20 << 20)
-    with pytest.raises(OverLimit, match="a block of 3,000 x 3,000 would need"):
-        table = Toeplitz((3000, 3000), 0, 0, np.array([1], "<i4"))
-        solve(
+    table = Toeplitz((3000, 3000), 0, 0, np.array([1], "<i4"))
+    for problem, limit, what in (
+        (grid(30, 30, 8), 20 << 20, "an integer program of [0-9,]+ entries"),
+        (
             make([3000] * 2, [table], [{"weight": 1, "h": 1}], np.zeros(6000), [(1, 1)] * 2),
-            memory_limit=100 << 20,
-        )
+            100 << 20,
+            "a block of 3,000 x 3,000",
+        ),
+    ):
+        problem.memory_limit = limit
+        with pytest.raises(OverLimit, match=f"{what} would need"):
+            solve(problem)
 
 
 def write(folder, problem):

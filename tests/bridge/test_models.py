@@ -181,8 +181,9 @@ def test_a_penaltys_energy_needs_no_pairs():
 def test_memory_limits():
     table = Table(np.ones((300, 300), "<i4"))
     small = make([300] * 2, [table], [{"weight": 1, "h": 1}], np.zeros(600), [(1, 1)] * 2)
+    small.memory_limit = 1 << 20
     with pytest.raises(OverLimit, match="179,700 quadratic terms would need .* MiB, the limit is"):
-        models.to_bqm(small, 1 << 20)
+        models.to_bqm(small)
     with pytest.raises(OverLimit, match="549,755,289,600 quadratic terms would need"):
         models.to_bqm(make([2**20], [], [], np.zeros(2**20), [(1, 1)]))
     with pytest.raises(OverLimit, match="blocks of 1,600,000,000 entries would need"):

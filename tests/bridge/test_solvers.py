@@ -28,7 +28,6 @@ def solve(name, problem=SMALL, **options):
         "num_sweeps": 100,
         "seed": 1,
         "time_limit": None,
-        "memory_limit": 1 << 33,
     }
     return getattr(solvers, name)(
         problem, argparse.Namespace(**{**defaults, **options}), lambda text: None
@@ -116,8 +115,10 @@ def test_anneal_stops_at_its_time_limit():
 
 
 def test_tabu_says_what_its_matrix_needs():
+    problem = grid(20, 15, 4)
+    problem.memory_limit = 1 << 20
     with pytest.raises(OverLimit, match="dense in 1,200 variables"):
-        solve("tabu", grid(20, 15, 4), memory_limit=1 << 20, time_limit=1)
+        solve("tabu", problem, time_limit=1)
 
 
 def test_samples_of_too_many_reads():

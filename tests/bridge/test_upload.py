@@ -9,7 +9,7 @@ from qstereo_bridge import models, upload
 
 
 def both(problem):
-    with upload.bqm_file(problem, 1 << 33) as ours, models.to_bqm(problem).to_file(
+    with upload.bqm_file(problem) as ours, models.to_bqm(problem).to_file(
             ignore_labels=True) as theirs:
         return ours.read(), theirs.read()
 
@@ -32,11 +32,11 @@ def test_grids_to_the_byte(size, dense, monkeypatch):
 
 def test_no_model_is_built_but_for_repeated_pairs(monkeypatch):
     monkeypatch.setattr(models, "to_bqm", None)
-    upload.bqm_file(grid(5, 4, 3), 1 << 33).close()
+    upload.bqm_file(grid(5, 4, 3)).close()
     repeated = 0
     for seed in range(60):
         try:
-            upload.bqm_file(random_problem(seed), 1 << 33).close()
+            upload.bqm_file(random_problem(seed)).close()
         except TypeError:
             repeated += 1
     assert 0 < repeated < 50

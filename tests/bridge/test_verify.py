@@ -392,7 +392,7 @@ def test_exactly_the_labels_of_optima_are_left(seed):
     energies = {w: energy(problem, 3, w) for w in itertools.product(range(3), repeat=6)}
     least = min(energies.values())
     optima = [w for w, cost in energies.items() if cost == least]
-    costs = qpf.Problem(problem, 1 << 30)
+    costs = qpf.Problem(problem)
     order = rng.permutation(6)
     stage = struct.pack("<IIIIIq7I", 4, 0, 0, 0, 6, least - problem.offset, *order, 0)
     qpf._check_stage(costs, qcf.Payload("STGS", memoryview(stage)), np.uint8)
