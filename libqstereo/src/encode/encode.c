@@ -10,10 +10,10 @@
 static void take_workspace(qs_arena *arena, const qs_problem *problem, qs_encoder *e)
 {
     bool grid = problem->grid.width > 0, table = problem->pairwise.smoothness == QS_TABLE;
-    uint64_t sums = grid ? 0 : 2 * (uint64_t)problem->sites, maxima = table ? problem->labels : 0;
+    uint64_t sums = grid ? 0 : 2 * (uint64_t)problem->sites,
+             largest = table ? 2 * (uint64_t)problem->labels : 0;
     e->sums = qs_arena_take(arena, sums, sizeof *e->sums);
-    e->row_max = qs_arena_take(arena, maxima, sizeof *e->row_max);
-    e->column_max = qs_arena_take(arena, maxima, sizeof *e->column_max);
+    e->largest = qs_arena_take(arena, largest, sizeof *e->largest);
     e->costs = qs_arena_take(arena, qs_costs_workspace(problem), 1);
 #ifndef QS_SMALL
     if (qs_has_tables(e)) {
@@ -38,7 +38,7 @@ size_t qs_encode_workspace(const qs_problem *problem)
 static void put_groups(qs_writer *writer, const void *context)
 {
     const qs_encoder *e = context;
-    qs_put_group_run(writer, (qs_group_run){e->sites, e->problem->labels});
+    qs_put_group_run(writer, (qs_group_run){(uint32_t)e->qcf.groups, e->problem->labels});
 }
 
 /* In place: a copy would double what this takes of the stack. */
@@ -96,15 +96,15 @@ static qs_status choose(qs_encoder *e, const qs_encode_options *options)
     e->penalty = own.penalty;
     e->gap = own.gap;
     e->alpha = (uint64_t)own.alpha;
-    bool streams = qs_encoding_facts_of(e->encoding)->is_streamed && !forbids(problem, e->sites);
+    bool streams = qs_encoding_facts_of(e->encoding)->is_streamed &&
+                   !forbids(problem, (uint32_t)e->qcf.groups);
     bool known = qs_has_tables(e) || problem->pairwise.smoothness != QS_TABLES;
     return streams && known ? QS_OK : QS_E_ENCODING;
 }
 
 static qs_status make_plan(qs_encoder *e)
 {
-    e->qcf.variables = (uint64_t)e->sites * e->problem->labels;
-    e->qcf.groups = e->sites;
+    e->qcf.variables = e->qcf.groups * e->problem->labels;
     if (!qs_plan_couplings(e)) {
         return QS_E_ARGUMENT;
     }
@@ -161,8 +161,8 @@ qs_status qs_encode(const qs_problem *problem, const qs_encode_options *options,
     }
     qs_problem own = *problem;
     int64_t offset = 0;
-    qs_encoder e = {.problem = &own, .sites = qs_problem_sites(problem), .offset = &offset};
-    if (e.sites == own.grid.width * own.grid.height) {
+    qs_encoder e = {.problem = &own, .qcf.groups = qs_problem_sites(problem), .offset = &offset};
+    if (e.qcf.groups == own.grid.width * own.grid.height) {
         own.grid.mask = NULL; /* it masks nothing: one problem, one string of bytes */
     }
     qs_arena arena = {.base = workspace};

@@ -67,13 +67,13 @@ static void plan_toeplitz(qs_encoder *e)
 static void plan_table(qs_encoder *e)
 {
     uint32_t labels = e->problem->labels;
-    memset(e->row_max, 0, sizeof *e->row_max * labels);
-    memset(e->column_max, 0, sizeof *e->column_max * labels);
+    int32_t *of_row = e->largest, *of_column = of_row + labels;
+    memset(e->largest, 0, sizeof *e->largest * 2 * labels);
     for (uint32_t a = 0; a < labels; a++) {
         for (uint32_t b = 0; b < labels; b++) {
             int32_t cost = e->problem->pairwise.table[(size_t)a * labels + b];
-            e->row_max[a] = qs_max_i32(e->row_max[a], cost);
-            e->column_max[b] = qs_max_i32(e->column_max[b], cost);
+            of_row[a] = qs_max_i32(of_row[a], cost);
+            of_column[b] = qs_max_i32(of_column[b], cost);
             e->block_max = qs_max_i64(e->block_max, cost);
             qs_grow(&e->block_sum, 1, (uint64_t)cost);
         }

@@ -42,8 +42,8 @@ static uint64_t most_cost(const qs_encoder *e, uint64_t first, uint64_t second)
     }
     for (uint32_t d = 0; d < e->problem->labels; d++) {
         uint64_t cost = 0;
-        qs_grow(&cost, first, (uint64_t)e->row_max[d]);
-        qs_grow(&cost, second, (uint64_t)e->column_max[d]);
+        qs_grow(&cost, first, (uint64_t)e->largest[d]);
+        qs_grow(&cost, second, (uint64_t)e->largest[e->problem->labels + d]);
         most = qs_max_u64(most, cost);
     }
     return most;
@@ -86,7 +86,7 @@ static void make_runs(run_maker *m)
 {
     const qs_encoder *e = m->encoder;
     if (!qs_penalty_keeps_gap(e->penalty)) {
-        push_alike(m, e->sites, (qs_site_edges){0, 0});
+        push_alike(m, (uint32_t)e->qcf.groups, (qs_site_edges){0, 0});
 #ifndef QS_SMALL
     } else if (qs_has_tables(e)) {
         qs_table_reach_all(&e->strip, e->reach, push_site, m);

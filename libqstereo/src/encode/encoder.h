@@ -12,15 +12,13 @@
 
 typedef struct qs_encoder {
     const qs_problem *problem;
-    uint32_t sites;
     /* What is asked for. */
     qs_encoding encoding;
     qs_penalty penalty;
     uint64_t alpha, gap;
     /* The workspace. */
     int64_t *sums; /* of qs_reach_visit_all; problems without a grid only */
-    int32_t *row_max; /* of a table: the largest cost of each row, */
-    int32_t *column_max; /* and of each column */
+    int32_t *largest; /* of a table: the largest cost of each row, then of each column */
     void *costs; /* of the strips */
 #ifndef QS_SMALL
     /* Of tables of edges: */
