@@ -34,7 +34,7 @@ static void check(qs_status status)
  * the problem, and after that for the solver. `second` holds the model while it is solved. */
 static qs_solution match(qs_image left, qs_image right, uint32_t disparities, int32_t *map)
 {
-    qs_stereo stereo = {.left = left, .right = right, .disparity_max = disparities - 1};
+    qs_stereo stereo = {.left = left, .right = right, .disparity_max = (int32_t)disparities - 1};
     stereo.scale = 1; /* costs are whole grey levels */
     stereo.weight = 20; /* what two neighbours of different disparity cost: the smoothness */
     qs_problem problem;

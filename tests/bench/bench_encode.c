@@ -58,7 +58,7 @@ static void bench(uint32_t width, uint32_t height, uint32_t labels, qs_encoding 
     }
     qs_stereo stereo = {.left = {left, across, height, across},
                         .right = {right, across, height, across},
-                        .disparity_max = labels - 1,
+                        .disparity_max = (int32_t)labels - 1,
                         .scale = 1,
                         .weight = 20};
     size_t matcher_size = qs_stereo_workspace(&stereo);

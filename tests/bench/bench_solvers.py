@@ -5,7 +5,7 @@ proven, energies of whole scenes, memory. Figures `solvers`.
 
 Potts, lambda 20, from the labelling of cheapest labels; medians of three runs, taken in turn, on
 one core. Seconds are of the solvers alone. With DIR, also larger scenes in it, and instances of the
-MRF benchmark in the folder `mrf` beside it (`make build/pack_problem` first).
+MRF benchmark in the folder `mrf` beside it.
 """
 
 import ctypes
