@@ -108,7 +108,8 @@ BENCHES ?= encode costs bridge upload solvers anneal reduce problems windows
 # Figures for the pages are those of real scenes.
 FIGURES := $(if $(DATA),docs/figures,$(BUILD)/figures)
 
-bench: all $(ENV) $(addprefix $(BUILD)/,bench_encode pack_problem) ## measure, and write the pages' figures (DATA=scenes)
+bench: $(BUILD)/bench_encode $(BUILD)/pack_problem
+bench: all $(ENV) ## measure, and write the pages' figures (DATA=scenes)
 	@for bench in $(BENCHES); do \
 	    $(BIN)/python tests/bench/bench_$$bench.py --build $(BUILD) --bridge $(BIN)/qstereo-bridge \
 	        --figures $(FIGURES) $(if $(DATA),--data $(DATA)) || exit 1; \
