@@ -141,7 +141,7 @@ static int solve_right(const after *asked, const pair *of, const solver *by, con
     search last = *how;
     last.follow_up = false;
     if (right->found.labelling == NULL) {
-        TRY(right_side_make(of, by, !asked->refine, limit, right));
+        TRY(right_side_make(of, by, how->iterations, !asked->refine, limit, right));
         TRY(solve_problem(&right->laid, by, &last, limit, &right->found));
     }
     return solved_check(&right->laid, by, &right->found);

@@ -16,8 +16,9 @@ typedef struct right_side {
 
 /* Makes the problem and lays it out for the solver, in memory of the budget.
  *
- * straight  no model is needed after the solver */
-int right_side_make(const pair *of, const solver *by, bool straight, budget *limit,
-                    right_side *right);
+ * iterations  as in a search
+ * straight    no model is needed after the solver */
+int right_side_make(const pair *of, const solver *by, uint64_t iterations, bool straight,
+                    budget *limit, right_side *right);
 
 #endif

@@ -23,10 +23,10 @@ static bool starts_from_messages(const solver *by, const search *how)
 }
 
 /* Room for the solver, and for messages before it. */
-static size_t workspace_of(const laid_out *problem, const solver *by)
+static size_t workspace_of(const laid_out *problem, const solver *by, uint64_t iterations)
 {
     if (by->run_straight != NULL) {
-        return by->straight_workspace(problem->problem);
+        return by->straight_workspace(problem->problem, iterations);
     }
     size_t size = by->workspace(&problem->model),
            first = by->run == qs_expansion ? qs_trws_workspace(&problem->model) : 0;
@@ -39,11 +39,12 @@ static size_t check_size_of(const laid_out *problem)
     return problem->file != NULL ? 0 : qs_problem_workspace(problem->problem);
 }
 
-uint64_t solve_bytes(const laid_out *problem, const solver *by)
+uint64_t solve_bytes(const laid_out *problem, const solver *by, uint64_t iterations)
 {
     uint64_t labelling = sizeof(uint16_t) * (uint64_t)sites_of(problem);
     uint64_t bits = problem->file != NULL ? ((uint64_t)problem->variables + 7) / 8 : 0;
-    return bytes_sum(workspace_of(problem, by), labelling + bits + check_size_of(problem));
+    return bytes_sum(workspace_of(problem, by, iterations),
+                     labelling + bits + check_size_of(problem));
 }
 
 /* Room for the labelling of the model, which has more sites than a masked problem, and for the
@@ -124,7 +125,7 @@ int work_begin(const laid_out *problem, const solver *by, const search *how, bud
                            .by = by,
                            .how = how,
                            .found = found,
-                           .size = workspace_of(problem, by),
+                           .size = workspace_of(problem, by, how->iterations),
                            .check_size = check_size_of(problem)};
     TRY(take_room(problem, limit, found));
     begun->memory = budget_inside(limit);

@@ -253,8 +253,9 @@ static uint64_t later_need(const request *asked, const qs_problem *problem, uint
 static uint64_t foreseen_need(const request *asked, const qs_problem *problem)
 {
     return later_need(asked, problem,
-                      is_straight(asked) ? asked->by->straight_workspace(problem)
-                                         : qs_model_of_problem_workspace(problem));
+                      is_straight(asked)
+                          ? asked->by->straight_workspace(problem, asked->how.iterations)
+                          : qs_model_of_problem_workspace(problem));
 }
 
 static int open_truth(job *at, request *asked)
@@ -278,7 +279,8 @@ static int solve_two(request *asked, solver_work *left, right_side *right)
     search untraced = *how; /* the right picture's solver has no part in the course */
     untraced.traced = NULL;
     budget *memory = &left->memory;
-    TRY(right_side_make(&asked->pair, asked->by, is_straight(asked), memory, right));
+    TRY(right_side_make(&asked->pair, asked->by, how->iterations, is_straight(asked), memory,
+                        right));
     int status = work_begin(&right->laid, asked->by, &untraced, memory, &right->found, &beside);
     beside.hidden = true;
     if (status == DONE) {
@@ -333,9 +335,9 @@ static int match(job *at, request *asked, bool *interrupted)
     }
     TRY(made_lay_out(&opened, straight, &at->limit, &laid));
     TRY(map_check(laid.name, &laid.labels, asked->map.format));
-    TRY(laid_out_need(&laid, asked->by,
-                      later_need(asked, &opened.problem, solve_bytes(&laid, asked->by)),
-                      &at->limit));
+    uint64_t work = solve_bytes(&laid, asked->by, asked->how.iterations);
+    TRY(laid_out_need(&laid, asked->by, asked->how.iterations,
+                      later_need(asked, &opened.problem, work), &at->limit));
     TRY(map_request_open(&asked->map, at));
     TRY(after_open(&asked->after, at));
     TRY(trace_open(at, at->values[TRACE], laid.scale, &asked->course));
