@@ -82,20 +82,6 @@ static const uint8_t *next_bytes(checker *c, uint64_t size)
     return bytes;
 }
 
-static bool is_settled(const checker *c, uint32_t site)
-{
-    return c->stated.settled[site] != 0;
-}
-
-static uint64_t count_undecided(const checker *c)
-{
-    uint64_t undecided = 0;
-    for (uint32_t p = 0; p < c->stated.sites; p++) {
-        undecided += !is_settled(c, p);
-    }
-    return undecided;
-}
-
 /* ---- The labelling. ---- */
 
 static bool read_label(checker *c, const uint8_t *at, uint32_t site)
@@ -121,11 +107,9 @@ static bool check_best(checker *c)
 /* The labelling of a stage: of the sites that are not settled, labels that are left. */
 static bool read_labelling(checker *c)
 {
-    const uint8_t *at = next_bytes(c, count_undecided(c) * c->file->label_bytes);
-    for (uint32_t p = 0; at && p < c->stated.sites; p++) {
-        if (is_settled(c, p)) {
-            continue;
-        }
+    const uint8_t *at = next_bytes(c, (uint64_t)c->stated.open_count * c->file->label_bytes);
+    for (uint32_t i = 0; at && i < c->stated.open_count; i++) {
+        uint32_t p = c->stated.open[i];
         if (!read_label(c, at, p) ||
             !c->stated.kept[qs_stated_at(&c->stated, p, c->labelling[p])]) {
             return reject(c, QS_E_CORRUPT, "a label of a stage that is not left");
@@ -163,20 +147,15 @@ static bool read_head(checker *c, stage_head *head)
 
 static bool read_split(checker *c, const stage_head *head)
 {
-    uint64_t alive = 0;
-    for (uint32_t e = 0; e < c->stated.edge_count; e++) {
-        alive += c->stated.edges[e].alive;
-    }
     c->split.scale = head->scale;
-    const uint8_t *slots = next_bytes(c, 2 * alive * head->slot_bytes);
+    const uint8_t *slots = next_bytes(c, 2 * (uint64_t)c->stated.alive_count * head->slot_bytes);
     if (!slots) {
         return false;
     }
     if (!qs_split_set_slots(&c->split, slots, head->slot_bytes)) {
         return reject(c, QS_E_CORRUPT, "slots that make no chains");
     }
-    if (c->stated.magnitude > MOST_COSTS / head->scale ||
-        c->split.slot_start[c->stated.sites] > MOST_SLOTS) {
+    if (c->stated.magnitude > MOST_COSTS / head->scale || c->split.slots > MOST_SLOTS) {
         return reject(c, QS_E_OVERFLOW, "a scale too large for 64 bits");
     }
     c->split.share_bytes = head->share_bytes;
@@ -188,22 +167,18 @@ static bool read_split(checker *c, const stage_head *head)
 static void find_room(checker *c)
 {
     const qs_stated *s = &c->stated;
-    for (uint32_t p = 0; p < s->sites; p++) {
-        c->room[p] = -c->split.least[p];
+    for (uint32_t i = 0; i < s->open_count; i++) {
+        c->room[s->open[i]] = -c->split.least[s->open[i]];
     }
-    for (uint32_t p = 0; p < s->sites; p++) {
-        if (!is_settled(c, p)) {
-            c->room[c->split.part[p]] +=
-                c->split.scale * s->unary[qs_stated_at(s, p, c->labelling[p])];
-        }
+    for (uint32_t i = 0; i < s->open_count; i++) {
+        uint32_t p = s->open[i];
+        c->room[c->split.part[p]] += c->split.scale * s->unary[qs_stated_at(s, p, c->labelling[p])];
     }
-    for (uint32_t e = 0; e < s->edge_count; e++) {
-        const qs_stated_edge *edge = &s->edges[e];
-        if (edge->alive) {
-            c->room[c->split.part[edge->first]] +=
-                c->split.scale *
-                qs_stated_cost(s, edge, c->labelling[edge->first], c->labelling[edge->second]);
-        }
+    for (uint32_t i = 0; i < s->alive_count; i++) {
+        const qs_stated_edge *edge = &s->edges[s->alive[i]];
+        c->room[c->split.part[edge->first]] +=
+            c->split.scale *
+            qs_stated_cost(s, edge, c->labelling[edge->first], c->labelling[edge->second]);
     }
 }
 
@@ -213,10 +188,8 @@ static void take_out_above(checker *c)
     const qs_stated *s = &c->stated;
     find_room(c);
     qs_split_excess(&c->split);
-    for (uint32_t p = 0; p < s->sites; p++) {
-        if (is_settled(c, p)) {
-            continue;
-        }
+    for (uint32_t i = 0; i < s->open_count; i++) {
+        uint32_t p = s->open[i];
         for (size_t at = s->start[p]; at < s->start[p + 1]; at++) {
             c->sets[at] =
                 (uint8_t)(c->sets[at] && c->split.excess[at] <= c->room[c->split.part[p]]);
@@ -228,12 +201,8 @@ static void take_out_above(checker *c)
 static bool read_sets(checker *c)
 {
     const qs_stated *s = &c->stated;
-    memcpy(c->claimed, s->kept, s->start[s->sites]);
-    for (uint32_t p = 0; p < s->sites; p++) {
-        if (is_settled(c, p)) {
-            continue;
-        }
-        uint32_t count = s->count[p], left = 0;
+    for (uint32_t i = 0; i < s->open_count; i++) {
+        uint32_t p = s->open[i], count = s->count[p], left = 0;
         const uint8_t *bits = next_bytes(c, (count + 7u) / 8);
         if (!bits) {
             return false;
@@ -253,17 +222,23 @@ static bool read_sets(checker *c)
     return true;
 }
 
+/* Copies what there is of each label of the sites that are not settled. */
+static void copy_open(const qs_stated *s, uint8_t *to, const uint8_t *from)
+{
+    for (uint32_t i = 0; i < s->open_count; i++) {
+        size_t at = s->start[s->open[i]];
+        memcpy(to + at, from + at, s->count[s->open[i]]);
+    }
+}
+
 /* Takes over the sets of a stage, if all labels that leave are known to be in no optimum. */
 static bool take_sets(checker *c)
 {
     const qs_stated *s = &c->stated;
-    qs_apply_goldstein(s, c->sets, c->claimed, c->due, c->split.work);
-    for (size_t at = 0; at < s->start[s->sites]; at++) {
-        if (c->sets[at] && !c->claimed[at]) {
-            return refute(c, "a label leaves that its stage does not rule out");
-        }
+    if (!qs_apply_goldstein(s, c->sets, c->claimed, c->due, c->split.work)) {
+        return refute(c, "a label leaves that its stage does not rule out");
     }
-    memcpy(s->kept, c->claimed, s->start[s->sites]);
+    copy_open(s, s->kept, c->claimed);
     qs_stated_fold(&c->stated);
     return true;
 }
@@ -330,6 +305,7 @@ static bool check_stage(checker *c)
     if (!read_head(c, &head)) {
         return false;
     }
+    qs_stated_list(&c->stated);
     if (head.has & QS_STAGE_PARTS) {
         return check_parts(c);
     }
@@ -343,7 +319,7 @@ static bool check_stage(checker *c)
     if (!leaves) {
         return true;
     }
-    memcpy(c->sets, c->stated.kept, c->stated.start[c->stated.sites]);
+    copy_open(&c->stated, c->sets, c->stated.kept);
     if (splits) {
         if (!read_labelling(c)) {
             return false;
@@ -357,12 +333,13 @@ static bool check_stage(checker *c)
 
 static void count_left(checker *c)
 {
+    qs_stated_list(&c->stated);
     for (uint32_t p = 0; p < c->stated.sites; p++) {
         uint32_t left = c->stated.left[p];
         c->verdict.undecided += left > 1;
         c->verdict.labels += left > 1 ? left : 0;
     }
-    if (count_undecided(c) == 0) { /* every optimum is left, and all of one cost */
+    if (c->stated.open_count == 0) { /* every optimum is left, and all of one cost */
         c->verdict.lower_bound = qs_max_i64(c->verdict.lower_bound, c->stated.constant);
     }
 }

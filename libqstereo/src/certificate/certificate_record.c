@@ -191,6 +191,7 @@ static void end_stage(void *context, const uint8_t *kept)
     if (leaves && r->status == QS_OK) {
         qs_record_stage(r, true);
         memcpy(s->kept, b->sets, s->start[s->sites]);
+        qs_stated_list(&b->stated);
         qs_stated_fold(&b->stated);
     }
 }
