@@ -10,6 +10,7 @@
 #include "certificate_layout.h"
 #include "exact.h"
 #include "goldstein.h"
+#include "search.h"
 #include "split.h"
 
 /* So that no sum of costs and shares leaves 2^60: of costs times the scale, and of slots, each of
@@ -23,6 +24,7 @@ typedef struct checker {
     qs_split split;
     qs_exact exact;
     uint64_t exact_cells; /* of all parts up to now */
+    qs_search search;
     uint16_t *labelling;
     uint8_t *sets; /* of each label: what a stage is known to leave */
     uint8_t *claimed; /* what it says that it leaves */
@@ -41,6 +43,8 @@ static size_t take_parts(checker *c, const qs_index *index, void *workspace)
     qs_stated_take(&c->stated, index, &arena);
     qs_split_take(&c->split, &c->stated, &arena);
     qs_exact_take(&c->exact, &c->stated, &arena);
+    qs_search_take(&c->search, &c->exact, &arena);
+    c->search.work = QS_SEARCH_WORK;
     c->labelling = qs_arena_take(&arena, sites, sizeof *c->labelling);
     c->sets = qs_arena_take(&arena, labels, 1);
     c->claimed = qs_arena_take(&arena, labels, 1);
@@ -134,7 +138,7 @@ static bool read_head(checker *c, stage_head *head)
     }
     *head = (stage_head){qs_load_u32(at), qs_load_u32(at + 4), qs_load_u32(at + 8),
                          qs_load_u32(at + 12)};
-    bool known = head->has >= 1 && head->has <= QS_STAGE_PARTS;
+    bool known = (head->has >= 1 && head->has <= QS_STAGE_PARTS) || head->has == QS_STAGE_SEARCHES;
     bool sound = head->scale == 0 && head->slot_bytes == 0 && head->share_bytes == 0;
     if (head->has & QS_STAGE_SPLITS) {
         sound = head->scale >= 1 && head->scale <= QS_SCALE_MOST &&
@@ -245,31 +249,33 @@ static bool take_sets(checker *c)
 
 /* ---- Parts that are solved. ---- */
 
-/* Reads the sites of a part; none at the end of the stage. */
-static bool read_part(checker *c, int64_t *value)
+/* Reads how many sites a part has; none at the end of the stage. */
+static bool read_count(checker *c)
 {
-    qs_exact *x = &c->exact;
     const uint8_t *at = next_bytes(c, 4);
-    x->count = at ? qs_load_u32(at) : 0;
-    if (x->count == 0) {
-        return at != NULL;
-    }
-    if (x->count > QS_EXACT_SITES || x->count > c->stated.sites) {
+    c->exact.count = at ? qs_load_u32(at) : 0;
+    if (c->exact.count > QS_EXACT_SITES || c->exact.count > c->stated.sites) {
         return reject(c, QS_E_CORRUPT, "a part of too many sites");
     }
-    at = next_bytes(c, 8 + 4 * (uint64_t)x->count);
-    if (!at) {
-        return false;
-    }
-    *value = qs_load_i64(at);
-    for (uint32_t i = 0; i < x->count; i++) {
-        x->sites[i] = qs_load_u32(at + 8 + 4 * (size_t)i);
-    }
-    return true;
+    return at != NULL;
 }
 
-static bool check_part(checker *c, int64_t value)
+static bool read_sites(checker *c)
 {
+    const uint8_t *at = next_bytes(c, 4 * (uint64_t)c->exact.count);
+    for (uint32_t i = 0; at && i < c->exact.count; i++) {
+        c->exact.sites[i] = qs_load_u32(at + 4 * (size_t)i);
+    }
+    return at != NULL;
+}
+
+/* A part that is solved by tables. */
+static bool check_part(checker *c)
+{
+    const uint8_t *value = next_bytes(c, 8);
+    if (!value || !read_sites(c)) {
+        return false;
+    }
     qs_exact_laid laid = qs_exact_lay(&c->exact);
     if (laid == QS_EXACT_NO_PART) {
         return reject(c, QS_E_CORRUPT, "sites that are no part");
@@ -279,22 +285,51 @@ static bool check_part(checker *c, int64_t value)
         return reject(c, QS_E_CORRUPT, "a part whose tables are too large");
     }
     qs_exact_solve(&c->exact);
-    if (c->exact.value != value) {
+    if (c->exact.value != qs_load_i64(value)) {
         return refute(c, "a part has another least energy than it states");
     }
     qs_exact_settle(&c->exact);
     return true;
 }
 
-static bool check_parts(checker *c)
+/* A part that is searched, suffix after suffix, the shortest first. */
+static bool check_search(checker *c)
 {
-    int64_t value = 0;
-    bool good = read_part(c, &value);
+    qs_search *x = &c->search;
+    uint32_t count = c->exact.count;
+    if (!read_sites(c)) {
+        return false;
+    }
+    if (!qs_search_lay(x)) {
+        return reject(c, QS_E_CORRUPT, "sites that are no part, or too many to search");
+    }
+    const uint8_t *bounds = next_bytes(c, 8 * (uint64_t)count);
+    for (uint32_t i = count; bounds && i-- > 0;) {
+        int64_t least = qs_load_i64(bounds + 8 * (size_t)i);
+        x->least[i] = least;
+        if (least < -QS_ENERGY_MAX || least > QS_ENERGY_MAX) {
+            return reject(c, QS_E_CORRUPT, "a bound of a search");
+        }
+        if (!qs_search_suffix(x, i)) {
+            return reject(c, QS_E_CORRUPT, "a search that takes too long");
+        }
+        if (x->least[i] != least) {
+            return refute(c, "a part costs less than the least that it states");
+        }
+    }
+    c->exact.value = x->least[0] + x->edges_least;
+    qs_exact_close(&c->exact);
+    return bounds != NULL;
+}
+
+static bool check_parts(checker *c, bool are_searched)
+{
+    bool good = read_count(c);
     if (good && c->exact.count == 0) {
         return reject(c, QS_E_CORRUPT, "a stage of no parts");
     }
     while (good && c->exact.count > 0) {
-        good = check_part(c, value) && read_part(c, &value);
+        good = (are_searched ? check_search(c) : check_part(c)) && read_count(c);
     }
     return good;
 }
@@ -306,8 +341,8 @@ static bool check_stage(checker *c)
         return false;
     }
     qs_stated_list(&c->stated);
-    if (head.has & QS_STAGE_PARTS) {
-        return check_parts(c);
+    if (head.has == QS_STAGE_PARTS || head.has == QS_STAGE_SEARCHES) {
+        return check_parts(c, head.has == QS_STAGE_SEARCHES);
     }
     bool splits = head.has & QS_STAGE_SPLITS, leaves = head.has & QS_STAGE_LEAVES;
     if (splits) {
