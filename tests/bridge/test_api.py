@@ -27,7 +27,7 @@ from problems import (
     pack_qcf,
     random_problem,
 )
-from qstereo_bridge import ilp, models
+from qstereo_bridge import models, windows
 
 
 def problem_of(problem):
@@ -233,7 +233,7 @@ def test_export(make_one, tmp_path, main):
         read.add_linear(u, value) if u == v else read.add_quadratic(u, v, value)
     assert read == bqm
     if len(p):
-        states[0] = ilp.reduce(problem).best(problem.linear)
+        states[0] = windows.begin(p)
         assert p.feasible(states[0]).all()
         cqm = dimod.lp.load(str(tmp_path / "x.lp"))
         cqm.relabel_variables({f"x{v}": v for v in range(len(p))})
