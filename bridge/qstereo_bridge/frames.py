@@ -226,8 +226,11 @@ def finished(frame, before, solving):
 def _manned(client, paid):
     """Whether there is a worker, for paid calls one that takes them."""
     # scheduler_info() may name none: the client's own question in between asks for none.
-    workers = client.sync(client.scheduler.identity, n_workers=-1)["workers"].values()
-    return any(not paid or worker.get("resources", {}).get("qpu") for worker in workers)
+    with contextlib.suppress(OSError):
+        workers = client.sync(client.scheduler.identity, n_workers=-1)["workers"].values()
+        return any(not paid or worker.get("resources", {}).get("qpu") for worker in workers)
+    # The scheduler is gone.
+    return False
 
 
 @contextlib.contextmanager
@@ -276,7 +279,8 @@ def _ends(client, tasks, failed, tell, paid=False):
     while left:
         for task in ends.next_batch(block=False):
             del left[task]
-            if error := task.exception():
+            lost = task.cancelled() and "the scheduler is lost; give the same command again"
+            if error := lost or task.exception():
                 fail(task, error)
             else:
                 yield task.result()
