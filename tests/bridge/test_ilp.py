@@ -320,7 +320,16 @@ def test_gap_is_below_what_bounds_may_be_wrong(monkeypatch):
         assert 0.9 < asked["mip_rel_gap"] * 40 < 1
 
 
-@pytest.mark.parametrize("wrong", [[1, 1, 1, 0], [0, 0, 0, 0], [0, 0, 0, 1], None])
+def dearest(costs, count, rules):
+    """The values of the labelling of the label of each site that costs most by itself."""
+    values = np.zeros(count, int)
+    for row in rules.A.toarray()[rules.lb == 1, :count]:
+        labels = np.flatnonzero(row)
+        values[labels[np.argmax(costs[labels])]] = 1
+    return values
+
+
+@pytest.mark.parametrize("wrong", [[1, 1, 1, 0], [0, 0, 0, 0], "dearest", None])
 def test_what_the_search_finds_is_checked(wrong, monkeypatch):
     """A state that is no labelling is not taken, though its H without penalties be less; nor is a
     worse labelling.
@@ -330,7 +339,8 @@ def test_what_the_search_finds_is_checked(wrong, monkeypatch):
     monkeypatch.setattr(ilp, "PASSES", 1)
     for found in (None, wrong):
         monkeypatch.setattr(ilp, "solve", lambda costs, count, rules, best, low, seconds: (
-            None if found is None else np.resize(found, count), low))
+            None if found is None else dearest(costs, count, rules) if found == "dearest" else
+            np.resize(found, count), low))
         answers.append(solve(problem))
     nothing_found, answer = answers
     check(problem, answer)
@@ -356,6 +366,15 @@ def test_no_step_is_waited_for_beyond_the_limit(step, monkeypatch):
     check(problem, answer)
     assert (answer.lower_bound is None) == (step in ("Labelling", "beliefs"))
     assert answer.lower_bound is None or answer.lower_bound <= optimum
+    held.set()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_bound_of_beliefs_is_not_too_high(seed, monkeypatch):
+    """Of one site alone beliefs tell the least energy, which is then known at any time."""
+    held, problem = threading.Event(), grid(1, 1, 3, seed=seed)
+    monkeypatch.setattr(ilp.models, "components", lambda *arguments: held.wait())
+    assert solve(problem, 1e-3).lower_bound == least(problem)
     held.set()
 
 
