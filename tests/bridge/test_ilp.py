@@ -283,6 +283,42 @@ def test_bound_of_large_coefficients_is_never_too_high(bits):
         assert answer.lower_bound <= optimum <= answer.energies[0]
 
 
+@pytest.mark.parametrize(
+    "costs, best, told, low",
+    [
+        ([3, 5, -7], 0, -3.5, -3),  # between two energies: the one above it
+        ([3, 5, -7], 0, -3 + 1e-7, -3),  # by no more than HiGHS takes for 0 in three columns
+        ([3, 5, -7], 0, -3 + 1e-6, -2),
+        ([30, 50, -70], 0, -3.5, -30),  # in units of the common factor
+        ([2**43, 2**43 - 1, -(2**43)], 0, -(2**42) + 2.0, -(2**42) - 22),  # sums of 3 x 2^43
+        ([3, 5, -7], 0, -20.0, -15),  # what was known before is not given up
+        ([3, 5, -7], 0, np.inf, -15),  # nothing is proven
+    ],
+)
+def test_bound_is_what_is_told_without_rounding(costs, best, told, low, monkeypatch):
+    """A bound of HiGHS is wrong by its tolerance and by the rounding of doubles."""
+    found = argparse.Namespace(status=1, mip_dual_bound=told, fun=None, x=None, message="")
+    monkeypatch.setattr(ilp, "milp", lambda *arguments, **options: found)
+    least = -(2**50) if max(costs) > 10 else -15
+    values, bound = ilp.solve(np.array(costs), 3, None, best, least, 1.0)
+    assert values is None and bound == low
+
+
+def test_gap_is_below_what_bounds_may_be_wrong(monkeypatch):
+    """Nothing better than the best by one unit is left out, nor are answers better than what is
+    claimed: of a solution, all that is within the gap may have been left out."""
+    asked = {}
+
+    def solved(cost, options, **rest):
+        asked.update(options)
+        return argparse.Namespace(status=0, mip_dual_bound=-8.0, fun=-8.0, message="",
+                                  x=np.array([0.0, 0.0, 1.0 - 1e-9]))
+    monkeypatch.setattr(ilp, "milp", solved)
+    values, bound = ilp.solve(np.array([3, 5, -8]), 3, None, -8, -40, 1.0)
+    assert values.tolist() == [0, 0, 1] and bound == -8
+    assert 0.9 < asked["mip_rel_gap"] * 40 < 1
+
+
 @pytest.mark.parametrize("wrong", [[1, 1, 1, 0], [0, 0, 0, 0], [0, 0, 0, 1], None])
 def test_what_the_search_finds_is_checked(wrong, monkeypatch):
     """A state that is no labelling is not taken, though its H without penalties be less; nor is a
