@@ -147,7 +147,7 @@ static int run_solve(job *at)
     TRY(lay_out(&at->both.problem, &at->limit, &laid));
     TRY(start_read(at, at->values[START], &laid, &asked.how.start));
     bool certified = at->values[CERTIFICATE] != NULL;
-    uint64_t work = solve_bytes(&laid, asked.by);
+    uint64_t work = solve_bytes(&laid, asked.by, asked.how.iterations);
     TRY(budget_need(&at->limit, laid.name, certified ? certifying_bytes(&laid, work) : work));
     TRY(job_open_output(at, at->values[OUTPUT], &out));
     TRY(trace_open(at, at->values[TRACE], laid.scale, &asked.course));

@@ -200,9 +200,10 @@ QS_MUST_CHECK qs_status qs_trws(const qs_model *model,
 size_t qs_trws_workspace(const qs_model *model);
 
 /* TRW-S as above with costs of one byte and messages of two, straight from a
- * problem: no model is needed, so the workspace, about 5 bytes for each site
- * and label, is all the memory. For grids without masked cells and forbidden
- * labels, with Potts or truncated linear costs. The labelling is made once,
+ * problem: no model is needed, so the workspace is all the memory: about 5
+ * bytes for each site and label, where labels count in whole sixteens. If one
+ * iteration is wanted, it is about 3. For grids without masked cells and
+ * forbidden labels, with Potts or truncated linear costs. The labelling is made once,
  * after the last iteration; the bound is exact here, too. Default: 2
  * iterations.
  *
@@ -212,12 +213,14 @@ size_t qs_trws_workspace(const qs_model *model);
  *   QS_E_OVERFLOW  the costs of a site differ by more than 255 units, or
  *                  255 + 4 weight V exceeds 16383 on an edge
  *
- * The workspace is 0 if the problem is none of these. */
+ * The workspace is 0 if the problem is none of these.
+ *
+ * iterations  of the workspace: as in the options; 0 = default */
 QS_MUST_CHECK qs_status qs_trws16(const qs_problem *problem,
                                   const qs_solve_options *options,
                                   void *workspace, size_t workspace_size,
                                   uint16_t *labelling, qs_solution *solution);
-size_t qs_trws16_workspace(const qs_problem *problem);
+size_t qs_trws16_workspace(const qs_problem *problem, uint64_t iterations);
 
 /* Makes a labelling better by labels near its own: each site keeps its label or
  * takes the one before or after. Row after row, and then column after column,

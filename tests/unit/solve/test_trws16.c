@@ -48,7 +48,7 @@ static qs_status solve(const task *given, uint64_t iterations, uint16_t *labelli
                        qs_solution *found)
 {
     qs_solve_options options = {.iterations = iterations};
-    size_t size = qs_trws16_workspace(&given->problem);
+    size_t size = qs_trws16_workspace(&given->problem, iterations);
     assert_true(size > 0 && size <= sizeof memory);
     memset(memory, 0xA5, size);
     return qs_trws16(&given->problem, &options, memory, size, labelling, found);
@@ -294,7 +294,7 @@ static void it_refuses_what_does_not_fit(void **unused)
         make_task(&state, &given);
     } while (given.problem.grid.right || given.problem.grid.width < 2 || given.problem.labels < 3 ||
              given.problem.pairwise.smoothness == QS_POTTS);
-    size_t size = qs_trws16_workspace(&given.problem);
+    size_t size = qs_trws16_workspace(&given.problem, 0);
     assert_int_equal(qs_trws16(&given.problem, NULL, memory, size - 1, labelling, &found),
                      QS_E_WORKSPACE);
     given.costs[1] = given.costs[0] + 256;
@@ -309,7 +309,7 @@ static void it_refuses_what_does_not_fit(void **unused)
     assert_int_equal(solve(&given, 1, labelling, &found), QS_E_OVERFLOW);
     given.problem.weight = 1;
     given.problem.pairwise.smoothness = QS_TRUNCATED_QUADRATIC;
-    assert_int_equal(qs_trws16_workspace(&given.problem), 0);
+    assert_int_equal(qs_trws16_workspace(&given.problem, 0), 0);
     assert_int_equal(qs_trws16(&given.problem, NULL, memory, size, labelling, &found),
                      QS_E_ENCODING);
     assert_int_equal(qs_trws16(NULL, NULL, memory, size, labelling, &found), QS_E_ARGUMENT);
