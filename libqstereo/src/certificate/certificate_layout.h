@@ -14,7 +14,7 @@ enum {
     QS_STAGES_MOST = 4096 /* so that no small file asks for long work */
 };
 
-/* So that no sum of costs and shares leaves 2^60: of costs times the scale, of slots, and of a share
+/* So that no sum of costs and shares leaves 2^60: of costs times the scale, of slots, of a share
  * as often as there are slots. */
 #define QS_MOST_COSTS  ((uint64_t)1 << 59)
 #define QS_MOST_SLOTS  ((uint64_t)1 << 27)
