@@ -43,9 +43,9 @@ typedef struct qs_witness {
      * edge to an earlier site, and its i-th to a later one, of weight above 0.
      * Sites without such edges are left out.
      *
-     * share  of each label */
+     * share  of each label: whole numbers of `bytes` bytes, 4 or 8 */
     void (*share)(void *context, const qs_model *model, uint32_t site,
-                  uint32_t chain, const int32_t *share);
+                  uint32_t chain, const void *share, unsigned bytes);
     /* The split is complete, or there was none.
      *
      * kept  sites x labels: those that are left now; NULL = all. What has left
@@ -89,8 +89,7 @@ typedef struct qs_solve_options {
     const qs_witness *witness; /* NULL = nobody. With one, the watch is called
                                   between iterations of messages alone. trws,
                                   best and min_cut call it, where best packs
-                                  it goes on for the witness. It is told nothing
-                                  where costs need 64 bits */
+                                  it goes on for the witness */
 } qs_solve_options;
 
 typedef struct qs_solution {

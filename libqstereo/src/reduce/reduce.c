@@ -476,6 +476,10 @@ static bool between(void *context, qs_trws_state *state, qs_solution *so_far, bo
             finish(r, state, so_far, room);
         }
     }
+    if (at_target(r)) { /* the bound that is stated has a proof, too */
+        tell_split(r, state);
+        tell_end(r);
+    }
     return !at_target(r) && !r->gain.is_long_ago;
 }
 
