@@ -196,9 +196,9 @@ QS_WIDE qs_lanes16 qs_trws16_apart(qs_lanes16 labels, uint16_t other, int16_t re
     return off * weight;
 }
 
-/* As qs_trws16_label. */
-QS_WIDE uint16_t qs_trws16_label_lanes(const qs_trws16_rule *rule, const int16_t *sums,
-                                       const qs_trws16_beside *near, uint32_t runs)
+/* As qs_trws16_cheapest. */
+QS_WIDE uint16_t qs_trws16_cheapest_lanes(const qs_trws16_rule *rule, const int16_t *sums,
+                                          const qs_trws16_beside *near, uint32_t runs)
 {
     qs_lanes16 costs[QS_TRWS16_RUNS],
         least = qs_lanes16_all(INT16_MAX), none = least, first = least,
