@@ -46,8 +46,9 @@ int threads_both(void (*work)(void *), void *first, void *second)
 {
     pthread_t thread;
     task other = {work, second};
-    errno = start(&other, &thread);
-    if (errno != 0) {
+    int failed = start(&other, &thread);
+    if (failed != 0) {
+        errno = failed;
         return fail_system("--threads", "the system has no second thread");
     }
     work(first);

@@ -20,7 +20,7 @@ import time
 
 import numpy as np
 
-from . import embedding, jobs, merging, registry, remote, runner, windows
+from . import embedding, jobs, merging, qcf, registry, remote, runner, windows
 from .failure import BAD_INPUT, NO, Failure, failing, io
 from .output import Output
 from .problem import load_samples, made
@@ -33,10 +33,8 @@ UNREDUCED = ("windows of a picture that is not reduced gain nothing. Reduce it, 
 
 
 def _reduced(problem):
-    """Whether some label has left: the file says which are kept, and a site is fixed. A QUBO of no
-    known encoding counts as reduced."""
-    kept = [side for name, side in problem.sides if name == "kept"]
-    return problem.encoding is None or any(bytes(side[4:8]) != bytes(4) for side in kept)
+    """Whether some label has left. A QUBO of no known encoding counts as reduced."""
+    return problem.encoding is None or qcf.kept(problem)[2] > 0
 
 
 class Journal(jobs.Held):
@@ -78,8 +76,7 @@ class _Run:
         if len(self.p) > options.windows and not _reduced(problem):
             raise Failure(BAD_INPUT, UNREDUCED.format(options.problem, options.output or "s.qsf",
                                                       options.solver, options.windows))
-        # Where the state to begin from and the bound come from; None = from nowhere.
-        self.start = options.start or (options.problem if problem.known is not None else None)
+        self.known = bool(options.start) or problem.known is not None
         self.bits = windows.begin(self.p) if problem.known is None else problem.known
         bounds = {"--bound": options.bound}
         if options.start:
@@ -109,8 +106,8 @@ class _Run:
 
     def check(self):
         if self.bound is not None and self.energy < self.bound:
-            raise Failure(BAD_INPUT, f"the lower bound {self.real(self.bound):,} is none of this "
-                                     f"problem: a state has {self.real(self.energy):,}")
+            raise Failure(BAD_INPUT, f"the lower bound {self.real(self.bound)} is none of this "
+                                     f"problem: a state has {self.real(self.energy)}")
 
     def real(self, energy):
         return runner.real(energy, self.p.scale)
@@ -215,9 +212,9 @@ def solve(options):
 
 def _calls(run, journal):
     """The calls that are still to be made, each into journal and samples file."""
-    options, before = run.options, run.energy if run.start else None
+    options, before = run.options, run.energy if run.known else None
     for number, (variables, last) in run.calls():
-        known = bool(number or run.start)
+        known = number > 0 or run.known
         if known and run.energy == run.bound:
             return
         if number < len(journal.lines):
@@ -256,10 +253,10 @@ def _charge(lines):
 def _state(run, journal):
     """The best state known, and the charge, in words."""
     said = "" if run.bound_of in (None, "--bound") else f" (stated by {run.bound_of})"
-    bound = (f", bound {run.real(run.bound):,}{said}, gap {run.real(run.energy - run.bound):,}"
+    bound = (f", bound {run.real(run.bound)}{said}, gap {run.real(run.energy - run.bound)}"
              if run.bound_of else ", bound not known")
     charge = f", charged {_charge(journal.lines):,.3f} s"
-    return f"energy {run.real(run.energy):,}{bound}" + charge * bool(
+    return f"energy {run.real(run.energy)}{bound}" + charge * bool(
         registry.find(run.options.solver).kind)
 
 

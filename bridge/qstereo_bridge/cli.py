@@ -50,8 +50,7 @@ Solvers, their options, and the defaults of these (stride is hybrid-nl):
 {_table_of_solvers()}
 
 exact proves the minimum of the QUBO, ilp the best labelling; where the time is
-over, ilp's lower bound still holds. ilp is best on one-hot-sparse and reduced
-problems (qstereo reduce core.qcf -o s.qcf --encoding one-hot-sparse).
+over, ilp's lower bound still holds. ilp is best on reduced problems.
 
 D-Wave's services (qpu, hybrid-..) use your own account: `dwave config create`,
 or the environment variable DWAVE_API_TOKEN. Only coefficients and the label are

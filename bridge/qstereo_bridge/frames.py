@@ -328,4 +328,4 @@ def _told(problem):
     result = problem["results"][0]
     proven = " (proven optimal)" * result["proven_optimal"]
     rms = f", rms {result['rms']:.2f}" if "rms" in result else ""
-    return f"energy {result['energy']:,}{proven}{rms}, {result['seconds']:.1f} s"
+    return f"energy {result['energy']}{proven}{rms}, {result['seconds']:.1f} s"

@@ -144,9 +144,13 @@ def merged(problem, bits):
 
     problem     qcf.Coefficients
     bits        u8 array (samples, n), at least one sample
+    Raises OverLimit.
     """
     if not bits.size:
         return bits[0]
+    reads, n = bits.shape
+    check_memory(ENTRY_BYTES * min(n * reads, max(BLOCK, n)), problem.memory_limit,
+                 f"descent of {reads:,} samples of {n:,} variables")
     states = np.unique(np.packbits(descend(problem, bits), axis=1), axis=0)
     states = np.unpackbits(states, axis=1, count=bits.shape[1])
     order = np.lexsort((models.energies(problem, states), ~models.feasible(problem, states)))
@@ -175,9 +179,6 @@ def finished(problem, samples, known=None):
     bits, records, reads = samples.bits, samples.records, samples.records.size
     if not reads:
         return samples
-    n = bits.shape[1]
-    check_memory(ENTRY_BYTES * min(n * reads, max(BLOCK, n)), problem.memory_limit,
-                 f"descent of {reads:,} samples of {n:,} variables")
     others = bits[:0] if known is None else known[None]
     result = merged(problem, np.append(bits, others, axis=0))[None]
     energy, best = models.energies(problem, result), best_of(problem, samples)

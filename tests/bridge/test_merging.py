@@ -8,7 +8,9 @@ import qstereo_bridge as qb
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from problems import all_states, domain_walls, energy_by_definition, grid, pack_qcf, random_problem
-from qstereo_bridge import merging, models
+from qstereo_bridge import merging, models, windows
+from qstereo_bridge.container import OverLimit
+from qstereo_bridge.problem import made
 
 SMALL = grid(2, 3, 3)
 seeds = st.integers(0, 10**6)
@@ -108,6 +110,17 @@ def test_the_result_is_at_least_as_good_as_every_read(seed, feasible):
         energies = energies[sound]
     if sound.any() or not models.feasible(problem, found)[0]:
         assert models.energies(problem, found)[0] <= energies.min()
+
+
+def test_merging_says_what_memory_it_needs():
+    """In windows, too: what a call answers is merged into the state known."""
+    problem = made(grid(30, 30, 8))
+    problem.memory_limit = 10 << 20
+    bits = np.tile(windows.begin(problem), (100, 1))
+    for merge in (lambda: merging.merged(problem, bits), lambda: windows.improved(
+            problem, bits[0], np.arange(bits.shape[1]), bits)):
+        with pytest.raises(OverLimit, match="descent of 10[01] samples of 7,200 variables"):
+            merge()
 
 
 def test_domain_walls_are_merged_to_the_optimum():

@@ -191,14 +191,15 @@ def hostile():
 SITES = 6  # of the problem that the certificates below are about: a chain of free choices
 
 
-def proof(held=b"", bound=-(2**63), energy=0, **other):
-    """A certificate of the sound problem `chain`. `other` replaces fields by their names."""
-    problem_file = dict(sound())["chain"]
+def proof(held=b"", bound=-(2**63), energy=0, about=None, **other):
+    """A certificate of the sound problem `chain`, or of another of (file, sites). `other` replaces
+    fields by their names."""
+    problem_file, sites = about or (dict(sound())["chain"], SITES)
     found = {
-        "sites": SITES,
+        "sites": sites,
         "stages": 1 if held else 0,
         "digest": hashlib.sha256(problem_file).digest(),
-        "best": struct.pack("<I", 1) + bytes(SITES),
+        "best": struct.pack("<I", 1) + bytes(sites),
         **other,
     }
     return container.pack(
@@ -225,6 +226,8 @@ def sound_proofs():
     yield "of nothing", proof()
     yield "of a part", proof(parts(*every), bound=0)
     yield "of a split", proof(split(), bound=0)
+    yield "of the largest scale", proof(split(2**30), bound=0)
+    yield "of 4096 stages", proof(split() * 4096, stages=4096, bound=0)
 
 
 def hostile_proofs():
@@ -241,6 +244,7 @@ def hostile_proofs():
         ("a part of the largest energy", parts(*every, value=2**63 - 1), True),
         ("a part of the least energy", parts(*every, value=-(2**63)), True),
         ("a scale of 2^32 - 1", split(2**32 - 1), False),
+        ("a scale of 2^30 + 1", split(2**30 + 1), False),
         ("a scale of 0", split(0), False),
         ("slots of 3 bytes", split(slot_width=3), False),
         ("shares of 8 bytes", split(share_width=8), False),
@@ -254,6 +258,7 @@ def hostile_proofs():
     ):
         yield name, proof(stages), is_sound
     yield "more stages than bytes", proof(parts(*every), stages=4096), False
+    yield "4097 stages", proof(split() * 4097, stages=4097), False
     yield "stages without end", proof(parts(*every), stages=2**32 - 1), False
     yield "sites without end", proof(sites=2**32 - 1), False
     yield "a label too few", proof(best=struct.pack("<I", 1) + bytes(SITES - 1)), False

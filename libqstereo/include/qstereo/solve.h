@@ -56,11 +56,14 @@ typedef struct qs_witness {
      * `end` has told its labels. If so, the witness has solved it by itself,
      * and needs to hear no more of it.
      *
-     * sites  of the part, count of them
+     * sites   of the part, count of them
+     * labels  which of them are in an optimum has to be proven as well, and not
+     *         its least energy alone
      *
      * Returns false if the part is too wide for the witness. Then it stays as
      * it is */
-    bool (*part)(void *context, const uint32_t *sites, uint32_t count);
+    bool (*part)(void *context, const uint32_t *sites, uint32_t count,
+                 bool labels);
     void *context;
 } qs_witness;
 

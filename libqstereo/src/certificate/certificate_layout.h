@@ -14,7 +14,7 @@ enum {
     QS_STAGES_MOST = 4096 /* so that no small file asks for long work */
 };
 
-/* What a stage has. Parts stand alone. */
-enum { QS_STAGE_SPLITS = 1, QS_STAGE_LEAVES = 2, QS_STAGE_PARTS = 4 };
+/* What a stage has. Parts, solved by tables or by search, stand alone. */
+enum { QS_STAGE_SPLITS = 1, QS_STAGE_LEAVES = 2, QS_STAGE_PARTS = 4, QS_STAGE_SEARCHES = 8 };
 
 #endif

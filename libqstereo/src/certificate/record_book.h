@@ -4,6 +4,7 @@
 
 #include "../../include/qstereo/certificate.h"
 #include "exact_order.h"
+#include "search.h"
 #include "stated_problem.h"
 
 /* What a recorder keeps, in its workspace. Sites and labels are those of the file. */
@@ -21,10 +22,14 @@ typedef struct qs_record_book {
     uint8_t *sets; /* of each label */
     unsigned shift;
     bool pending; /* there is a split that has not been written */
-    bool has_parts; /* the last stage has parts, and has not ended */
+    unsigned parts; /* QS_STAGE_PARTS or QS_STAGE_SEARCHES if the last stage has such parts, and has
+                       not ended; else 0 */
     qs_exact exact;
     qs_exact_order order;
     uint64_t exact_cells; /* of all parts up to now */
+    qs_search search;
+    uint64_t search_work; /* that is still allowed: of all searches in the file, */
+    uint64_t search_tries; /* and of all that have been tried */
 } qs_record_book;
 
 #define QS_NO_SITE UINT32_MAX
@@ -64,12 +69,16 @@ void qs_record_share(qs_recorder *r, const qs_model *model, uint32_t cell, uint3
 /* Ends a stage of parts. Returns false if there may be no more stages. */
 bool qs_record_may_begin(qs_recorder *r);
 
+/* The same where parts of a kind follow, unless the stage has them. */
+bool qs_record_may_add(qs_recorder *r, unsigned kind);
+
 /* Writes the stage: its split, if there is one, and the sets, if labels leave. */
 void qs_record_stage(qs_recorder *r, bool leaves);
 
-/* Writes the part that has been solved. Parts that come one after another are a stage. A split that
- * waits is of the problem with the part, and there will be another without it. */
-void qs_record_part(qs_recorder *r);
+/* Writes the part that has been solved, by tables or by search (`kind`). Parts of a kind that come
+ * one after another are a stage. A split that waits is of the problem with the part, and there will
+ * be another without it. */
+void qs_record_part(qs_recorder *r, unsigned kind);
 
 /* A stage of parts ends with one that has no sites. */
 void qs_record_end_parts(qs_recorder *r);

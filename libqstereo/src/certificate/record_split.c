@@ -189,9 +189,12 @@ void qs_record_share(qs_recorder *r, const qs_model *model, uint32_t cell, uint3
     }
     for (uint32_t n = s->near_start[site]; n < s->near_start[site + 1]; n++) {
         const qs_stated_edge *edge = &s->edges[s->near[n]];
+        if (!edge->alive) {
+            continue; /* it has no slots */
+        }
         uint32_t there =
             edge->first == site ? b->first_slot[s->near[n]] : b->second_slot[s->near[n]];
-        if (edge->alive && there == slot && !move_costs(b, model, edge, site, own)) {
+        if (there == slot && !move_costs(b, model, edge, site, own)) {
             r->status = QS_E_OVERFLOW;
         }
     }

@@ -120,11 +120,11 @@ static void end_writing(qs_recorder *r, stage_writer *w)
 void qs_record_end_parts(qs_recorder *r)
 {
     stage_writer w = {.sink = r->sink};
-    if (r->book->has_parts) {
+    if (r->book->parts) {
         put(&w, 0, 4);
         end_writing(r, &w);
     }
-    r->book->has_parts = false;
+    r->book->parts = 0;
 }
 
 bool qs_record_may_begin(qs_recorder *r)
@@ -134,6 +134,11 @@ bool qs_record_may_begin(qs_recorder *r)
         r->status = QS_E_OVERFLOW;
     }
     return r->status == QS_OK;
+}
+
+bool qs_record_may_add(qs_recorder *r, unsigned kind)
+{
+    return r->book->parts == kind || qs_record_may_begin(r);
 }
 
 void qs_record_stage(qs_recorder *r, bool leaves)
@@ -160,20 +165,25 @@ void qs_record_stage(qs_recorder *r, bool leaves)
     b->pending = false;
 }
 
-void qs_record_part(qs_recorder *r)
+void qs_record_part(qs_recorder *r, unsigned kind)
 {
     qs_record_book *b = r->book;
     stage_writer w = {.sink = r->sink};
-    if (!b->has_parts) {
-        put_head(&w, QS_STAGE_PARTS, 0, 0, 0);
+    if (b->parts != kind) {
+        put_head(&w, kind, 0, 0, 0);
         r->stages++;
     }
-    b->has_parts = true;
+    b->parts = kind;
     b->pending = false;
     put(&w, b->exact.count, 4);
-    put(&w, (uint64_t)b->exact.value, 8);
+    if (kind == QS_STAGE_PARTS) {
+        put(&w, (uint64_t)b->exact.value, 8);
+    }
     for (uint32_t i = 0; i < b->exact.count; i++) {
         put(&w, b->exact.sites[i], 4);
+    }
+    for (uint32_t i = 0; kind == QS_STAGE_SEARCHES && i < b->exact.count; i++) {
+        put(&w, (uint64_t)b->search.least[i], 8);
     }
     end_writing(r, &w);
 }

@@ -550,6 +550,7 @@ qs_status qs_reduce_as(const qs_model *model, const qs_reduce_options *options,
     r.iterations = options && options->iterations > 0 ? options->iterations : ITERATIONS;
     r.target = options ? options->target : 0;
     qs_eliminate_lay(&r.sets, model, options && options->walls, kept, labelling);
+    r.sets.answer = aim->answer;
     if (!aim->answer || witness_of(&r)) {
         qs_model_winner(model, labelling);
         begin(&r);
