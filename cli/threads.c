@@ -120,12 +120,13 @@ int team_begin(uint32_t helpers, team **begun)
         return fail_memory("--threads");
     }
     made->begun = (task){help, made};
-    errno = 0;
-    while (errno == 0 && made->count < helpers) {
-        errno = start(&made->begun, &made->threads[made->count]);
-        made->count += errno == 0;
+    int failed = 0;
+    while (failed == 0 && made->count < helpers) {
+        failed = start(&made->begun, &made->threads[made->count]);
+        made->count += failed == 0;
     }
-    if (made->count < helpers) {
+    if (failed != 0) {
+        errno = failed;
         int status = fail_system("--threads", "the system has no more threads");
         team_end(made);
         return status;

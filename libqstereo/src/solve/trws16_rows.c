@@ -92,14 +92,16 @@ static int64_t plain_pass(const state *s, const stretch *of)
 }
 
 #if QS_HAVE_AVX2
-QS_WIDE int64_t pass_of_runs(const state *s, const stretch *of, uint32_t runs, bool is_first)
+QS_WIDE int64_t pass_of_runs(const state *s, const stretch *of, uint32_t runs, bool is_first,
+                             bool again)
 {
     const qs_trws16_rule rule = rule_of(s, of);
     int16_t *row = row_at(s, of->y);
     int64_t bound = 0;
     for (uint32_t i = 0; i < of->end - of->begin; i++) {
         uint32_t x = column_of(of, i);
-        const qs_trws16_visit v = visit_of(s, of, row, x);
+        qs_trws16_visit v = visit_of(s, of, row, x);
+        v.row_only = again;
         fetch(s, of->y * s->width + x, of->forward);
         bound += qs_trws16_visit_lanes(&rule, &v, runs, is_first);
     }
@@ -112,16 +114,20 @@ enum { FEW = 2, SOME = 4, MANY = 8 };
 QS_AVX2 static int64_t wide_pass(const state *s, const stretch *of)
 {
     uint32_t runs = (uint32_t)(s->pitch / QS_TRWS16_RUN);
-    if (of->is_first) {
-        return runs == FEW    ? pass_of_runs(s, of, FEW, true)
-               : runs == SOME ? pass_of_runs(s, of, SOME, true)
-               : runs == MANY ? pass_of_runs(s, of, MANY, true)
-                              : pass_of_runs(s, of, runs, true);
+    if (of->again) {
+        return runs == SOME ? pass_of_runs(s, of, SOME, true, true)
+                            : pass_of_runs(s, of, runs, true, true);
     }
-    return runs == FEW    ? pass_of_runs(s, of, FEW, false)
-           : runs == SOME ? pass_of_runs(s, of, SOME, false)
-           : runs == MANY ? pass_of_runs(s, of, MANY, false)
-                          : pass_of_runs(s, of, runs, false);
+    if (of->is_first) {
+        return runs == FEW    ? pass_of_runs(s, of, FEW, true, false)
+               : runs == SOME ? pass_of_runs(s, of, SOME, true, false)
+               : runs == MANY ? pass_of_runs(s, of, MANY, true, false)
+                              : pass_of_runs(s, of, runs, true, false);
+    }
+    return runs == FEW    ? pass_of_runs(s, of, FEW, false, false)
+           : runs == SOME ? pass_of_runs(s, of, SOME, false, false)
+           : runs == MANY ? pass_of_runs(s, of, MANY, false, false)
+                          : pass_of_runs(s, of, runs, false, false);
 }
 #endif
 
