@@ -67,6 +67,16 @@ typedef struct qs_witness {
     void *context;
 } qs_witness;
 
+/* Does a part of a work, 0 .. parts - 1. */
+typedef void qs_part(void *work, uint32_t part);
+
+/* Does all parts of a work and returns when they are done. Any thread may do
+ * any part, in any order.
+ *
+ * helpers  the caller's own */
+typedef void qs_together(void *helpers, qs_part *part, void *work,
+                         uint32_t parts);
+
 /* All zero = the defaults. */
 typedef struct qs_solve_options {
     uint64_t iterations; /* at most; 0 = the solver's own default, which its
@@ -89,7 +99,15 @@ typedef struct qs_solve_options {
     const qs_witness *witness; /* NULL = nobody. With one, the watch is called
                                   between iterations of messages alone. trws,
                                   best and min_cut call it, where best packs
-                                  it goes on for the witness */
+                                  it goes on for the witness. It is told nothing
+                                  where costs need 64 bits */
+    /* The library has no threads. trws16 hands out what can be done at the same
+     * time; other solvers do not. The answer is the same, and the watch is
+     * called by the thread that called the solver. NULL = that thread does it
+     * all */
+    qs_together *together;
+    void *helpers; /* of together */
+    uint32_t workers; /* how many parts `together` does at the same time */
 } qs_solve_options;
 
 typedef struct qs_solution {
@@ -201,10 +219,10 @@ size_t qs_trws_workspace(const qs_model *model);
 
 /* TRW-S as above with costs of one byte and messages of two, straight from a
  * problem: no model is needed, so the workspace is all the memory: about 5
- * bytes for each site and label, where labels count in whole sixteens. If one
- * iteration is wanted, it is about 3. For grids without masked cells and
- * forbidden labels, with Potts or truncated linear costs. The labelling is
- * made once, after the last iteration; the bound is exact here, too. Default: 2
+ * bytes for each site and label, where labels count in whole sixteens, and
+ * about 3 if one iteration is wanted. For grids without masked cells and
+ * forbidden labels, with Potts or truncated linear costs. The labelling is made
+ * once, after the last iteration; the bound is exact here, too. Default: 2
  * iterations.
  *
  * Returns also
