@@ -316,11 +316,12 @@ size_t qs_pack_workspace(const qs_model *model);
  * pairwise cost is not a metric, jumps of all labels and moves to each label.
  * Meanwhile labels that are proven to be in no optimum leave the problem, parts
  * of it that are small enough are solved exactly, windows of a large grid are
- * solved with their neighbours held, and where the bound stalls TRW-S begins
- * anew on what is left: all that qs_reduce (reduce.h) does. It ends when the
- * bound proves the best labelling, or when half of all iterations, 512 or more,
- * have gained nothing. What a cut decides quickly is left to
- * qs_min_cut: two labels, convex costs, and linear costs on a grid. Where
+ * solved with their neighbours held, other problems are searched by moves on
+ * trees (Hamze and de Freitas 2004) after kicks by chance, and where the bound
+ * stalls TRW-S begins anew on what is left: all that qs_reduce (reduce.h) does.
+ * Of two labellings the better parts are merged. It ends when the bound proves
+ * the best labelling, or when half of all iterations, 512 or more, have gained
+ * nothing. What a cut decides quickly is left to qs_min_cut: two labels, convex costs, and linear costs on a grid. Where
  * qs_pack can be used it goes first, with a limit of its own. Works with every
  * pairwise cost. An iteration is one of TRW-S, or of qs_min_cut, or of qs_pack;
  * default 2000.
