@@ -99,8 +99,7 @@ typedef struct qs_solve_options {
     const qs_witness *witness; /* NULL = nobody. With one, the watch is called
                                   between iterations of messages alone. trws,
                                   best and min_cut call it, where best packs
-                                  it goes on for the witness. It is told nothing
-                                  where costs need 64 bits */
+                                  it goes on for the witness */
     /* The library has no threads. trws16 hands out what can be done at the same
      * time; other solvers do not. The answer is the same, and the watch is
      * called by the thread that called the solver. NULL = that thread does it
