@@ -27,6 +27,7 @@ from . import models, packing, services, tiles
 from .failure import NO, Error, FileError, SolverError
 from .output import save
 from .solvers import interruptible
+from .text import parse
 
 TIMEOUT = 100.0
 # Two graphs and options in, pairs of a variable and its qubit out. No module of the user's folder.
@@ -290,7 +291,7 @@ def read(path):
     """The Embedding in a file. Raises OSError, NotThisOne."""
     with open(path, "rb") as stream:
         try:
-            found = json.load(stream)
+            found = parse(stream.read())
             told, chains = {name: found[name] for name in HEAD}, found["chains"]
             if told != HEAD:
                 raise ValueError(str(told))
@@ -298,7 +299,7 @@ def read(path):
                 raise ValueError("a chain holds something else than qubits")
             return Embedding(**{one.name: found[one.name] for one in fields(Embedding)[:-1]},
                              chains=dict(enumerate(chains)))
-        except (ValueError, KeyError, TypeError, RecursionError) as error:
+        except (ValueError, KeyError, TypeError) as error:
             raise NotThisOne(f"no embedding file ({type(error).__name__}: {error}); make one with "
                              "`qstereo-bridge embed`") from None
 

@@ -21,6 +21,7 @@ from . import calls, cli, command, registry, remote, runner
 from .failure import BAD_INPUT, NO, OK, SERVICE, USAGE, Error, Failure, failing, io
 from .output import save
 from .problem import load_samples
+from .text import parse
 
 STEPS = "encode", "reduce", "solve", "decode", "score"
 COLUMNS = ("name", "variables", "variables_left", "energy", "lower_bound", "gap", "proven_optimal",
@@ -90,11 +91,11 @@ def _known(frame, name, key, ends):
     """(The facts of the frame's steps, from its .json; whether the step `name` is done: made from
     the same, and its files are there)."""
     try:
-        state = json.loads(Path(f"{frame['base']}.json").read_bytes())
-    except (FileNotFoundError, ValueError):
-        state = {}
-    return state, state.get(name, {}).get("key") == key and all(
-        Path(frame["base"] + end).exists() for end in ends)
+        state = dict(parse(Path(f"{frame['base']}.json").read_bytes()))
+        done = dict(state.get(name, {})).get("key") == key
+    except (FileNotFoundError, ValueError, TypeError):
+        return {}, False
+    return state, done and all(Path(frame["base"] + end).exists() for end in ends)
 
 
 def _step(frame, name, key, ends, work):
