@@ -184,18 +184,20 @@ static int write_mask(const after *asked, const pixel_map *map)
     return status;
 }
 
-/* The margins as greys, in units of the costs; at least 1 where there is a value that agrees. */
-static void draw_margins(const laid_out *laid, const uint32_t *margins, const pixel_map *map,
-                         picture *made)
+/* The margins as greys, in units of the costs; at least 1 where there is a value that agrees.
+ *
+ * greys  out: one for each pixel of the map */
+static void read_margins(const laid_out *laid, const uint32_t *margins, const pixel_map *map,
+                         uint16_t *greys)
 {
     const qs_frame *frame = &laid->labels.frame;
-    for (size_t i = 0; i < made->width * made->height; i++) {
-        size_t x = i % made->width - frame->x, y = i / made->width - frame->y;
+    for (size_t i = 0; i < (size_t)map->width * map->height; i++) {
+        size_t x = i % map->width - frame->x, y = i / map->width - frame->y;
         bool inside = x < laid->model.width && y < laid->model.height;
-        made->samples[i] = 0;
+        greys[i] = 0;
         if (inside && map->disparities[i] != QS_NO_DISPARITY) {
             uint32_t margin = margins[y * laid->model.width + x] / laid->scale;
-            made->samples[i] = (uint16_t)(margin < 1 ? 1 : margin > 255 ? 255 : margin);
+            greys[i] = (uint16_t)(margin < 1 ? 1 : margin > 255 ? 255 : margin);
         }
     }
 }
@@ -208,8 +210,9 @@ static int write_confidence(const after *asked, const laid_out *laid, const solv
     size_t size = qs_margins_workspace(model);
     void *workspace = budget_take(limit, laid->name, size);
     uint32_t *margins = budget_take(limit, laid->name, sizeof *margins * model->sites);
+    uint16_t *greys = budget_take(limit, laid->name, sizeof *greys * map->width * map->height);
     picture made = {map->width, map->height, 1, 255, NULL};
-    if (workspace == NULL || margins == NULL) {
+    if (workspace == NULL || margins == NULL || greys == NULL) {
         return NO_RESOURCE;
     }
     qs_status status = qs_margins(model, found->labelling, unit, workspace, size, margins);
@@ -222,8 +225,10 @@ static int write_confidence(const after *asked, const laid_out *laid, const solv
     if (!picture_allocate(&made)) {
         return fail_memory(asked->confidence);
     }
-    draw_margins(laid, margins, map, &made);
-    int written = picture_write(&made, asked->confidence_png, asked->files[0]);
+    read_margins(laid, margins, map, greys);
+    status = qs_map_mean(greys, map->width, map->height, made.samples);
+    int written = status == QS_OK ? picture_write(&made, asked->confidence_png, asked->files[0])
+                                  : fail_status(laid->name, status);
     picture_free(&made);
     return written;
 }

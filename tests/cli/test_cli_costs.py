@@ -154,6 +154,9 @@ def test_presets_find_a_square(tmp_path, preset, step, after):
     margin, _ = read_pnm(sure.read_bytes())
     assert most == 255 and set(np.unique(kept)) == {0, 255}
     assert np.array_equal(margin > 0, kept == 255)
+    beside = (margin[:, 1:] > 0) & (margin[:, :-1] > 0)
+    steps = np.abs(np.diff(margin.astype(int), axis=1))[beside]
+    assert steps.max() <= 86  # means of nine, of which three differ, by 255 at most
     hidden = kept[6:18, 27:30]  # left of the square: the right picture does not show it
     assert (hidden == 0).mean() > .5
     assert (kept[:, 50:] == 255).mean() > .9

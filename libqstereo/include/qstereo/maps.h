@@ -95,6 +95,19 @@ QS_MUST_CHECK qs_status qs_margins(const qs_model *model,
                                    uint32_t *margins);
 size_t qs_margins_workspace(const qs_model *model);
 
+/* The mean of the numbers in the 3 x 3 pixels about each one, rounded up; a
+ * pixel with 0 keeps it. Margins that are evened out like this sort the errors
+ * of a map better, because wrong pixels that are sure of themselves stand among
+ * others that are not.
+ *
+ * out  not `values`
+ *
+ * Returns
+ *   QS_OK
+ *   QS_E_ARGUMENT  a null pointer, or out is values */
+QS_MUST_CHECK qs_status qs_map_mean(const uint16_t *values, size_t width,
+                                    size_t height, uint16_t *out);
+
 #ifdef __cplusplus
 }
 #endif

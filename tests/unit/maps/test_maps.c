@@ -96,6 +96,31 @@ static void median(void **unused)
     }
 }
 
+/* Rounded up: less than one above the sum over the count, and not below it. */
+static void mean(void **unused)
+{
+    (void)unused;
+    uint64_t state = 4;
+    for (int round = 0; round < 200; round++) {
+        uint16_t map[CELLS], out[CELLS];
+        for (int i = 0; i < CELLS; i++) {
+            bool none = tiny_random(&state, 4) == 0;
+            map[i] = (uint16_t)(none ? 0 : UINT16_MAX - tiny_random(&state, round % 2 ? 9 : 65535));
+        }
+        assert_int_equal(qs_map_mean(map, WIDTH, HEIGHT, out), QS_OK);
+        for (int i = 0; i < CELLS; i++) {
+            int64_t count = 0, sum = 0;
+            for (int j = 0; j < CELLS; j++) {
+                bool near = abs(j % WIDTH - i % WIDTH) <= 1 && abs(j / WIDTH - i / WIDTH) <= 1;
+                count += near;
+                sum += near ? map[j] : 0;
+            }
+            assert_true(map[i] == 0 ? out[i] == 0
+                                    : count * out[i] >= sum && count * (out[i] - 1) < sum);
+        }
+    }
+}
+
 /* A parabola whose least is at a known place is found there. */
 static void refinement(void **unused)
 {
@@ -245,6 +270,10 @@ static void refusals(void **unused)
     assert_int_equal(qs_map_median(map, WIDTH, HEIGHT, map), QS_E_ARGUMENT);
     assert_int_equal(qs_map_median(map, WIDTH, HEIGHT, NULL), QS_E_ARGUMENT);
     assert_int_equal(qs_map_refine(NULL, NULL, NULL, map), QS_E_ARGUMENT);
+    uint16_t greys[CELLS] = {0}, means[CELLS];
+    assert_int_equal(qs_map_mean(NULL, WIDTH, HEIGHT, means), QS_E_ARGUMENT);
+    assert_int_equal(qs_map_mean(greys, WIDTH, HEIGHT, NULL), QS_E_ARGUMENT);
+    assert_int_equal(qs_map_mean(greys, WIDTH, HEIGHT, greys), QS_E_ARGUMENT);
     int32_t costs[2] = {0, 1}, weight = 0;
     uint64_t memory[64];
     uint16_t label = 2;
@@ -269,10 +298,10 @@ static void refusals(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(consistency),      cmocka_unit_test(filling),
-        cmocka_unit_test(median),           cmocka_unit_test(refinement),
-        cmocka_unit_test(refinement_stays), cmocka_unit_test(margins),
-        cmocka_unit_test(refusals),
+        cmocka_unit_test(consistency), cmocka_unit_test(filling),
+        cmocka_unit_test(median),      cmocka_unit_test(mean),
+        cmocka_unit_test(refinement),  cmocka_unit_test(refinement_stays),
+        cmocka_unit_test(margins),     cmocka_unit_test(refusals),
     };
     return cmocka_run_group_tests_name("maps", tests, NULL, NULL);
 }
