@@ -49,7 +49,7 @@ static bool note(void *context, const qs_progress *progress)
 
 static double milliseconds(const qs_problem *problem, const qs_model *model)
 {
-    size_t size = model ? qs_trws_workspace(model) : qs_trws16_workspace(problem);
+    size_t size = model ? qs_trws_workspace(model) : qs_trws16_workspace(problem, LAST + 1);
     void *workspace = memory(size);
     uint16_t *labelling = memory(sizeof *labelling * problem->grid.width * problem->grid.height);
     double least = 1e9;
