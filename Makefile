@@ -104,11 +104,11 @@ check-python: all examples $(ENV) $(BUILD)/opencv1/qstereo $(BUILD)/opencv0/qste
 
 examples: $(EXAMPLES) ## build the programs of examples/
 
-BENCHES ?= encode costs bridge upload solvers anneal reduce problems windows
+BENCHES ?= encode passes costs bridge upload solvers anneal reduce problems windows
 # Figures for the pages are those of real scenes.
 FIGURES := $(if $(DATA),docs/figures,$(BUILD)/figures)
 
-bench: $(BUILD)/bench_encode $(BUILD)/pack_problem
+bench: $(BUILD)/bench_encode $(BUILD)/bench_passes $(BUILD)/pack_problem
 bench: all $(ENV) ## measure, and write the pages' figures (DATA=scenes)
 	@for bench in $(BENCHES); do \
 	    $(BIN)/python tests/bench/bench_$$bench.py --build $(BUILD) --bridge $(BIN)/qstereo-bridge \
@@ -273,7 +273,7 @@ $(BUILD)/pack_problem: tests/bench/pack_problem.c $(BUILD)/libqstereo.a
 	$(call say,CC,$@)
 	$(Q)$(CC) $(C_FLAGS) $(INCLUDE) $< $(BUILD)/libqstereo.a -o $@
 
-$(BUILD)/bench_encode: tests/bench/bench_encode.c $(BUILD)/libqstereo.a
+$(BUILD)/bench_encode $(BUILD)/bench_passes: $(BUILD)/%: tests/bench/%.c $(BUILD)/libqstereo.a
 	$(call say,CC,$@)
 	$(Q)$(CC) $(C_FLAGS) -D_POSIX_C_SOURCE=200809L $(INCLUDE) $< $(BUILD)/libqstereo.a -o $@
 

@@ -60,19 +60,18 @@ static int64_t other_pass(const qs_trws_state *state, bool forward)
 
 int64_t qs_trws_grid_pass(const qs_trws_state *state, bool forward)
 {
-    if (state->model->pairwise.smoothness != QS_POTTS) {
 #if QS_HAVE_AVX2 && QS_BITS == 32
-        if (state->wide && state->model->pairwise.smoothness >= QS_TABLE) {
-            return qs_trws_wide_tables_pass(state, forward);
-        }
-#endif
-        return other_pass(state, forward);
+    qs_smoothness smoothness = state->model->pairwise.smoothness;
+    if (state->wide && smoothness >= QS_TABLE) {
+        return qs_trws_wide_tables_pass(state, forward);
     }
-#if QS_HAVE_AVX2 && QS_BITS == 32
-    if (state->wide && state->model->labels >= QS_LANES) {
+    if (state->wide && smoothness <= QS_TRUNCATED_LINEAR && state->model->labels >= QS_LANES) {
         return qs_trws_wide_pass(state, forward);
     }
 #endif
+    if (state->model->pairwise.smoothness != QS_POTTS) {
+        return other_pass(state, forward);
+    }
     return forward ? potts_pass(state, true) : potts_pass(state, false);
 }
 

@@ -83,8 +83,8 @@ uint64_t qs_trws_messages(const qs_model *model);
 uint64_t qs_trws_padding(const qs_model *model);
 uint64_t qs_trws_scratch(const qs_model *model);
 
-/* One pass. Returns the bound. The wide ones are for grids, with Potts costs and at least 8 labels,
- * or with tables; they compute the same by AVX2. */
+/* One pass. Returns the bound. The wide ones are for grids, with Potts or linear costs and at least
+ * 8 labels, or with tables; they compute the same by AVX2. */
 int64_t qs_trws_grid_pass(const qs_trws_state *state, bool forward);
 int64_t qs_trws_wide_pass(const qs_trws_state *state, bool forward);
 int64_t qs_trws_wide_tables_pass(const qs_trws_state *state, bool forward);

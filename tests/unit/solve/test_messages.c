@@ -327,6 +327,24 @@ static void wide_is_plain(void **unused)
     }
 }
 
+/* With any truncation: steps within runs of lanes, across them, and beyond all labels. */
+static void wide_linear_is_plain(void **unused)
+{
+    (void)unused;
+    if (!qs_lanes_avx2()) {
+        skip();
+    }
+    uint64_t state = 7;
+    for (uint32_t round = 0; round < 20 * MANY_LABELS; round++) {
+        uint32_t labels = 8 + round % (MANY_LABELS - 7);
+        make_wide(&state, round % 3 == 0 ? (round % 2 ? 16 : 20) : labels);
+        b.model.pairwise.smoothness = QS_TRUNCATED_LINEAR;
+        b.model.pairwise.truncation = tiny_random(&state, b.model.labels + 2);
+        b.model.pairwise_max = qs_model_pairwise(&b.model, 0, b.model.labels - 1);
+        wide_trws_is_plain(&state);
+    }
+}
+
 /* Tables for the edges of that grid: one for all, or some that the edges share. */
 static void add_tables(uint64_t *state, bool own)
 {
@@ -590,6 +608,7 @@ int main(void)
         cmocka_unit_test(exact_on_trees),
         cmocka_unit_test(messages_by_definition),
         cmocka_unit_test(wide_is_plain),
+        cmocka_unit_test(wide_linear_is_plain),
         cmocka_unit_test(wide_tables_are_plain),
         cmocka_unit_test(watch_stops),
         cmocka_unit_test(defaults),
