@@ -393,7 +393,7 @@ def test_what_is_left_at_the_limit_is_a_local_minimum(monkeypatch):
             assert (models.energies(problem, others) >= before).all()
 
 
-def test_walls_are_labels(monkeypatch):
+def test_walls_are_labels(tmp_path, main, monkeypatch):
     """A file of domain walls: with HiGHS the optimum, without it a bound above that of all sites
     alone, whatever holds the walls together."""
     plain, costs, edges = domain_walls(4, 2, 3)
@@ -402,6 +402,7 @@ def test_walls_are_labels(monkeypatch):
     check(problem, answer, least_of_potts(costs, edges))
     ones = answer.bits.reshape(8, 2)
     assert (ones[:, 0] >= ones[:, 1]).all()
+    assert "(proven best of all labellings)" in main(*write(tmp_path, problem))[1]
     monkeypatch.setattr(ilp, "solve", lambda costs, count, rules, best, low, seconds: (None, low))
     assert costs.min(1).sum() < solve(problem).lower_bound <= least_of_potts(costs, edges)
 
