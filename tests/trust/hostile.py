@@ -233,6 +233,7 @@ def sound_proofs():
     yield "of nothing", proof()
     yield "of a part", proof(parts(*every), bound=0)
     yield "of a split", proof(split(), bound=0)
+    yield "of a split with wide shares", proof(split(share_width=8), bound=0)
     yield "of a search", proof(searched(*every, bounds=[0] * SITES), bound=0)
     yield "of the largest scale", proof(split(2**30), bound=0)
     yield "of 4096 stages", proof(split() * 4096, stages=4096, bound=0)
@@ -265,7 +266,7 @@ def hostile_proofs():
         ("a scale of 2^30 + 1", split(2**30 + 1), False),
         ("a scale of 0", split(0), False),
         ("slots of 3 bytes", split(slot_width=3), False),
-        ("shares of 8 bytes", split(share_width=8), False),
+        ("shares of 16 bytes", split(share_width=16), False),
         ("slots beyond the last", split(rest=bytes([255]) * 2 * (SITES - 1)), False),
         ("a split cut short", split()[:-1], False),
         ("a split and a part", split(has=5) + parts(*every)[16:], False),

@@ -46,7 +46,7 @@ static uint32_t cheapest(const int64_t *costs, const uint8_t *set, uint32_t coun
 static void add_gains(const qs_stated *stated, const uint8_t *sets, const qs_stated_edge *edge,
                       uint32_t site, uint32_t best, int64_t *gains)
 {
-    uint32_t other = qs_stated_other(edge, site), only;
+    uint32_t other = qs_stated_other(edge, site), only = 0;
     const uint8_t *own = sets + stated->start[site], *theirs = sets + stated->start[other];
     if (count_set(theirs, stated->count[other], &only) == 1) {
         return;

@@ -45,29 +45,6 @@ QS_KERNEL qs_trws16_visit visit_of(const state *s, const stretch *of, int16_t *r
     };
 }
 
-/* Has memory fetched that the pass needs soon. */
-QS_KERNEL void fetch(const state *s, uint32_t site, bool forward)
-{
-#if QS_HAVE_AVX2
-    enum { AHEAD = 6, LINE = 64 };
-    uint32_t ahead = forward ? site + AHEAD : site - AHEAD;
-    if (ahead < s->sites) {
-        const char *costs = (const char *)(s->costs + s->pitch * ahead),
-                   *columns = (const char *)column_at(s, ahead);
-        for (uint32_t i = 0; i < s->labels; i += LINE) {
-            __builtin_prefetch(costs + i);
-        }
-        for (uint32_t i = 0; i < 2 * s->labels; i += LINE) {
-            __builtin_prefetch(columns + i);
-        }
-    }
-#else
-    (void)s;
-    (void)site;
-    (void)forward;
-#endif
-}
-
 QS_KERNEL qs_trws16_rule rule_of(const state *s, const stretch *of)
 {
     return (qs_trws16_rule){s->labels, s->reach, (int16_t)(1 << s->shift), of->is_first,
@@ -92,6 +69,23 @@ static int64_t plain_pass(const state *s, const stretch *of)
 }
 
 #if QS_HAVE_AVX2
+/* Has memory fetched that the pass needs soon. */
+QS_WIDE void fetch(const state *s, uint32_t site, bool forward)
+{
+    enum { AHEAD = 6, LINE = 64 };
+    uint32_t ahead = forward ? site + AHEAD : site - AHEAD;
+    if (ahead < s->sites) {
+        const char *costs = (const char *)(s->costs + s->pitch * ahead),
+                   *columns = (const char *)column_at(s, ahead);
+        for (uint32_t i = 0; i < s->labels; i += LINE) {
+            __builtin_prefetch(costs + i);
+        }
+        for (uint32_t i = 0; i < 2 * s->labels; i += LINE) {
+            __builtin_prefetch(columns + i);
+        }
+    }
+}
+
 QS_WIDE int64_t pass_of_runs(const state *s, const stretch *of, uint32_t runs, bool is_first,
                              bool again)
 {
