@@ -203,8 +203,8 @@ size_t qs_trws_workspace(const qs_model *model);
  * problem: no model is needed, so the workspace is all the memory: about 5
  * bytes for each site and label, where labels count in whole sixteens. If one
  * iteration is wanted, it is about 3. For grids without masked cells and
- * forbidden labels, with Potts or truncated linear costs. The labelling is made once,
- * after the last iteration; the bound is exact here, too. Default: 2
+ * forbidden labels, with Potts or truncated linear costs. The labelling is made
+ * once, after the last iteration; the bound is exact here, too. Default: 2
  * iterations.
  *
  * Returns also
