@@ -15,6 +15,7 @@ static int make_problem(const char *name, const qs_matching *of, const qs_pairwi
                 pairwise->truncation <= QS_LABELS_MAX;
     made_problem made = {.name = name, .mend = "--lambda or --truncation"};
     finer.parts = PARTS;
+    finer.copies = 0; /* lines are solved one after the other */
     finer.disparity_min *= PARTS;
     finer.disparity_max *= PARTS;
     if (fits) {

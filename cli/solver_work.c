@@ -155,8 +155,9 @@ int work_begin(const laid_out *problem, const solver *by, const search *how, hal
 }
 
 /* How the solver is to search. What it points to is borrowed. */
-static qs_solve_options options_of(const search *how, progress *watched)
+static qs_solve_options options_of(const solver_work *work, progress *watched)
 {
+    const search *how = work->how;
     watched->gap = how->gap;
     watched->traced = how->traced;
     return (qs_solve_options){.iterations = how->iterations,
@@ -165,7 +166,10 @@ static qs_solve_options options_of(const search *how, progress *watched)
                               .context = watched,
                               .spent = how->time_limit > 0 ? progress_spent : NULL,
                               .start = how->start,
-                              .witness = how->witness};
+                              .witness = how->witness,
+                              .together = work->team != NULL ? team_together : NULL,
+                              .helpers = work->team,
+                              .workers = work->workers};
 }
 
 static void begin_labelling(const solver_work *work)
@@ -243,7 +247,7 @@ void work_do(void *begun)
     work->watched = progress_begin(name, work->problem->scale, work->limit, how->whole_command);
     work->watched.terminal = work->watched.terminal && !work->hidden;
     trace_begin(how->traced, name);
-    const qs_solve_options options = options_of(how, &work->watched);
+    const qs_solve_options options = options_of(work, &work->watched);
     work->ran = run(work, &options);
     take_down(work);
     if (work->ran == QS_OK) {

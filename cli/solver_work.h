@@ -7,6 +7,7 @@
 #include "halves.h"
 #include "progress_line.h"
 #include "solving.h"
+#include "threads.h"
 
 typedef struct solver_work {
     const laid_out *problem;
@@ -19,6 +20,8 @@ typedef struct solver_work {
     size_t size, check_size;
     int64_t limit; /* microseconds; 0 = none */
     bool hidden; /* it draws no line on the terminal */
+    team *team; /* helps in this work; NULL = none */
+    uint32_t workers; /* the team and the thread of the work */
     progress watched;
     qs_status ran, checked;
     int64_t energy; /* as the problem gives it to the labelling */

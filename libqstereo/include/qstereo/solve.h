@@ -67,6 +67,16 @@ typedef struct qs_witness {
     void *context;
 } qs_witness;
 
+/* Does a part of a work, 0 .. parts - 1. */
+typedef void qs_part(void *work, uint32_t part);
+
+/* Does all parts of a work and returns when they are done. Any thread may do
+ * any part, in any order.
+ *
+ * helpers  the caller's own */
+typedef void qs_together(void *helpers, qs_part *part, void *work,
+                         uint32_t parts);
+
 /* All zero = the defaults. */
 typedef struct qs_solve_options {
     uint64_t iterations; /* at most; 0 = the solver's own default, which its
@@ -90,6 +100,13 @@ typedef struct qs_solve_options {
                                   between iterations of messages alone. trws,
                                   best and min_cut call it, where best packs
                                   it goes on for the witness */
+    /* The library has no threads. trws16 hands out what can be done at the same
+     * time; other solvers do not. The answer is the same, and the watch is
+     * called by the thread that called the solver. NULL = that thread does it
+     * all */
+    qs_together *together;
+    void *helpers; /* of together */
+    uint32_t workers; /* how many parts `together` does at the same time */
 } qs_solve_options;
 
 typedef struct qs_solution {
@@ -201,8 +218,8 @@ size_t qs_trws_workspace(const qs_model *model);
 
 /* TRW-S as above with costs of one byte and messages of two, straight from a
  * problem: no model is needed, so the workspace is all the memory: about 5
- * bytes for each site and label, where labels count in whole sixteens. If one
- * iteration is wanted, it is about 3. For grids without masked cells and
+ * bytes for each site and label, where labels count in whole sixteens, and
+ * about 3 if one iteration is wanted. For grids without masked cells and
  * forbidden labels, with Potts or truncated linear costs. The labelling is made
  * once, after the last iteration; the bound is exact here, too. Default: 2
  * iterations.
@@ -298,11 +315,12 @@ size_t qs_pack_workspace(const qs_model *model);
  * pairwise cost is not a metric, jumps of all labels and moves to each label.
  * Meanwhile labels that are proven to be in no optimum leave the problem, parts
  * of it that are small enough are solved exactly, windows of a large grid are
- * solved with their neighbours held, and where the bound stalls TRW-S begins
- * anew on what is left: all that qs_reduce (reduce.h) does. It ends when the
- * bound proves the best labelling, or when half of all iterations, 512 or more,
- * have gained nothing. What a cut decides quickly is left to
- * qs_min_cut: two labels, convex costs, and linear costs on a grid. Where
+ * solved with their neighbours held, other problems are searched by moves on
+ * trees (Hamze and de Freitas 2004) after kicks by chance, and where the bound
+ * stalls TRW-S begins anew on what is left: all that qs_reduce (reduce.h) does.
+ * Of two labellings the better parts are merged. It ends when the bound proves
+ * the best labelling, or when half of all iterations, 512 or more, have gained
+ * nothing. What a cut decides quickly is left to qs_min_cut: two labels, convex costs, and linear costs on a grid. Where
  * qs_pack can be used it goes first, with a limit of its own. Works with every
  * pairwise cost. An iteration is one of TRW-S, or of qs_min_cut, or of qs_pack;
  * default 2000.

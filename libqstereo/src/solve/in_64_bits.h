@@ -30,6 +30,7 @@
 #define qs_fusion_moves_workspace qs_fusion_moves_workspace_64
 #define qs_fusion_start           qs_fusion_start_64
 #define qs_fusion_take            qs_fusion_take_64
+#define qs_kicks_improve          qs_kicks_improve_64
 #define qs_label_alone            qs_label_alone_64
 #define qs_label_grid             qs_label_grid_64
 #define qs_levels                 qs_levels_64
@@ -53,6 +54,9 @@
 #define qs_swap                   qs_swap_64
 #define qs_swap_workspace         qs_swap_workspace_64
 #define qs_times_in_range         qs_times_in_range_64
+#define qs_trees_begin            qs_trees_begin_64
+#define qs_trees_move             qs_trees_move_64
+#define qs_trees_take             qs_trees_take_64
 #define qs_trws                   qs_trws_64
 #define qs_trws_graph_labels      qs_trws_graph_labels_64
 #define qs_trws_graph_marginals   qs_trws_graph_marginals_64

@@ -6,6 +6,7 @@
 #include "../base/arena.h"
 #include "../base/minmax.h"
 #include "progress.h"
+#include "straight.h"
 
 enum { NEAR = 3, DEFAULT_ITERATIONS = 1 };
 
@@ -49,30 +50,24 @@ static size_t take_parts(state *s, void *workspace)
     return qs_arena_size(&arena);
 }
 
-static bool is_for_us(const qs_problem *problem)
+/* The costs of single labels can be had. */
+static bool can_pick(const qs_problem *problem)
 {
-    const qs_pairwise *v = &problem->pairwise;
-    return problem->source.pick && !problem->costs && problem->grid.width > 0 &&
-           !problem->grid.mask && !problem->allowed &&
-           (v->smoothness == QS_POTTS || v->smoothness == QS_TRUNCATED_LINEAR);
+    return problem->source.pick && !problem->costs;
 }
 
 static state state_of(const qs_problem *problem)
 {
-    uint32_t cut = problem->pairwise.truncation;
-    bool potts = problem->pairwise.smoothness == QS_POTTS;
     return (state){.problem = problem,
                    .width = problem->grid.width,
                    .height = problem->grid.height,
                    .labels = problem->labels,
-                   .reach = potts     ? 1
-                            : cut > 0 ? cut
-                                      : QS_LABELS_MAX};
+                   .reach = qs_straight_reach(problem)};
 }
 
 size_t qs_near_workspace(const qs_problem *problem)
 {
-    if (!is_for_us(problem)) {
+    if (!qs_straight_takes(problem) || !can_pick(problem)) {
         return 0;
     }
     state counted = state_of(problem);
@@ -278,11 +273,8 @@ static bool are_labels(const state *s)
 qs_status qs_near(const qs_problem *problem, const qs_solve_options *options, void *workspace,
                   size_t workspace_size, uint16_t *labelling, qs_solution *solution)
 {
-    if (!problem || !workspace || !labelling || !solution) {
-        return QS_E_ARGUMENT;
-    }
-    qs_status status = qs_problem_check(problem);
-    if (status != QS_OK || !is_for_us(problem)) {
+    qs_status status = qs_straight_check(problem, workspace, labelling, solution);
+    if (status != QS_OK || !can_pick(problem)) {
         return status != QS_OK ? status : QS_E_ENCODING;
     }
     state s = state_of(problem);

@@ -78,6 +78,13 @@ QS_WIDE void qs_lanes16_least(qs_lanes16 *a, qs_lanes16 *b)
     *b = QS_PICK16(both, both, 8, 9, 10, 11, 12, 13, 14, 15, 8, 9, 10, 11, 12, 13, 14, 15);
 }
 
+/* Two bits for each lane in which both are equal. */
+QS_WIDE uint32_t qs_lanes16_mask(qs_lanes16 a, qs_lanes16 b)
+{
+    typedef char bytes __attribute__((vector_size(32)));
+    return (uint32_t)__builtin_ia32_pmovmskb256((bytes)(a == b));
+}
+
 /* Sixteen labels, from `step` before or behind those of `at`. */
 QS_WIDE qs_lanes16 qs_lanes16_before(qs_lanes16 other, qs_lanes16 at, uint32_t step)
 {
@@ -196,12 +203,12 @@ QS_WIDE qs_lanes16 qs_trws16_apart(qs_lanes16 labels, uint16_t other, int16_t re
     return off * weight;
 }
 
-/* As qs_trws16_label. */
-QS_WIDE uint16_t qs_trws16_label_lanes(const qs_trws16_rule *rule, const int16_t *sums,
-                                       const qs_trws16_beside *near, uint32_t runs)
+/* As qs_trws16_cheapest. */
+QS_WIDE uint16_t qs_trws16_cheapest_lanes(const qs_trws16_rule *rule, const int16_t *sums,
+                                          const qs_trws16_beside *near, uint32_t runs)
 {
     qs_lanes16 costs[QS_TRWS16_RUNS],
-        least = qs_lanes16_all(INT16_MAX), none = least, first = least,
+        least = qs_lanes16_all(INT16_MAX), none = least,
         labels = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     int16_t reach = (int16_t)rule->reach;
     for (uint32_t i = 0; i < runs; i++) {
@@ -215,12 +222,14 @@ QS_WIDE uint16_t qs_trws16_label_lanes(const qs_trws16_rule *rule, const int16_t
         labels += QS_LANES16;
     }
     qs_lanes16_least(&least, &none);
-    for (uint32_t i = runs; i-- > 0;) {
-        labels -= QS_LANES16;
-        first = qs_lanes16_min(first, labels | ((qs_lanes16)(costs[i] != least) & QS_TRWS16_MOST));
+    for (uint32_t i = 0; i + 1 < runs; i++) {
+        uint32_t found = qs_lanes16_mask(costs[i], least);
+        if (found != 0) {
+            return (uint16_t)(i * QS_LANES16 + (uint32_t)__builtin_ctz(found) / 2);
+        }
     }
-    qs_lanes16_least(&first, &none);
-    return (uint16_t)first[0];
+    uint32_t found = qs_lanes16_mask(costs[runs - 1], least);
+    return (uint16_t)((runs - 1) * QS_LANES16 + (uint32_t)__builtin_ctz(found) / 2);
 }
 #endif
 

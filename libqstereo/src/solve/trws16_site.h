@@ -33,6 +33,12 @@ static inline uint64_t qs_trws16_row(uint32_t labels)
     return 3 * (uint64_t)labels + LEAST;
 }
 
+/* Numbers of scratch for one thread. */
+static inline uint64_t qs_trws16_scratch(uint32_t labels)
+{
+    return QS_TRWS16_ROWS * qs_trws16_row(labels);
+}
+
 QS_KERNEL int16_t qs_less16(int16_t a, int16_t b)
 {
     return a < b ? a : b;
@@ -135,8 +141,8 @@ typedef struct qs_trws16_beside {
 } qs_trws16_beside;
 
 /* The first of the cheapest labels of a site. */
-QS_KERNEL uint16_t qs_trws16_label(const qs_trws16_rule *rule, const int16_t *sums,
-                                   const qs_trws16_beside *near)
+QS_KERNEL uint16_t qs_trws16_cheapest(const qs_trws16_rule *rule, const int16_t *sums,
+                                      const qs_trws16_beside *near)
 {
     uint32_t labels = rule->labels, first = 0;
     int16_t *restrict costs = rule->scratch + labels;

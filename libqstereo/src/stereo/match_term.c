@@ -124,22 +124,48 @@ static uint32_t cut(const qs_match_term *term, uint32_t cost)
     return term->weight * (term->truncation > 0 ? qs_min_u32(cost, term->truncation) : cost);
 }
 
-void qs_match_term_pick(const qs_match_term *term, const qs_match_row *left_row, size_t left,
+static void pick_census(const qs_match_term *term, const uint64_t *left,
                         const qs_match_row right_rows[], const qs_match_place *places,
                         uint32_t count, uint32_t *sum)
 {
     for (uint32_t i = 0; i < count; i++) {
+        sum[i] += cut(term, census_of(left[i], right_rows[places[i].part].words[places[i].at]));
+    }
+}
+
+static void pick_bt(const qs_match_term *term, const qs_match_row *left_row, size_t left,
+                    const qs_match_row right_rows[], const qs_match_place *places, uint32_t count,
+                    uint32_t *sum)
+{
+    for (uint32_t i = 0; i < count; i++) {
         const qs_match_row *right_row = &right_rows[places[i].part];
-        size_t l = left + i, r = places[i].at;
-        uint32_t off = apart(left_row->grey[l], right_row->grey[r]);
-        switch (term->cost) {
-        case QS_MATCH_AD: sum[i] += cut(term, off); break;
-        case QS_MATCH_SD: sum[i] += cut(term, off * off); break;
-        case QS_MATCH_BT: sum[i] += cut(term, bt_of(left_row, l, right_row, r)); break;
-        case QS_MATCH_CENSUS:
-            sum[i] += cut(term, census_of(left_row->words[l], right_row->words[r]));
-            break;
-        }
+        sum[i] += cut(term, bt_of(left_row, left + i, right_row, places[i].at));
+    }
+}
+
+static void pick_difference(const qs_match_term *term, const uint8_t *left,
+                            const qs_match_row right_rows[], const qs_match_place *places,
+                            uint32_t count, uint32_t *sum)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t off = apart(left[i], right_rows[places[i].part].grey[places[i].at]);
+        sum[i] += cut(term, term->cost == QS_MATCH_SD ? off * off : off);
+    }
+}
+
+void qs_match_term_pick(const qs_match_term *term, const qs_match_row *left_row, size_t left,
+                        const qs_match_row right_rows[], const qs_match_place *places,
+                        uint32_t count, uint32_t *sum)
+{
+    switch (term->cost) {
+    case QS_MATCH_CENSUS:
+        pick_census(term, left_row->words + left, right_rows, places, count, sum);
+        break;
+    case QS_MATCH_BT: pick_bt(term, left_row, left, right_rows, places, count, sum); break;
+    case QS_MATCH_AD:
+    case QS_MATCH_SD:
+        pick_difference(term, left_row->grey + left, right_rows, places, count, sum);
+        break;
     }
 }
 

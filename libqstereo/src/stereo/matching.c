@@ -92,7 +92,7 @@ static bool is_matching(const qs_matching *matching)
     return most >= 1 && most <= UINT16_MAX && matching->parts >= 1 && matching->parts <= PARTS &&
            matching->disparity_min <= matching->disparity_max &&
            matching->disparity_min > INT32_MIN && matching->scale >= 1 && matching->weight >= 0 &&
-           contrast;
+           matching->copies <= QS_MATCH_COPIES && contrast;
 }
 
 static qs_match_needs needs_of(const qs_matching *matching)
@@ -136,27 +136,44 @@ static uint32_t reach_right_of(const qs_matching *matching)
     return least < 0 ? (uint32_t)-least : 0;
 }
 
-static matcher *take(qs_arena *arena, const qs_matching *matching, const qs_grid *grid)
+static uint32_t copies_of(const qs_matching *matching)
 {
-    matcher plan = {.matching = *matching, .needs = needs_of(matching)};
-    matcher *made = qs_arena_take(arena, 1, sizeof *made);
+    return qs_max_u32(matching->copies, 1);
+}
+
+/* What a copy needs for itself. */
+static void take_copy(qs_arena *arena, matcher *plan)
+{
+    const qs_matching *matching = &plan->matching;
     size_t across = matching->left.width, pad = qs_min_u32(reach_of(matching), (uint32_t)across);
     size_t behind = TILE + qs_min_u32(reach_right_of(matching), (uint32_t)across);
-    plan.labels = labels_of(matching);
-    plan.width = grid->width;
-    plan.height = grid->height;
-    plan.left = qs_match_row_take(arena, &plan.needs, across, 0, TILE);
+    plan->left = qs_match_row_take(arena, &plan->needs, across, 0, TILE);
     for (uint32_t i = 0; i < matching->parts && i < PARTS; i++) {
-        plan.right[i] = qs_match_row_take(arena, &plan.needs, across, pad, behind);
+        plan->right[i] = qs_match_row_take(arena, &plan->needs, across, pad, behind);
     }
-    plan.sums = qs_arena_take(arena, plan.labels, TILE * sizeof *plan.sums);
+    plan->sums = qs_arena_take(arena, plan->labels, TILE * sizeof *plan->sums);
+}
+
+/* The copies, one behind the other. */
+static matcher *take(qs_arena *arena, const qs_matching *matching, const qs_grid *grid)
+{
+    uint32_t copies = copies_of(matching);
+    matcher plan = {.matching = *matching,
+                    .needs = needs_of(matching),
+                    .width = grid->width,
+                    .height = grid->height,
+                    .labels = labels_of(matching)};
+    matcher *made = qs_arena_take(arena, copies, sizeof *made);
     if (matching->contrast_below > 0) {
         uint64_t cells = (uint64_t)grid->width * grid->height;
         plan.edges_right = qs_arena_take(arena, cells, sizeof *plan.edges_right);
         plan.edges_down = qs_arena_take(arena, cells, sizeof *plan.edges_down);
     }
-    if (made) {
-        *made = plan;
+    for (uint32_t i = 0; i < copies; i++) {
+        take_copy(arena, &plan);
+        if (made) {
+            made[i] = plan;
+        }
     }
     return made;
 }
@@ -431,9 +448,16 @@ qs_status qs_matching_problem(const qs_matching *matching, void *workspace, size
     }
     qs_arena arena = {workspace, 0, false};
     matcher *m = take(&arena, matching, &made.grid);
-    m->x = made.frame.x;
-    m->y = made.frame.y;
-    made.source = (qs_cost_source){cost_row, m, fits_bytes(matching) ? 1 : 4, pick_row};
+    for (uint32_t i = 0; i < copies_of(matching); i++) {
+        m[i].x = made.frame.x;
+        m[i].y = made.frame.y;
+    }
+    made.source = (qs_cost_source){.row = cost_row,
+                                   .context = m,
+                                   .bytes = fits_bytes(matching) ? 1 : 4,
+                                   .pick = pick_row,
+                                   .copies = matching->copies,
+                                   .stride = sizeof *m};
     made.grid.right = m->edges_right;
     made.grid.down = m->edges_down;
     if (m->edges_right) {
