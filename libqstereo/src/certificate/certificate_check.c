@@ -313,12 +313,14 @@ static bool check_search(checker *c)
         return reject(c, QS_E_CORRUPT, "sites that are no part, or too many to search");
     }
     const uint8_t *bounds = next_bytes(c, 8 * (uint64_t)count);
-    for (uint32_t i = count; bounds && i-- > 0;) {
-        int64_t least = qs_load_i64(bounds + 8 * (size_t)i);
-        x->least[i] = least;
-        if (least < -QS_ENERGY_MAX || least > QS_ENERGY_MAX) {
+    for (uint32_t i = 0; bounds && i < count; i++) {
+        x->least[i] = qs_load_i64(bounds + 8 * (size_t)i);
+        if (x->least[i] < -QS_ENERGY_MAX || x->least[i] > QS_ENERGY_MAX) {
             return reject(c, QS_E_CORRUPT, "a bound of a search");
         }
+    }
+    for (uint32_t i = count; bounds && i-- > 0;) {
+        int64_t least = x->least[i];
         if (!qs_search_suffix(x, i)) {
             return reject(c, QS_E_CORRUPT, "a search that takes too long");
         }

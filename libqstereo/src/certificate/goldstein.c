@@ -48,15 +48,20 @@ static void add_gains(const qs_stated *stated, const uint8_t *sets, const qs_sta
 {
     uint32_t other = qs_stated_other(edge, site), only = 0;
     const uint8_t *own = sets + stated->start[site], *theirs = sets + stated->start[other];
+    bool is_first = edge->first == site;
+    size_t columns = stated->count[edge->second], down = is_first ? columns : 1,
+           across = is_first ? 1 : columns;
+    const int64_t *table = qs_stated_table(stated, edge), *best_line = table + best * down;
     if (count_set(theirs, stated->count[other], &only) == 1) {
         return;
     }
     for (uint32_t d = 0; d < stated->count[site]; d++) {
+        const int64_t *line = table + d * down;
         int64_t most = INT64_MIN;
         for (uint32_t b = 0; own[d] && b < stated->count[other]; b++) {
             if (theirs[b]) {
-                most = qs_max_i64(most, qs_stated_cost_from(stated, edge, site, best, b) -
-                                            qs_stated_cost_from(stated, edge, site, d, b));
+                int64_t more = best_line[b * across] - line[b * across];
+                most = qs_max_i64(most, edge->weight * more);
             }
         }
         gains[d] += own[d] ? most : 0;
