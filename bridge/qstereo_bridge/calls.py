@@ -25,6 +25,7 @@ from .failure import BAD_INPUT, NO, Failure, failing, io
 from .output import Output
 from .problem import load_samples, made
 from .qsf import NO_CHAINS, RECORD, Samples
+from .text import parse
 
 UNREDUCED = ("windows of a picture that is not reduced gain nothing. Reduce it, then give the "
              "windows of what is left:\n"
@@ -48,9 +49,11 @@ class Journal(jobs.Held):
     def __init__(self, path, head):
         super().__init__(path)
         try:
-            self.head, *self.lines = map(json.loads, (self.take() or b"").splitlines() or [
+            self.head, *self.lines = map(parse, (self.take() or b"").splitlines() or [
                 json.dumps(head)])
-        except ValueError:
+            for line in self.lines:
+                _bits(line, 0), line["charge_seconds"] + 0
+        except (ValueError, KeyError, TypeError):
             self.head = None
         if self.head != head:
             self.leave()
@@ -90,9 +93,10 @@ class _Run:
             bounds[options.start] = samples.info.get("lower_bound")
         bounds[options.problem] = self.real(problem.stated_bound)
         self.bound_of, bound = next(((of, bound) for of, bound in bounds.items()
-                                     if isinstance(bound, (int, float))), (None, None))
-        # Energies are whole numbers of units.
-        self.bound = None if bound is None else math.ceil(bound * self.p.scale - 1e-6)
+                                     if type(bound) in (int, float)), (None, None))
+        # Energies are whole numbers of units, and below 2^53.
+        self.bound = None if bound is None else math.ceil(
+            min(max(bound * self.p.scale, -2.0**53), 2.0**53) - 1e-6)
         self.check()
 
     @property

@@ -21,10 +21,11 @@ MAGIC = b"\x89QPF\r\n\x1a\n"
 FIELDS = struct.Struct("<IIqq12s")
 REQUIRED = ["PROB", "BEST", "STGS"]
 SPLITS, LEAVES, PARTS, SEARCHES = 1, 2, 4, 8  # what a stage has
-SLOT_WIDTHS, SHARE_WIDTHS = (1, 2), (1, 2, 4)
-MOST_STAGES, MOST_SCALE, MOST_COSTS, MOST_SLOTS = 4096, 2**30, 2**59, 2**27
+SLOT_WIDTHS, SHARE_WIDTHS = (1, 2), (1, 2, 4, 8)
+MOST_STAGES, MOST_SCALE, MOST_SLOTS = 4096, 2**30, 2**27
+MOST_COSTS, MOST_SHARES = 2**59, 2**58
 MOST_SITES, PART_CELLS, ALL_CELLS = 4096, 2**23, 2**26  # of solved parts
-SEARCH_SITES, SEARCH_LABELS, SEARCH_EDGES, SEARCH_WORK = 256, 2**11, 2**15, 2**27  # of searched ones
+SEARCH_SITES, SEARCH_LABELS, SEARCH_EDGES, SEARCH_WORK = 256, 2**11, 2**15, 2**27  # of searched
 OUT = 2**61  # the cost of a label that has left: above all sums
 CHUNK = 1 << 20  # numbers of a temporary array
 
@@ -168,7 +169,10 @@ class Split:
         self.begin, last = begin[p.open], (begin + count - 1)[p.open]
         self.share, given = np.zeros((site.size, p.left.shape[1]), np.int64), p.left[site]
         given[last] = False
-        self.share[given] = stages.array(f"<i{share_width}", np.count_nonzero(given))
+        shares, most = (stages.array(f"<i{share_width}", np.count_nonzero(given)),
+                        MOST_SHARES // max(site.size, 1))
+        stages.need(((-most <= shares) & (shares <= most)).all(), "a share too large for 64 bits")
+        self.share[given] = shares
         self.share[last] = scale * p.unary[p.open] - self._add_up(self.share)
         self.share[~p.left[site]] = OUT
         self.steps, step = [], edges[before[first] < 0]
@@ -248,7 +252,7 @@ def _is_worse(p, sets, site, label, other):
 
 
 def _edges_inside(p, stages, sites):
-    """The arcs of a part's sites: (number of each one's own site among them, of its far one, arc)."""
+    """The arcs of a part's sites: (place of each one's own site, of its far site, arc)."""
     stages.need((sites < p.open.size).all() and p.open[sites].all()
                 and np.unique(sites).size == sites.size, "sites that are no part")
     (place, arcs), order = p.arcs_at(sites), sites.argsort()
@@ -365,7 +369,8 @@ def _read_sets(p, stages):
 def _check_stage(p, stages, label):
     """Returns the bound that a stage proves, NO_BOUND if none. `label` is the type of labels."""
     has, *head = stages.unpack("<4I")
-    stages.need((1 <= has <= PARTS or has == SEARCHES) and (has & SPLITS or not any(head)), "the head of a stage")
+    stages.need((1 <= has <= PARTS or has == SEARCHES) and (has & SPLITS or not any(head)),
+                "the head of a stage")
     split, sets = Split(p, stages, *head) if has & SPLITS else None, p.left.copy()
     bound = split.bound() if split else NO_BOUND
     if has in (PARTS, SEARCHES):

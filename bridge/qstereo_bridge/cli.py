@@ -2,7 +2,6 @@
 
 import difflib
 import importlib
-import json
 import os
 import sys
 import textwrap
@@ -13,7 +12,7 @@ import click
 from . import __version__
 from .failure import OK, USAGE, Failure, failing
 from .registry import ALIASES, EVERY, SOLVERS, find, name_label
-from .text import lines
+from .text import lines, parse
 
 
 def _spelt(option):
@@ -152,7 +151,7 @@ def _parameters(ctx, param, words):
         if key in found:
             raise click.BadParameter(f"{key} is given twice")
         try:
-            found[key] = json.loads(text)
+            found[key] = parse(text)
         except ValueError:
             raise click.BadParameter(f"{word} is not KEY=JSON; put a text in quotes: "
                                      f"'{key}=\"{text}\"'") from None

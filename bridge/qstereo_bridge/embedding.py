@@ -27,13 +27,16 @@ from . import models, packing, services, tiles
 from .failure import NO, Error, FileError, SolverError
 from .output import save
 from .solvers import interruptible
+from .text import parse
 
-TIMEOUT, SUBGRAPH_TIMEOUT = 100.0, 10.0
+TIMEOUT = 100.0
 # Two graphs and options in, pairs of a variable and its qubit out. No module of the user's folder.
+# What it finds does not depend on how busy the machine is: it has 20 seconds of a processor.
 SUBGRAPH = """
 import sys
 sys.path = [place for place in sys.path if place]
-import json, networkx
+import json, networkx, resource
+resource.setrlimit(resource.RLIMIT_CPU, (20, 20))
 from minorminer.subgraph import find_subgraph
 *graphs, options = json.load(sys.stdin)
 def graph(nodes, edges):
@@ -218,7 +221,7 @@ def find(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None):
         method, chains = "minorminer", search(source, chip, seed,
                                               timeout - (time.monotonic() - began), progress)
         if max(map(len, chains.values()), default=2) > 1 and (
-                found := subgraph(source, chip, seed, min(timeout, SUBGRAPH_TIMEOUT), progress)):
+                found := subgraph(source, chip, seed, timeout, progress)):
             method, chains = "subgraph", found
     if not chains:
         raise NoEmbedding(f"no embedding found on {chip.name} within {timeout:g} s ({what}; "
@@ -288,7 +291,7 @@ def read(path):
     """The Embedding in a file. Raises OSError, NotThisOne."""
     with open(path, "rb") as stream:
         try:
-            found = json.load(stream)
+            found = parse(stream.read())
             told, chains = {name: found[name] for name in HEAD}, found["chains"]
             if told != HEAD:
                 raise ValueError(str(told))
@@ -296,7 +299,7 @@ def read(path):
                 raise ValueError("a chain holds something else than qubits")
             return Embedding(**{one.name: found[one.name] for one in fields(Embedding)[:-1]},
                              chains=dict(enumerate(chains)))
-        except (ValueError, KeyError, TypeError, RecursionError) as error:
+        except (ValueError, KeyError, TypeError) as error:
             raise NotThisOne(f"no embedding file ({type(error).__name__}: {error}); make one with "
                              "`qstereo-bridge embed`") from None
 

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import coo_array
 
-from . import merging, models
+from . import merging, models, windows
 from .container import check_memory
 from .failure import SolverError
 from .qcf import DOMAIN_WALL
@@ -204,8 +204,9 @@ class Search:
     def __init__(self, problem, options):
         self.problem = problem
         self.stop = time.monotonic() + (options.time_limit or math.inf)
-        self.bits, self.bound, self.text = np.zeros(problem.linear.size, np.int64), None, "building"
-        self.bits[problem.starts[:-1][problem.one_hot]] = 1
+        self.bits, self.bound, self.text = problem.known, None, "building"
+        if self.bits is None:
+            self.bits = windows.begin(problem)
         self.info = {"components": 0, "open_components": 0}
 
     def run(self):
@@ -213,7 +214,8 @@ class Search:
         scale = OUT // 2 // int(problem.magnitude(np.int64) + 1)
 
         def over(belief):
-            self.bits = p.bits(belief.argmin(1))
+            if problem.known is None:
+                self.bits = p.bits(belief.argmin(1))
             self.bound = p.offset - int(-belief.min(1).sum() // scale)
             return time.monotonic() >= self.stop
         self.text = "bounding"
@@ -227,12 +229,13 @@ class Search:
         x, best = p.better([p.bits(x), *merging.descend(problem, p.bits(x)[None])], part)
         open_parts = np.flatnonzero(best > bounds)
         self.info["components"] = np.unique(part[p.left]).size
-        for k in open_parts[np.argsort(np.bincount(part)[open_parts], kind="stable")].tolist():
+        order = open_parts[np.argsort(np.bincount(part)[open_parts], kind="stable")]
+        for number, k in enumerate(order.tolist(), 1):
             self.tell(p, x, best, bounds)
             if time.monotonic() >= self.stop:
                 break
             sites = np.flatnonzero(part == k)
-            self.text = f"{sites.size:,} sites, {self.info['open_components']:,} parts to go"
+            self.text = f"program {number:,} of {order.size:,}, {sites.size:,} sites"
             # No better labelling has a label that costs more than what is between best and bound.
             there = belief[sites] - least[sites, None] <= room[k] + scale * best[k]
             costs, rules = program(p, sites, there, problem.memory_limit)

@@ -123,12 +123,42 @@ static int read_map(job *at, const char *path, request *asked)
     return map_request_read(&given, &at->limit, &asked->map);
 }
 
-/* The solver and its iterations are those of the preset unless they are given. A solver that is
- * given has its own limit. */
-static int read_solver(const char *const *values, request *asked)
+/* Whether no sum of costs and messages can be too large for trws16: costs are bytes, and a site has
+ * four messages. */
+static bool fits_trws16(const pair *asked)
+{
+    enum { MESSAGES = 4, MOST = (1 << 14) - 1 - UINT8_MAX };
+    const qs_matching *stereo = &asked->stereo;
+    const qs_pairwise *v = &asked->pairwise;
+    uint64_t labels = (uint64_t)((int64_t)stereo->disparity_max - stereo->disparity_min + 1),
+             reach = v->truncation > 0 && v->truncation < labels ? v->truncation : labels,
+             heaviest = (uint64_t)stereo->weight *
+                        (stereo->contrast_below > 0 ? stereo->contrast_times : 1);
+    return v->smoothness != QS_TRUNCATED_QUADRATIC &&
+           (uint64_t)stereo->scale * qs_matching_most(stereo) <= UINT8_MAX &&
+           heaviest <= MOST / MESSAGES / (v->smoothness == QS_POTTS ? 1 : reach);
+}
+
+/* The solver of the preset, or, where the numbers of trws16 are too small, the same algorithm with
+ * larger ones. */
+static const char *preset_solver(const pair *asked)
+{
+    bool small = strcmp(asked->from->solver, "trws16") == 0;
+    return small && !fits_trws16(asked) ? "trws" : asked->from->solver;
+}
+
+/* The solver is that of the preset unless it is given. */
+static int choose_solver(const char *const *values, request *asked)
+{
+    const char *given = values[SOLVER];
+    return pair_solver_read(given != NULL ? given : preset_solver(&asked->pair), &asked->by);
+}
+
+/* Iterations are those of the preset unless they are given. A solver that is given has its own
+ * limit. */
+static int read_search(const char *const *values, request *asked)
 {
     const preset *from = asked->pair.from;
-    TRY(pair_solver_read(values[SOLVER] != NULL ? values[SOLVER] : from->solver, &asked->by));
     TRY(search_read(&values[SEARCH], &asked->how));
     bool own = values[SOLVER] == NULL && values[SEARCH + SEARCH_ITERATIONS] == NULL;
     return own && from->iterations != NULL ? number64_read("--iterations", from->iterations, 1,
@@ -141,7 +171,7 @@ static int read_request(job *at, request *asked)
     const char *const *values = at->values;
     asked->scored = values[TRUTH] != NULL;
     TRY(pair_read(at->given->operands, &values[PAIR], &asked->pair));
-    TRY(read_solver(values, asked));
+    TRY(read_search(values, asked));
     TRY(after_read(&values[AFTER], &asked->pair, &asked->after));
     TRY(stopping_read(&values[STOPPING], &asked->how));
     TRY(number_read("--threads", values[THREADS], 1, THREADS_MOST, &asked->threads));
@@ -161,7 +191,8 @@ static int read_request(job *at, request *asked)
         return fail_usage("%s goes with one pair, not with a sequence",
                           asked->after.mask != NULL ? "--mask" : "--confidence");
     }
-    return read_calibration(at, asked);
+    TRY(read_calibration(at, asked));
+    return choose_solver(values, asked);
 }
 
 static void print_result(const job *at, const request *asked, const solved *found,

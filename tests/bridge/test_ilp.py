@@ -307,30 +307,44 @@ def test_bound_is_what_is_told_without_rounding(costs, best, told, low, monkeypa
 def test_gap_is_below_what_bounds_may_be_wrong(monkeypatch):
     """Nothing better than the best by one unit is left out, nor are answers better than what is
     claimed: of a solution, all that is within the gap may have been left out."""
-    asked = {}
+    for told in (-8.0, -3.0):  # one that is above its own solution is none
+        asked = {}
 
-    def solved(cost, options, **rest):
-        asked.update(options)
-        return argparse.Namespace(status=0, mip_dual_bound=-8.0, fun=-8.0, message="",
-                                  x=np.array([0.0, 0.0, 1.0 - 1e-9]))
-    monkeypatch.setattr(ilp, "milp", solved)
-    values, bound = ilp.solve(np.array([3, 5, -8]), 3, None, -8, -40, 1.0)
-    assert values.tolist() == [0, 0, 1] and bound == -8
-    assert 0.9 < asked["mip_rel_gap"] * 40 < 1
+        def solved(cost, options, **rest):
+            asked.update(options)
+            return argparse.Namespace(status=0, mip_dual_bound=told, fun=-8.0, message="",
+                                      x=np.array([0.0, 0.0, 1.0 - 1e-9]))
+        monkeypatch.setattr(ilp, "milp", solved)
+        values, bound = ilp.solve(np.array([3, 5, -8]), 3, None, -8, -40, 1.0)
+        assert values.tolist() == [0, 0, 1] and bound == -8
+        assert 0.9 < asked["mip_rel_gap"] * 40 < 1
 
 
-@pytest.mark.parametrize("wrong", [[1, 1, 1, 0], [0, 0, 0, 0], [0, 0, 0, 1], None])
+def dearest(costs, count, rules):
+    """The values of the labelling of the label of each site that costs most by itself."""
+    values = np.zeros(count, int)
+    for row in rules.A.toarray()[rules.lb == 1, :count]:
+        labels = np.flatnonzero(row)
+        values[labels[np.argmax(costs[labels])]] = 1
+    return values
+
+
+@pytest.mark.parametrize("wrong", [[1, 1, 1, 0], [0, 0, 0, 0], "dearest", None])
 def test_what_the_search_finds_is_checked(wrong, monkeypatch):
     """A state that is no labelling is not taken, though its H without penalties be less; nor is a
     worse labelling.
     """
     problem = altered(grid(4, 4, 4), linear=np.tile([0, 0, 0, 500], 16) + np.arange(64) % 3)
-    expected = solve(problem)
+    expected, answers = solve(problem), []
     monkeypatch.setattr(ilp, "PASSES", 1)
-    monkeypatch.setattr(ilp, "solve", lambda costs, count, rules, best, low, seconds: (
-        None if wrong is None else np.resize(wrong, count), low))
-    answer = solve(problem)
+    for found in (None, wrong):
+        monkeypatch.setattr(ilp, "solve", lambda costs, count, rules, best, low, seconds: (
+            None if found is None else dearest(costs, count, rules) if found == "dearest" else
+            np.resize(found, count), low))
+        answers.append(solve(problem))
+    nothing_found, answer = answers
     check(problem, answer)
+    assert answer.energies == nothing_found.energies
     assert (
         answer.lower_bound < expected.lower_bound <= answer.energies[0]
         and answer.info["open_components"] == 1
@@ -355,6 +369,15 @@ def test_no_step_is_waited_for_beyond_the_limit(step, monkeypatch):
     held.set()
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_bound_of_beliefs_is_not_too_high(seed, monkeypatch):
+    """Of one site alone beliefs tell the least energy, which is then known at any time."""
+    held, problem = threading.Event(), grid(1, 1, 3, seed=seed)
+    monkeypatch.setattr(ilp.models, "components", lambda *arguments: held.wait())
+    assert solve(problem, 1e-3).lower_bound == least(problem)
+    held.set()
+
+
 def test_what_is_left_at_the_limit_is_a_local_minimum(monkeypatch):
     monkeypatch.setattr(ilp, "solve", lambda costs, count, rules, best, low, seconds: (None, low))
     for problem in (grid(6, 6, 5), sites(3), sites(4), random_problem(5)):
@@ -370,7 +393,7 @@ def test_what_is_left_at_the_limit_is_a_local_minimum(monkeypatch):
             assert (models.energies(problem, others) >= before).all()
 
 
-def test_walls_are_labels(monkeypatch):
+def test_walls_are_labels(tmp_path, main, monkeypatch):
     """A file of domain walls: with HiGHS the optimum, without it a bound above that of all sites
     alone, whatever holds the walls together."""
     plain, costs, edges = domain_walls(4, 2, 3)
@@ -379,6 +402,7 @@ def test_walls_are_labels(monkeypatch):
     check(problem, answer, least_of_potts(costs, edges))
     ones = answer.bits.reshape(8, 2)
     assert (ones[:, 0] >= ones[:, 1]).all()
+    assert "(proven best of all labellings)" in main(*write(tmp_path, problem))[1]
     monkeypatch.setattr(ilp, "solve", lambda costs, count, rules, best, low, seconds: (None, low))
     assert costs.min(1).sum() < solve(problem).lower_bound <= least_of_potts(costs, edges)
 

@@ -95,10 +95,10 @@ check-warnings-%: | $(UNIT_DIR)/.packages $(FUZZ)/.clang
 ANALYZER_JUDGED := -Wno-analyzer-use-of-uninitialized-value -Wno-analyzer-shift-count-overflow \
     -Wno-analyzer-null-dereference -Wno-analyzer-null-argument
 # cppcheck: a scale is never 0 (decimal.c); vectors of gcc are shifted arithmetically, as gcc documents
-#   (bp_avx2.c); an array is read as far as a loop has filled it (mover.c,
-#   expansion.c); options_read fills its argument.
+#   (bp_avx2.c); an array is read as far as a loop or a function has filled it (mover.c, expansion.c,
+#   near.c, trws16_avx2.h); options_read fills its argument.
 CPPCHECK_JUDGED := --suppress=zerodivcond:*numbers.c --suppress=shiftTooManyBitsSigned:*bp_avx2.c --suppress=uninitvar:*mover.c \
-    --suppress=uninitvar:*expansion.c --suppress=ctuuninitvar:*options.c
+    --suppress=uninitvar:*expansion.c --suppress=uninitvar:*near.c --suppress=uninitvar:*trws16_avx2.h --suppress=ctuuninitvar:*options.c
 # clang-tidy: what printf returns is seen at the end (ferror); strings here need no end (JSON); the
 #   macros stringify; a va_list is set by the caller; x_64.c builds x.c again (in_64_bits.h); and the
 #   analyser does not know that an index that was built has its arrays, that an arena has memory when

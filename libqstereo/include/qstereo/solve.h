@@ -43,9 +43,9 @@ typedef struct qs_witness {
      * edge to an earlier site, and its i-th to a later one, of weight above 0.
      * Sites without such edges are left out.
      *
-     * share  of each label */
+     * share  of each label: whole numbers of `bytes` bytes, 4 or 8 */
     void (*share)(void *context, const qs_model *model, uint32_t site,
-                  uint32_t chain, const int32_t *share);
+                  uint32_t chain, const void *share, unsigned bytes);
     /* The split is complete, or there was none.
      *
      * kept  sites x labels: those that are left now; NULL = all. What has left
@@ -99,8 +99,7 @@ typedef struct qs_solve_options {
     const qs_witness *witness; /* NULL = nobody. With one, the watch is called
                                   between iterations of messages alone. trws,
                                   best and min_cut call it, where best packs
-                                  it goes on for the witness. It is told nothing
-                                  where costs need 64 bits */
+                                  it goes on for the witness */
     /* The library has no threads. trws16 hands out what can be done at the same
      * time; other solvers do not. The answer is the same, and the watch is
      * called by the thread that called the solver. NULL = that thread does it
@@ -316,11 +315,12 @@ size_t qs_pack_workspace(const qs_model *model);
  * pairwise cost is not a metric, jumps of all labels and moves to each label.
  * Meanwhile labels that are proven to be in no optimum leave the problem, parts
  * of it that are small enough are solved exactly, windows of a large grid are
- * solved with their neighbours held, and where the bound stalls TRW-S begins
- * anew on what is left: all that qs_reduce (reduce.h) does. It ends when the
- * bound proves the best labelling, or when half of all iterations, 512 or more,
- * have gained nothing. What a cut decides quickly is left to
- * qs_min_cut: two labels, convex costs, and linear costs on a grid. Where
+ * solved with their neighbours held, other problems are searched by moves on
+ * trees (Hamze and de Freitas 2004) after kicks by chance, and where the bound
+ * stalls TRW-S begins anew on what is left: all that qs_reduce (reduce.h) does.
+ * Of two labellings the better parts are merged. It ends when the bound proves
+ * the best labelling, or when half of all iterations, 512 or more, have gained
+ * nothing. What a cut decides quickly is left to qs_min_cut: two labels, convex costs, and linear costs on a grid. Where
  * qs_pack can be used it goes first, with a limit of its own. Works with every
  * pairwise cost. An iteration is one of TRW-S, or of qs_min_cut, or of qs_pack;
  * default 2000.

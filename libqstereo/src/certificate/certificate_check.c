@@ -13,11 +13,6 @@
 #include "search.h"
 #include "split.h"
 
-/* So that no sum of costs and shares leaves 2^60: of costs times the scale, and of slots, each of
- * which has a share below 2^31. */
-#define MOST_COSTS ((uint64_t)1 << 59)
-#define MOST_SLOTS ((uint64_t)1 << 27)
-
 typedef struct checker {
     const qs_certificate *file;
     qs_stated stated;
@@ -143,10 +138,22 @@ static bool read_head(checker *c, stage_head *head)
     if (head->has & QS_STAGE_SPLITS) {
         sound = head->scale >= 1 && head->scale <= QS_SCALE_MOST &&
                 (head->slot_bytes == 1 || head->slot_bytes == 2) &&
-                (head->share_bytes == 1 || head->share_bytes == 2 || head->share_bytes == 4);
+                (head->share_bytes == 1 || head->share_bytes == 2 || head->share_bytes == 4 ||
+                 head->share_bytes == 8);
     }
     c->at -= known && sound ? 0 : QS_STAGE_HEAD;
     return (known && sound) || reject(c, QS_E_CORRUPT, "the head of a stage");
+}
+
+static bool are_small(const checker *c, uint64_t count)
+{
+    int64_t most = (int64_t)(QS_MOST_SHARES / qs_max_u64(c->split.slots, 1));
+    bool small = true;
+    for (uint64_t i = 0; small && c->split.share_bytes == 8 && i < count; i++) {
+        int64_t share = qs_load_i64(c->split.shares + 8 * (size_t)i);
+        small = share >= -most && share <= most;
+    }
+    return small;
 }
 
 static bool read_split(checker *c, const stage_head *head)
@@ -159,12 +166,14 @@ static bool read_split(checker *c, const stage_head *head)
     if (!qs_split_set_slots(&c->split, slots, head->slot_bytes)) {
         return reject(c, QS_E_CORRUPT, "slots that make no chains");
     }
-    if (c->stated.magnitude > MOST_COSTS / head->scale || c->split.slots > MOST_SLOTS) {
+    if (c->stated.magnitude > QS_MOST_COSTS / head->scale || c->split.slots > QS_MOST_SLOTS) {
         return reject(c, QS_E_OVERFLOW, "a scale too large for 64 bits");
     }
     c->split.share_bytes = head->share_bytes;
-    c->split.shares = next_bytes(c, qs_split_count_shares(&c->split) * head->share_bytes);
-    return c->split.shares != NULL;
+    uint64_t count = qs_split_count_shares(&c->split);
+    c->split.shares = next_bytes(c, count * head->share_bytes);
+    return c->split.shares &&
+           (are_small(c, count) || reject(c, QS_E_OVERFLOW, "a share too large for 64 bits"));
 }
 
 /* How far the bound of each part is below `scale` times what the labelling costs there. */

@@ -6,7 +6,6 @@
 #include "../base/arena.h"
 #include "../base/minmax.h"
 #include "../qubo/sites.h"
-#include "../solve/messages.h"
 #include "certificate_layout.h"
 
 /* Of all searches, also of those that come to nothing: a part may be tried again and again. */
@@ -130,9 +129,6 @@ qs_status qs_recorder_begin(qs_recorder *recorder, const qs_index *index, const 
     if (workspace_size < size || size == SIZE_MAX) {
         return QS_E_WORKSPACE;
     }
-    if (!qs_messages_fit(model, true)) {
-        return QS_E_OVERFLOW;
-    }
     (void)take_parts(&book, index, model, workspace);
     qs_stated_read(&book->stated);
     if (has_double_edges(book)) {
@@ -252,9 +248,9 @@ static void take_split(void *context, const qs_model *model, unsigned shift,
 }
 
 static void take_share(void *context, const qs_model *model, uint32_t cell, uint32_t chain,
-                       const int32_t *share)
+                       const void *share, unsigned bytes)
 {
-    qs_record_share(context, model, cell, chain, share);
+    qs_record_share(context, model, cell, chain, share, bytes);
 }
 
 qs_witness qs_recorder_witness(qs_recorder *recorder)

@@ -10,8 +10,8 @@
 
 /* Takes out of the sets what the criterion rules out, until no more is left than is claimed or the
  * criterion has no more to say. It compares with the cheapest label of a site where a label should
- * leave, and if one stays, everywhere with all: labels that leave elsewhere, though they are claimed
- * to stay, may be why. Only sites that are not settled count, as listed.
+ * leave, and if one stays, everywhere with all: labels that leave elsewhere, though they are
+ * claimed to stay, may be why. Only sites that are not settled count, as listed.
  *
  * sets     of each label, as stated->kept, which it replaces here
  * claimed  the sets that should be left

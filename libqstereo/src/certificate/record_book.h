@@ -17,7 +17,7 @@ typedef struct qs_record_book {
     uint32_t *slots; /* of each site: how many */
     uint16_t *first_slot, *second_slot; /* of each edge that is alive */
     size_t *share_at; /* of each site: where its shares begin */
-    int32_t *shares; /* of each slot of a site but the last, of each of its labels */
+    int64_t *shares; /* of each slot of a site but the last, of each of its labels */
     uint16_t *labelling; /* of each site, of the stage */
     uint8_t *sets; /* of each label */
     unsigned shift;
@@ -62,7 +62,7 @@ static inline unsigned qs_record_label_bytes(const qs_stated *s)
 void qs_record_split(qs_recorder *r, const qs_model *model, unsigned shift,
                      const uint16_t *labelling);
 void qs_record_share(qs_recorder *r, const qs_model *model, uint32_t cell, uint32_t chain,
-                     const int32_t *share);
+                     const void *share, unsigned bytes);
 
 /* ---- Stages (record_stage.c). ---- */
 

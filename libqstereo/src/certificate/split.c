@@ -155,6 +155,12 @@ static void begin_rest(const qs_split *split, uint32_t site, int64_t *rest)
     }
 }
 
+static int64_t given_share(const qs_split *split, size_t number)
+{
+    const uint8_t *at = split->shares + number * split->share_bytes;
+    return split->share_bytes == 8 ? qs_load_i64(at) : qs_load_signed(at, split->share_bytes);
+}
+
 /* The share of a slot. Shares are asked for slot by slot; NEVER for a label that has left. */
 static void take_share(const qs_split *split, uint32_t site, uint32_t slot, int64_t *rest,
                        int64_t *share)
@@ -169,8 +175,7 @@ static void take_share(const qs_split *split, uint32_t site, uint32_t slot, int6
         } else if (last) {
             share[a] = rest[a];
         } else {
-            share[a] =
-                qs_load_signed(split->shares + number * split->share_bytes, split->share_bytes);
+            share[a] = given_share(split, number);
             rest[a] -= share[a];
             number++;
         }

@@ -23,7 +23,7 @@ typedef struct qs_split {
     uint32_t *next_edge, *before_edge; /* of each slot: to a later, an earlier site; or none */
     const uint8_t *shares; /* in the file: of each site that is not settled, of each slot but its
                               last, of each label left */
-    unsigned share_bytes; /* 1, 2 or 4 */
+    unsigned share_bytes; /* 1, 2, 4 or 8 */
     size_t *share_at; /* of each site: how many numbers are before its own */
     uint32_t *part; /* of each site: the first site of its part, which is all that edges join */
     int64_t *least; /* of each part: the least costs of its chains together */

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "../base/minmax.h"
+#include "../base/sets.h"
 #include "../model/edge_value.h"
 #include "../model/neighbours.h"
 #include "../qubo/sites.h"
@@ -291,16 +292,6 @@ void qs_eliminate_begin(qs_elimination *e)
     list_left(e);
 }
 
-/* The first site of a part as far as is known. The next time it is found in half as many steps. */
-static uint32_t first_of(uint32_t *part, uint32_t site)
-{
-    while (part[site] != site) {
-        part[site] = part[part[site]];
-        site = part[site];
-    }
-    return site;
-}
-
 /* A part: sites that edges join, directly or by way of others. */
 void qs_eliminate_find_parts(qs_elimination *e)
 {
@@ -310,13 +301,12 @@ void qs_eliminate_find_parts(qs_elimination *e)
         qs_edge_seen edge;
         for (uint32_t at = 0; qs_see_edge(&e->model, p, at, &edge); at++) {
             if (edge.weight > 0 && !edge.first) {
-                uint32_t a = first_of(e->part, p), b = first_of(e->part, edge.site);
-                e->part[qs_max_u32(a, b)] = qs_min_u32(a, b);
+                qs_set_join(e->part, p, edge.site);
             }
         }
     }
     for (uint32_t i = 0; i < e->left_count; i++) {
-        e->part[e->left[i]] = first_of(e->part, e->left[i]);
+        e->part[e->left[i]] = qs_set_of(e->part, e->left[i]);
     }
 }
 

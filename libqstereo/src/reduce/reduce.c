@@ -4,7 +4,10 @@
 
 #include "../base/arena.h"
 #include "../base/minmax.h"
+#include "../base/random.h"
 #include "../model/neighbours.h"
+#include "../solve/kicks.h"
+#include "../solve/merge.h"
 #include "../solve/messages_and_moves.h"
 #include "../solve/trws_split.h"
 #include "label_sets.h"
@@ -30,14 +33,15 @@ enum {
     LEAST_WORK = 1 << 27, /* on parts that is allowed each time, */
     AT_ONCE = 1 << 28, /* and the most: until then the watch is not called */
     SEARCH_SHARE = 4, /* a search for a labelling alone takes this part of it */
+    KICKS_WORK = 1 << 29, /* numbers that searches by kicks may look at each time */
     /* Windows of a grid are solved for the first time after the iteration FIRST_WINDOWS, and then
-     * whenever as many again have been done: squares of SIDE cells, at most ROUNDS times. Where
+     * whenever half as many more have been done: squares of SIDE cells, at most ROUNDS times. Where
      * fewer than one site in MANY is left, parts and messages are quicker. */
     FIRST_WINDOWS = 256,
     MANY = 8,
     SIDE = 48,
-    SHIFTS = 3,
-    ROUNDS = 6
+    IN_VAIN = 4, /* rounds in turn that gain nothing before they end */
+    ROUNDS = 12
 };
 
 /* A restart: where the bound stalls, messages begin anew on what is left of the problem, and often
@@ -84,6 +88,10 @@ typedef struct reducer {
     void *others; /* workspace of qs_messages_and_moves */
     size_t others_size;
     uint16_t *trial; /* a labelling */
+    qs_merger merger;
+    qs_kicks kicks;
+    uint64_t next_kicks; /* the iteration to search by kicks after */
+    uint64_t random; /* what the places of windows are drawn with */
     int64_t windowed; /* the best energy when windows were done last */
     uint64_t next_windows; /* the iteration to solve windows after */
     uint64_t next; /* without a target: the iteration to find marginals after */
@@ -308,16 +316,19 @@ static bool watch_windows(void *context)
     return !r->stopped;
 }
 
-/* Rounds, each with the windows shifted by a third of their side, until as many rounds in turn gain
- * nothing. */
+/* Rounds, each with the windows at another place, until IN_VAIN in turn gain nothing. After each,
+ * parts that are better in the best labelling are taken over: so a window has the best neighbours
+ * that are known. */
 static void go_round(reducer *r)
 {
     uint32_t idle = 0;
-    for (uint32_t i = 0; i < ROUNDS && idle < SHIFTS && !r->stopped; i++) {
-        uint32_t shift = i % SHIFTS * (SIDE / SHIFTS);
-        qs_rectangle first = {shift, shift, SIDE, SIDE};
+    for (uint32_t i = 0; i < ROUNDS && idle < IN_VAIN && !r->stopped; i++) {
+        qs_rectangle first = {.width = SIDE, .height = SIDE};
+        first.x = qs_draw_below(&r->random, SIDE);
+        first.y = qs_draw_below(&r->random, SIDE);
         int64_t gain = qs_windows_improve(&r->sets, first, r->trial, r->marginals, r->parts_size,
                                           watch_windows, r);
+        gain += qs_merge(&r->merger, r->trial, r->sets.labelling);
         idle = gain > 0 ? 0 : idle + 1;
     }
 }
@@ -345,7 +356,7 @@ static bool choose_start(reducer *r, const qs_trws_state *state, const qs_soluti
 static void solve_windows(reducer *r, const qs_trws_state *state, qs_solution *so_far)
 {
     const qs_model *model = &r->sets.model;
-    r->next_windows = 2 * so_far->iterations;
+    r->next_windows = so_far->iterations + so_far->iterations / 2;
     if (model->width <= SIDE || model->height <= SIDE || r->sets.left_count < model->sites / MANY) {
         return;
     }
@@ -353,12 +364,24 @@ static void solve_windows(reducer *r, const qs_trws_state *state, qs_solution *s
         return;
     }
     go_round(r);
-    int64_t energy = qs_model_energy(model, r->trial);
-    if (energy < so_far->energy) {
-        so_far->energy = energy;
-        memcpy(r->sets.labelling, r->trial, sizeof *r->trial * model->sites);
-    }
+    so_far->energy -= qs_merge(&r->merger, r->sets.labelling, r->trial);
     r->windowed = so_far->energy;
+}
+
+/* Where there are no windows the whole is searched by kicks, which takes as much work as the
+ * messages up to now at most, or KICKS_WORK. Tables of their own for the edges rule windows out. */
+static void search_by_kicks(reducer *r, qs_solution *so_far)
+{
+    const qs_model *model = &r->sets.model;
+    r->next_kicks = 2 * so_far->iterations;
+    if (model->width > SIDE && model->height > SIDE && !model->tables) {
+        return;
+    }
+    uint64_t numbers = qs_trws_work(model) * NUMBERS_A_LABEL * (1 + r->sets.left_count),
+             rounds = qs_max_u64(so_far->iterations / QS_KICKS_MOVES, KICKS_WORK / numbers);
+    so_far->energy -=
+        qs_kicks_improve(&r->kicks, model, r->sets.left, r->sets.left_count, rounds,
+                         r->sets.labelling, r->marginals, r->parts_size, watch_windows, r);
 }
 
 /* Takes over the caller's labelling where it is the best one. Labels of it that have left are
@@ -470,11 +493,18 @@ static bool between(void *context, qs_trws_state *state, qs_solution *so_far, bo
     if (r->target == 0 && !ends && !r->again.trying && so_far->iterations >= r->next_windows) {
         solve_windows(r, state, so_far);
     }
+    if (r->target == 0 && !ends && !r->again.trying && so_far->iterations >= r->next_kicks) {
+        search_by_kicks(r, so_far);
+    }
     if (!at_target(r) && !r->again.trying && is_due(r, state, so_far, stopped)) {
         int64_t room = tighten(r, state, so_far);
         if (so_far->energy == so_far->lower_bound && !stopped && !r->aim.answer) {
             finish(r, state, so_far, room);
         }
+    }
+    if (at_target(r)) { /* the bound that is stated has a proof, too */
+        tell_split(r, state);
+        tell_end(r);
     }
     return !at_target(r) && !r->gain.is_long_ago;
 }
@@ -486,6 +516,7 @@ static size_t take_parts(reducer *r, const qs_model *model, void *workspace)
     r->others_size = qs_messages_and_moves_workspace(model);
     qs_eliminate_take(&r->sets, model, &arena);
     r->trial = qs_arena_take(&arena, model->sites, sizeof *r->trial);
+    qs_merger_take(&r->merger, &r->sets.model, &arena);
     r->shares = qs_arena_take(&arena, model->sites, sizeof *r->shares);
     r->parts_size = sizeof *r->marginals * (size_t)qs_trws_marginal_numbers(model);
     r->parts_size = r->parts_size < qs_parts_memory(model) ? qs_parts_memory(model) : r->parts_size;
@@ -539,6 +570,7 @@ qs_status qs_reduce_as(const qs_model *model, const qs_reduce_options *options,
                  .next = FIRST,
                  .trials = TRIALS,
                  .next_windows = FIRST_WINDOWS,
+                 .next_kicks = 2 * FIRST,
                  .windowed = INT64_MAX,
                  .looked = INT64_MAX};
     r.again.failed = model->sites;

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "../base/minmax.h"
+#include "../base/random.h"
 #include "../model/neighbours.h"
 #include "progress.h"
 
@@ -39,15 +40,6 @@ static uint64_t exp2_of(uint32_t l)
     return (uint64_t)(ONE + x - bend(x)) << l / ONE >> 8;
 }
 
-/* SplitMix64 (Steele, Lea and Flood 2014). */
-static uint64_t draw(uint64_t *state)
-{
-    uint64_t z = *state += 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return z ^ z >> 31;
-}
-
 /* The largest rise of the energy that Metropolis' rule accepts with the random number u:
  *
  *     rise <= -T ln((u + 1) / 2^32)
@@ -67,7 +59,7 @@ static void sweep(const qs_model *model, uint64_t temperature, qs_look *look, ui
                   uint16_t *labelling, qs_solution *s)
 {
     for (uint32_t p = 0; p < model->sites && qs_look_at(look, p, WORK); p++) {
-        uint64_t number = draw(random);
+        uint64_t number = qs_draw(random);
         uint16_t label = (uint16_t)((number >> 32) * model->labels >> 32);
         if (label == labelling[p]) {
             continue;

@@ -30,6 +30,7 @@
 #define qs_fusion_moves_workspace qs_fusion_moves_workspace_64
 #define qs_fusion_start           qs_fusion_start_64
 #define qs_fusion_take            qs_fusion_take_64
+#define qs_kicks_improve          qs_kicks_improve_64
 #define qs_label_alone            qs_label_alone_64
 #define qs_label_grid             qs_label_grid_64
 #define qs_levels                 qs_levels_64
@@ -53,10 +54,14 @@
 #define qs_swap                   qs_swap_64
 #define qs_swap_workspace         qs_swap_workspace_64
 #define qs_times_in_range         qs_times_in_range_64
+#define qs_trees_begin            qs_trees_begin_64
+#define qs_trees_move             qs_trees_move_64
+#define qs_trees_take             qs_trees_take_64
 #define qs_trws                   qs_trws_64
 #define qs_trws_graph_labels      qs_trws_graph_labels_64
 #define qs_trws_graph_marginals   qs_trws_graph_marginals_64
 #define qs_trws_graph_pass        qs_trws_graph_pass_64
+#define qs_trws_graph_split       qs_trws_graph_split_64
 #define qs_trws_grid_labels       qs_trws_grid_labels_64
 #define qs_trws_grid_marginals    qs_trws_grid_marginals_64
 #define qs_trws_grid_pass         qs_trws_grid_pass_64
@@ -66,9 +71,11 @@
 #define qs_trws_messages          qs_trws_messages_64
 #define qs_trws_padding           qs_trws_padding_64
 #define qs_trws_scratch           qs_trws_scratch_64
+#define qs_trws_split             qs_trws_split_64
 #define qs_trws_visit_only        qs_trws_visit_only_64
 #define qs_trws_watched           qs_trws_watched_64
 #define qs_trws_workspace         qs_trws_workspace_64
+#define qs_witness_split          qs_witness_split_64
 
 #define qs_messages_and_moves           qs_messages_and_moves_64
 #define qs_messages_and_moves_workspace qs_messages_and_moves_workspace_64

@@ -9,6 +9,7 @@
 #include "certificate/record_book.h"
 #include "files/crc32c.h"
 #include "model/convexity.h"
+#include "solve/messages.h"
 #include "solve/pack.h"
 
 enum { FILE_SIZE = 1 << 18, COUNT_AT = 28, BOUND_AT = 32, ENERGY_AT = 40, HEADER = 64 };
@@ -386,6 +387,42 @@ static void leaves_as_reduced(uint64_t *state)
         }
     }
     assert_true(qs_certificate_covers(&written.qubo, c.left, &written.qubo));
+}
+
+/* Costs so large that messages take 64 bits, and that some do not fold into others. */
+static void make_large(uint64_t *state)
+{
+    enum { LARGE = 100000000 };
+    do {
+        tiny_make(&t, state, BITS / 2, false);
+        t.problem.weight = LARGE * (1 + (int32_t)tiny_random(state, 8));
+        for (uint32_t i = 0; i < TINY_SITES; i++) {
+            t.right[i] = LARGE * (int32_t)tiny_random(state, 8);
+            t.down[i] = LARGE * (int32_t)tiny_random(state, 8);
+        }
+        for (size_t e = 0; e < t.problem.edge_count; e++) {
+            t.edges[e].weight *= LARGE;
+        }
+        for (uint32_t i = 0; i < TINY_SITES * TINY_LABELS; i++) {
+            t.costs[i] = (int32_t)tiny_random(state, 20 * LARGE);
+        }
+        encode_whole(QS_ONE_HOT);
+    } while (written.qubo.groups == 0 || qs_messages_fit(&model, true));
+}
+
+static void large_costs_have_certificates(void **unused)
+{
+    (void)unused;
+    made_by *const makers[] = {by_trws, by_best, by_reduce};
+    uint64_t state = 28;
+    lower = 0;
+    for (int round = 0; round < ROUNDS / 2; round++) {
+        make_large(&state);
+        made_by *make = makers[round % 3];
+        assert_true(certify(make, 1 + tiny_random(&state, 12)));
+        make == by_reduce ? leaves_as_reduced(&state) : holds(&state);
+    }
+    assert_true(lower < ROUNDS / 20);
 }
 
 static void reductions_hold(void **unused)
@@ -891,6 +928,7 @@ int main(void)
         cmocka_unit_test(trials_hold),
         cmocka_unit_test(ends_when_nothing_is_gained),
         cmocka_unit_test(packed_ones_have_certificates),
+        cmocka_unit_test(large_costs_have_certificates),
         cmocka_unit_test(parts_are_solved),
         cmocka_unit_test(parts_are_searched),
         cmocka_unit_test(reduced_problems_are_compared),
