@@ -29,14 +29,19 @@ struct taken {
     uint64_t size;
 };
 
-/* Large blocks that were freed, for the next one of the same size: a right picture takes what the
- * left one took, and so does each frame of a sequence. Memory that is new costs time. */
+/* Large blocks that were freed, for the next one of the same size. */
 enum { KEPT_MOST = 8, KEPT_LEAST = 1 << 20 };
 static struct {
     void *memory;
     uint64_t size;
 } kept[KEPT_MOST];
 static size_t kept_count;
+static bool keeping;
+
+void budget_keep_blocks(void)
+{
+    keeping = true;
+}
 
 static void *take_kept(uint64_t size)
 {
@@ -66,7 +71,7 @@ static void drop_kept(uint64_t most)
 
 static void keep_or_free(const struct taken *block)
 {
-    if (block->size < KEPT_LEAST || kept_count == KEPT_MOST) {
+    if (!keeping || block->size < KEPT_LEAST || kept_count == KEPT_MOST) {
         free(block->memory);
         return;
     }
@@ -123,6 +128,7 @@ uint64_t bytes_product(uint64_t a, uint64_t b)
 int budget_need(const budget *limit, const char *place, uint64_t size)
 {
     if (size <= limit->left) {
+        drop_kept(limit->left - size);
         return DONE;
     }
     uint64_t taken = ((uint64_t)limit->mib << 20) - limit->left;
@@ -172,8 +178,11 @@ void *budget_take(budget *limit, const char *place, uint64_t size)
     }
     void *memory = take_kept(size);
     if (memory == NULL && size <= SIZE_MAX) {
-        drop_kept(limit->left - size);
         memory = malloc(size > 0 ? (size_t)size : 1);
+        if (memory == NULL && kept_count > 0) {
+            drop_kept(0);
+            memory = malloc(size > 0 ? (size_t)size : 1);
+        }
         ask_for_large_pages(memory, (size_t)size);
     }
     if (!own(limit, memory, size)) {

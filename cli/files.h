@@ -21,6 +21,10 @@ budget budget_inside(const budget *outer);
 /* Frees everything that was taken from a budget. */
 void budget_free(budget *freed);
 
+/* From now on large blocks that are freed are kept for others of the same size, as far as the
+ * budgets leave room for them. New memory costs time. */
+void budget_keep_blocks(void);
+
 /* Reads the argument of --memory-limit. Returns DONE or BAD_USAGE. */
 int budget_read(const char *text, budget *limit);
 

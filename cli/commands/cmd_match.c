@@ -484,6 +484,7 @@ static int run_match(job *at)
 {
     request asked;
     memset(&asked, 0, sizeof asked);
+    budget_keep_blocks(); /* a right picture takes what the left one took, and so does a frame */
     int status = read_request(at, &asked);
     if (status == DONE) {
         status = begin_teams(&asked);
