@@ -1,6 +1,6 @@
-/* A search for better labellings of any problem: iterated local search (Lourenco, Martin and Stutzle
- * 2003), but everywhere at once. Some sites get a label by chance, moves on trees (trees.h) follow,
- * and of what comes out every part counts for itself: it is taken over unless it is worse
+/* A search for better labellings of any problem: iterated local search (Lourenco, Martin and
+ * Stutzle 2003), but everywhere at once. Some sites get a label by chance, moves on trees (trees.h)
+ * follow, and of what comes out every part counts for itself: it is taken over unless it is worse
  * (merge.h). */
 #ifndef QS_KICKS_H
 #define QS_KICKS_H

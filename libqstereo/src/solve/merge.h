@@ -1,6 +1,6 @@
 /* Two labellings made one that is at least as good as either (partition crossover: Tinos, Whitley
- * and Ochoa 2018). The sites where they differ fall into parts that no edge joins. Whether a part is
- * taken over changes nothing at the others, so each is decided for itself (docs/MATHS.md). */
+ * and Ochoa 2018). The sites where they differ fall into parts that no edge joins. Whether a part
+ * is taken over changes nothing at the others, so each is decided for itself (docs/MATHS.md). */
 #ifndef QS_MERGE_H
 #define QS_MERGE_H
 

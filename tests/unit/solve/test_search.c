@@ -1,5 +1,5 @@
-/* What searches for labellings is made of: merging, moves on trees, and kicks, beside all labellings
- * of tiny problems. */
+/* What searches for labellings is made of: merging, moves on trees, and kicks, beside all
+ * labellings of tiny problems. */
 #include "slow.h"
 
 #include <string.h>
