@@ -291,4 +291,6 @@ include packaging.mk
 include tests/fuzz/fuzz.mk tests/trust/trust.mk tests/trust/all.mk
 
 .SECONDARY:
--include $(shell find $(BUILD) -name '*.d' 2>/dev/null)
+# Builds inside this one follow their headers by themselves.
+INNER := targets units warnings analysis valgrind threads coverage
+-include $(shell find $(BUILD) $(INNER:%=-path $(BUILD)/% -prune -o) -name '*.d' -print 2>/dev/null)

@@ -2,8 +2,8 @@
 
 #include <string.h>
 
-#include "halves.h"
 #include "pictures/picture_write.h"
+#include "solver_work.h"
 #include "text/fail.h"
 
 static const char *const step_names[] = {"halves", "refine", "check", "fill", "median"};
@@ -107,42 +107,27 @@ static int refine(const laid_out *laid, const solved *found, pixel_map *map)
     return status == QS_OK ? DONE : fail_status(laid->name, status);
 }
 
-/* A map of half pixels. */
-static int make_halves(const qs_matching *stereo, const qs_pairwise *pairwise, const laid_out *laid,
-                       const solved *found, budget *limit, pixel_map *map)
+/* The map of a side, in sixteenths of a pixel if it is to be refined. */
+static int make_map(const after *asked, const side *of, budget *limit, pixel_map *map)
 {
-    halves finer;
-    budget aside = budget_inside(limit);
-    int status = halves_make(laid->name, stereo, pairwise, found->labelling, &aside, &finer);
-    if (status == DONE) {
-        status = map_of_labelling(laid->name, &finer.labels, finer.labelling, limit, map);
+    const laid_out *laid = &of->laid;
+    if (of->halved) {
+        return map_of_labelling(laid->name, &of->finer.labels, of->finer.labelling, limit, map);
     }
-    budget_free(&aside);
-    return status;
-}
-
-/* The map of a labelling, in sixteenths of a pixel if it is to be refined.
- *
- * stereo  what the problem was made of */
-static int make_map(const after *asked, const qs_matching *stereo, const laid_out *laid,
-                    const solved *found, budget *limit, pixel_map *map)
-{
-    if (asked->halves) {
-        return make_halves(stereo, &laid->problem->pairwise, laid, found, limit, map);
-    }
-    TRY(map_of_labelling(laid->name, &laid->labels, found->labelling, limit, map));
-    return asked->refine ? refine(laid, found, map) : DONE;
+    TRY(map_of_labelling(laid->name, &laid->labels, of->found.labelling, limit, map));
+    return asked->refine ? refine(laid, &of->found, map) : DONE;
 }
 
 /* Solves the right picture's problem, unless that is done. */
 static int solve_right(const after *asked, const pair *of, const solver *by, const search *how,
-                       budget *limit, right_side *right)
+                       budget *limit, side *right)
 {
     search last = *how;
     last.follow_up = false;
     if (right->found.labelling == NULL) {
-        TRY(right_side_make(of, by, !asked->refine, limit, right));
-        TRY(solve_problem(&right->laid, by, &last, limit, &right->found));
+        right->halved = asked->halves;
+        TRY(right_side_make(of, by, how->iterations, !asked->refine, limit, right));
+        TRY(work_whole(&right->laid, by, &last, side_halves(right), limit, &right->found));
     }
     return solved_check(&right->laid, by, &right->found);
 }
@@ -161,11 +146,11 @@ static void mirror_rows(pixel_map *map)
 
 /* Takes out what the map of the right picture does not confirm within half a pixel, or, of whole
  * pixels, within one. */
-static int compare(const after *asked, const pair *of, const right_side *confirming, budget *limit,
+static int compare(const after *asked, const pair *of, const side *confirming, budget *limit,
                    pixel_map *map)
 {
     pixel_map right;
-    TRY(make_map(asked, &confirming->stereo, &confirming->laid, &confirming->found, limit, &right));
+    TRY(make_map(asked, confirming, limit, &right));
     uint32_t tolerance = map->unit > 1 ? map->unit / 2 : 1;
     mirror_rows(&right);
     qs_status checked = qs_map_check(map->disparities, right.disparities, map->width, map->height,
@@ -174,7 +159,7 @@ static int compare(const after *asked, const pair *of, const right_side *confirm
 }
 
 static int check(const after *asked, const pair *of, const solver *by, const search *how,
-                 budget *limit, right_side *right, pixel_map *map)
+                 budget *limit, side *right, pixel_map *map)
 {
     budget aside = budget_inside(limit);
     int status = solve_right(asked, of, by, how, &aside, right);
@@ -273,11 +258,11 @@ static int fill_window(const char *name, const pair *of, pixel_map *map)
     return DONE;
 }
 
-int after_labels(const after *asked, const pair *of, const laid_out *laid, const solved *found,
-                 const solver *by, const search *how, budget *limit, right_side *right,
-                 pixel_map *map)
+int after_labels(const after *asked, const pair *of, const side *left, const solver *by,
+                 const search *how, budget *limit, side *right, pixel_map *map)
 {
-    TRY(make_map(asked, &of->stereo, laid, found, limit, map));
+    const laid_out *laid = &left->laid;
+    TRY(make_map(asked, left, limit, map));
     if (asked->check) {
         TRY(check(asked, of, by, how, limit, right, map));
     }
@@ -285,7 +270,7 @@ int after_labels(const after *asked, const pair *of, const laid_out *laid, const
         TRY(write_mask(asked, map));
     }
     if (asked->confidence != NULL) {
-        TRY(write_confidence(asked, laid, found, map, limit));
+        TRY(write_confidence(asked, laid, &left->found, map, limit));
     }
     if (asked->fill) {
         TRY(fill_window(laid->name, of, map));

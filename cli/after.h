@@ -43,13 +43,12 @@ int after_read(const char *const *values, const pair *asked, after *read);
 /* Opens the outputs. */
 int after_open(after *asked, job *at);
 
-/* Makes the map of a labelling and does with it what was asked; writes the pictures that were asked
- * for.
+/* Makes the map of the left side and does with it what was asked; writes the pictures that were
+ * asked for.
  *
  * right  what was found for the right picture. If it has no labelling yet, it is solved here, as
  *        the left picture's problem was, if the map is to be checked */
-int after_labels(const after *asked, const pair *of, const laid_out *laid, const solved *found,
-                 const solver *by, const search *how, budget *limit, right_side *right,
-                 pixel_map *map);
+int after_labels(const after *asked, const pair *of, const side *left, const solver *by,
+                 const search *how, budget *limit, side *right, pixel_map *map);
 
 #endif

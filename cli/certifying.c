@@ -48,9 +48,6 @@ int certifying_begin(const laid_out *problem, budget *limit, output *out, certif
                     "couples the same two sites more than once, which a certificate cannot hold: "
                     "leave --certificate out");
     }
-    if (status == QS_E_OVERFLOW) {
-        return fail_record(made, "", status);
-    }
     made->witness = qs_recorder_witness(&made->recorder);
     return status == QS_OK ? DONE : fail_status(problem->name, status);
 }

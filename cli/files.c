@@ -26,7 +26,53 @@ static size_t files_read_count;
 struct taken {
     struct taken *next;
     void *memory;
+    uint64_t size;
 };
+
+/* Large blocks that were freed, for the next one of the same size: a right picture takes what the
+ * left one took, and so does each frame of a sequence. Memory that is new costs time. */
+enum { KEPT_MOST = 8, KEPT_LEAST = 1 << 20 };
+static struct {
+    void *memory;
+    uint64_t size;
+} kept[KEPT_MOST];
+static size_t kept_count;
+
+static void *take_kept(uint64_t size)
+{
+    for (size_t i = kept_count; i-- > 0;) {
+        if (kept[i].size == size) {
+            void *memory = kept[i].memory;
+            kept[i] = kept[--kept_count];
+            return memory;
+        }
+    }
+    return NULL;
+}
+
+/* Frees kept blocks until they have no more than so many bytes together. */
+static void drop_kept(uint64_t most)
+{
+    uint64_t all = 0;
+    for (size_t i = 0; i < kept_count; i++) {
+        all += kept[i].size;
+    }
+    while (all > most) {
+        kept_count--;
+        all -= kept[kept_count].size;
+        free(kept[kept_count].memory);
+    }
+}
+
+static void keep_or_free(const struct taken *block)
+{
+    if (block->size < KEPT_LEAST || kept_count == KEPT_MOST) {
+        free(block->memory);
+        return;
+    }
+    kept[kept_count].memory = block->memory;
+    kept[kept_count++].size = block->size;
+}
 
 budget budget_of(uint32_t mib)
 {
@@ -43,7 +89,7 @@ void budget_free(budget *freed)
     while (freed->taken != NULL) {
         struct taken *block = freed->taken;
         freed->taken = block->next;
-        free(block->memory);
+        keep_or_free(block);
         free(block);
     }
 }
@@ -95,7 +141,7 @@ static bool own(budget *limit, void *memory, uint64_t size)
         free(memory);
         return false;
     }
-    *block = (struct taken){limit->taken, memory};
+    *block = (struct taken){limit->taken, memory, size};
     limit->taken = block;
     limit->left -= size;
     return true;
@@ -124,8 +170,12 @@ void *budget_take(budget *limit, const char *place, uint64_t size)
     if (budget_need(limit, place, size) != DONE) {
         return NULL;
     }
-    void *memory = size <= SIZE_MAX ? malloc(size > 0 ? (size_t)size : 1) : NULL;
-    ask_for_large_pages(memory, (size_t)size);
+    void *memory = take_kept(size);
+    if (memory == NULL && size <= SIZE_MAX) {
+        drop_kept(limit->left - size);
+        memory = malloc(size > 0 ? (size_t)size : 1);
+        ask_for_large_pages(memory, (size_t)size);
+    }
     if (!own(limit, memory, size)) {
         (void)fail_memory(place);
         return NULL;

@@ -15,6 +15,7 @@ static int make_problem(const char *name, const qs_matching *of, const qs_pairwi
                 pairwise->truncation <= QS_LABELS_MAX;
     made_problem made = {.name = name, .mend = "--lambda or --truncation"};
     finer.parts = PARTS;
+    finer.copies = 0; /* lines are solved one after the other */
     finer.disparity_min *= PARTS;
     finer.disparity_max *= PARTS;
     if (fits) {
@@ -32,27 +33,38 @@ static int make_problem(const char *name, const qs_matching *of, const qs_pairwi
     return DONE;
 }
 
-int halves_make(const char *name, const qs_matching *of, const qs_pairwise *pairwise,
-                const uint16_t *labelling, budget *limit, halves *made)
+int halves_begin(const char *name, const qs_matching *of, const qs_pairwise *pairwise,
+                 budget *limit, halves *begun)
 {
-    qs_problem problem;
+    begun->name = name;
+    begun->made = QS_OK;
+    TRY(make_problem(name, of, pairwise, limit, &begun->problem));
+    qs_status status = qs_labels_of_problem(&begun->problem, &begun->labels);
+    if (status != QS_OK) {
+        return fail_status(name, status);
+    }
+    begun->labelling =
+        budget_take(limit, name, sizeof *begun->labelling * qs_problem_sites(&begun->problem));
+    return begun->labelling != NULL ? DONE : NO_RESOURCE;
+}
+
+size_t halves_workspace(const halves *begun)
+{
+    return qs_near_workspace(&begun->problem);
+}
+
+void halves_do(halves *begun, const uint16_t *labelling, void *workspace, size_t size)
+{
     qs_solution solution;
-    TRY(make_problem(name, of, pairwise, limit, &problem));
-    uint32_t sites = qs_problem_sites(&problem);
-    size_t size = qs_near_workspace(&problem);
-    void *workspace = budget_take(limit, name, size);
-    made->labelling = budget_take(limit, name, sizeof *made->labelling * sites);
-    if (workspace == NULL || made->labelling == NULL) {
-        return NO_RESOURCE;
+    for (uint32_t i = 0, sites = qs_problem_sites(&begun->problem); i < sites; i++) {
+        begun->labelling[i] = (uint16_t)(2 * labelling[i]);
     }
-    for (uint32_t i = 0; i < sites; i++) {
-        made->labelling[i] = (uint16_t)(2 * labelling[i]);
-    }
-    qs_status status = qs_labels_of_problem(&problem, &made->labels);
-    if (status == QS_OK) {
-        status = qs_near(&problem, NULL, workspace, size, made->labelling, &solution);
-    }
-    return status == QS_OK ? DONE : fail_status(name, status);
+    begun->made = qs_near(&begun->problem, NULL, workspace, size, begun->labelling, &solution);
+}
+
+int halves_check(const halves *done)
+{
+    return done->made == QS_OK ? DONE : fail_status(done->name, done->made);
 }
 
 uint64_t halves_bytes(const qs_problem *problem)

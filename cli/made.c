@@ -50,7 +50,7 @@ static int measure_rows(const made_problem *whole, const solver *by, uint32_t ro
     }
     budget aside = budget_inside(limit);
     int status = lay_out_problem(whole->name, &part, whole->mend, &aside, &laid);
-    *bytes = status == DONE ? solve_bytes(&laid, by) : 0;
+    *bytes = status == DONE ? solve_bytes(&laid, by, 0) : 0;
     budget_free(&aside);
     return status;
 }
@@ -104,9 +104,10 @@ int made_need(const made_problem *whole, const solver *by, uint64_t output, cons
     return is_far_over ? budget_need(limit, whole->name, all) : DONE;
 }
 
-int laid_out_need(const laid_out *problem, const solver *by, uint64_t output, const budget *limit)
+int laid_out_need(const laid_out *problem, const solver *by, uint64_t iterations, uint64_t output,
+                  const budget *limit)
 {
-    return budget_need(limit, problem->name, larger(solve_bytes(problem, by), output));
+    return budget_need(limit, problem->name, larger(solve_bytes(problem, by, iterations), output));
 }
 
 int made_lay_out(const made_problem *whole, bool straight, budget *limit, laid_out *laid)
@@ -120,7 +121,7 @@ int made_solve(const made_problem *solved_one, const solver *by, const search *h
 {
     TRY(made_need(solved_one, by, 0, limit));
     TRY(made_lay_out(solved_one, false, limit, laid));
-    TRY(laid_out_need(laid, by, 0, limit));
+    TRY(laid_out_need(laid, by, how->iterations, 0, limit));
     TRY(solve_problem(laid, by, how, limit, found));
     return solved_check(laid, by, found);
 }

@@ -41,9 +41,11 @@ int made_fail(const made_problem *failed, const char *fewer, qs_status status);
  * model, the solver and after them the output need. laid_out_need, when the model is there, knows
  * it exactly. Return DONE or NO_RESOURCE.
  *
- * output  bytes that are taken when the solver's work is freed */
+ * iterations  as in a search
+ * output      bytes that are taken when the solver's work is freed */
 int made_need(const made_problem *whole, const solver *by, uint64_t output, const budget *limit);
-int laid_out_need(const laid_out *problem, const solver *by, uint64_t output, const budget *limit);
+int laid_out_need(const laid_out *problem, const solver *by, uint64_t iterations, uint64_t output,
+                  const budget *limit);
 
 /* Lays the problem out; straight: without a model. Returns DONE, BAD_INPUT or NO_RESOURCE. */
 int made_lay_out(const made_problem *whole, bool straight, budget *limit, laid_out *laid);

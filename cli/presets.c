@@ -18,14 +18,14 @@
     {                                                                                              \
         {{"28", "2"}, {"14", "4"}},                                                                \
         {                                                                                          \
-            {"10", "4"}, {"5", "8"}                                                                \
+            {"6", "4"}, {"3", "8"}                                                                 \
         }                                                                                          \
     }
 
 /* accurate and fast are tuned on the seven scenes of tests/bench/bench_stereo.py. */
 const preset presets[PRESETS] = {
     {"paper", "1", "ad", NULL, "leave-out", "potts", ALIKE("20", NULL), "20", "best", NULL, "none"},
-    {"accurate", "0.5", "bt:40+2*census:7x7", "10,3", "keep", "linear", TUNED, "28", "trws", "20",
+    {"accurate", "0.5", "bt:40+2*census:7x7", "10,3", "keep", "linear", TUNED, "20", "trws16", "8",
      "check,fill"},
     {"fast", "1", "bt:40+2*census:7x7", "10,3", "keep", "linear", TUNED, "28", "trws16", "1",
      "halves,check,fill"},

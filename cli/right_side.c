@@ -37,8 +37,8 @@ static void mirror_window(qs_matching *of)
     of->width = end - from;
 }
 
-int right_side_make(const pair *of, const solver *by, bool straight, budget *limit,
-                    right_side *right)
+int right_side_make(const pair *of, const solver *by, uint64_t iterations, bool straight,
+                    budget *limit, side *right)
 {
     qs_matching *mirrored = &right->stereo;
     made_problem *made = &right->made;
@@ -55,5 +55,13 @@ int right_side_make(const pair *of, const solver *by, bool straight, budget *lim
     made->problem.pairwise = of->pairwise;
     TRY(made_need(made, by, 0, limit));
     TRY(made_lay_out(made, straight && by->run_straight != NULL, limit, &right->laid));
-    return laid_out_need(&right->laid, by, 0, limit);
+    if (right->halved) {
+        TRY(halves_begin(made->name, mirrored, &of->pairwise, limit, &right->finer));
+    }
+    return laid_out_need(&right->laid, by, iterations, 0, limit);
+}
+
+halves *side_halves(side *of)
+{
+    return of->halved ? &of->finer : NULL;
 }

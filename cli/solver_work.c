@@ -23,10 +23,10 @@ static bool starts_from_messages(const solver *by, const search *how)
 }
 
 /* Room for the solver, and for messages before it. */
-static size_t workspace_of(const laid_out *problem, const solver *by)
+static size_t workspace_of(const laid_out *problem, const solver *by, uint64_t iterations)
 {
     if (by->run_straight != NULL) {
-        return by->straight_workspace(problem->problem);
+        return by->straight_workspace(problem->problem, iterations);
     }
     size_t size = by->workspace(&problem->model),
            first = by->run == qs_expansion ? qs_trws_workspace(&problem->model) : 0;
@@ -39,11 +39,12 @@ static size_t check_size_of(const laid_out *problem)
     return problem->file != NULL ? 0 : qs_problem_workspace(problem->problem);
 }
 
-uint64_t solve_bytes(const laid_out *problem, const solver *by)
+uint64_t solve_bytes(const laid_out *problem, const solver *by, uint64_t iterations)
 {
     uint64_t labelling = sizeof(uint16_t) * (uint64_t)sites_of(problem);
     uint64_t bits = problem->file != NULL ? ((uint64_t)problem->variables + 7) / 8 : 0;
-    return bytes_sum(workspace_of(problem, by), labelling + bits + check_size_of(problem));
+    return bytes_sum(workspace_of(problem, by, iterations),
+                     labelling + bits + check_size_of(problem));
 }
 
 /* Room for the labelling of the model, which has more sites than a masked problem, and for the
@@ -115,8 +116,17 @@ static void set_limit(solver_work *work)
     }
 }
 
-int work_begin(const laid_out *problem, const solver *by, const search *how, budget *limit,
-               solved *found, solver_work *begun)
+/* The half pixels are made in the memory of the solver. */
+static size_t work_size(const laid_out *problem, const solver *by, const search *how,
+                        const halves *finer)
+{
+    size_t size = workspace_of(problem, by, how->iterations),
+           after = finer != NULL ? halves_workspace(finer) : 0;
+    return after > size ? after : size;
+}
+
+int work_begin(const laid_out *problem, const solver *by, const search *how, halves *finer,
+               budget *limit, solved *found, solver_work *begun)
 {
     memset(found, 0, sizeof *found);
     found->solver = by->name;
@@ -124,7 +134,8 @@ int work_begin(const laid_out *problem, const solver *by, const search *how, bud
                            .by = by,
                            .how = how,
                            .found = found,
-                           .size = workspace_of(problem, by),
+                           .finer = finer,
+                           .size = work_size(problem, by, how, finer),
                            .check_size = check_size_of(problem)};
     TRY(take_room(problem, limit, found));
     begun->memory = budget_inside(limit);
@@ -144,8 +155,9 @@ int work_begin(const laid_out *problem, const solver *by, const search *how, bud
 }
 
 /* How the solver is to search. What it points to is borrowed. */
-static qs_solve_options options_of(const search *how, progress *watched)
+static qs_solve_options options_of(const solver_work *work, progress *watched)
 {
+    const search *how = work->how;
     watched->gap = how->gap;
     watched->traced = how->traced;
     return (qs_solve_options){.iterations = how->iterations,
@@ -154,7 +166,10 @@ static qs_solve_options options_of(const search *how, progress *watched)
                               .context = watched,
                               .spent = how->time_limit > 0 ? progress_spent : NULL,
                               .start = how->start,
-                              .witness = how->witness};
+                              .witness = how->witness,
+                              .together = work->team != NULL ? team_together : NULL,
+                              .helpers = work->team,
+                              .workers = work->workers};
 }
 
 static void begin_labelling(const solver_work *work)
@@ -232,13 +247,16 @@ void work_do(void *begun)
     work->watched = progress_begin(name, work->problem->scale, work->limit, how->whole_command);
     work->watched.terminal = work->watched.terminal && !work->hidden;
     trace_begin(how->traced, name);
-    const qs_solve_options options = options_of(how, &work->watched);
+    const qs_solve_options options = options_of(work, &work->watched);
     work->ran = run(work, &options);
     take_down(work);
     if (work->ran == QS_OK) {
         keep_start(work);
         end_trace(how, work->found);
         find_energy(work);
+        if (work->finer != NULL) {
+            halves_do(work->finer, work->found->labelling, work->workspace, work->size);
+        }
     }
 }
 
@@ -256,7 +274,7 @@ int work_check(solver_work *done)
         return fail_status(problem->name, done->ran != QS_OK ? done->ran : done->checked);
     }
     if (done->energy == found->solution.energy) {
-        return DONE;
+        return done->finer != NULL ? halves_check(done->finer) : DONE;
     }
     decimal_write(found->solution.energy, problem->scale, said);
     decimal_write(done->energy, problem->scale, given);
@@ -272,15 +290,21 @@ void work_end(solver_work *ended)
     budget_free(&ended->memory);
 }
 
-int solve_problem(const laid_out *problem, const solver *by, const search *how, budget *limit,
-                  solved *found)
+int work_whole(const laid_out *problem, const solver *by, const search *how, halves *finer,
+               budget *limit, solved *found)
 {
     solver_work work;
-    int status = work_begin(problem, by, how, limit, found, &work);
+    int status = work_begin(problem, by, how, finer, limit, found, &work);
     if (status == DONE) {
         work_do(&work);
         status = work_check(&work);
     }
     work_end(&work);
     return status;
+}
+
+int solve_problem(const laid_out *problem, const solver *by, const search *how, budget *limit,
+                  solved *found)
+{
+    return work_whole(problem, by, how, NULL, limit, found);
 }

@@ -58,7 +58,7 @@ typedef struct solver {
     qs_status (*run_straight)(const qs_problem *problem, const qs_solve_options *options,
                               void *workspace, size_t workspace_size, uint16_t *labelling,
                               qs_solution *solution);
-    size_t (*straight_workspace)(const qs_problem *problem);
+    size_t (*straight_workspace)(const qs_problem *problem, uint64_t iterations);
     const char *needs; /* what a problem must have, for messages; NULL = it takes any problem */
 } solver;
 
@@ -126,8 +126,10 @@ typedef struct solved {
                             truncated */
 } solved;
 
-/* The bytes that solve_problem takes. */
-uint64_t solve_bytes(const laid_out *problem, const solver *by);
+/* The bytes that solve_problem takes.
+ *
+ * iterations  as in a search */
+uint64_t solve_bytes(const laid_out *problem, const solver *by, uint64_t iterations);
 
 /* Solves the problem, from the start if there is one. The energy is computed again, from the sample
  * or the problem. What was found stays in memory of the budget, the work does not. Returns DONE,

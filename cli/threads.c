@@ -5,6 +5,7 @@
 #include <errno.h>
 #include <pthread.h>
 #include <signal.h>
+#include <stdlib.h>
 
 #include "text/fail.h"
 
@@ -45,11 +46,125 @@ int threads_both(void (*work)(void *), void *first, void *second)
 {
     pthread_t thread;
     task other = {work, second};
-    errno = start(&other, &thread);
-    if (errno != 0) {
+    int failed = start(&other, &thread);
+    if (failed != 0) {
+        errno = failed;
         return fail_system("--threads", "the system has no second thread");
     }
     work(first);
     (void)pthread_join(thread, NULL);
     return DONE;
+}
+
+struct team {
+    pthread_mutex_t lock; /* of all that follows */
+    pthread_cond_t called, done;
+    qs_part *part;
+    void *work;
+    uint32_t next, parts; /* the next part to do */
+    uint32_t running; /* parts that are not done yet */
+    bool over;
+    task begun; /* of each thread */
+    uint32_t count;
+    pthread_t threads[];
+};
+
+/* Does parts while there are some. The lock is held before and after. */
+static void do_parts(team *of)
+{
+    while (of->next < of->parts) {
+        uint32_t part = of->next++;
+        (void)pthread_mutex_unlock(&of->lock);
+        of->part(of->work, part);
+        (void)pthread_mutex_lock(&of->lock);
+        of->running--;
+    }
+}
+
+static void help(void *with)
+{
+    team *of = with;
+    (void)pthread_mutex_lock(&of->lock);
+    while (!of->over) {
+        do_parts(of);
+        if (of->running == 0) {
+            (void)pthread_cond_signal(&of->done);
+        }
+        while (of->next == of->parts && !of->over) {
+            (void)pthread_cond_wait(&of->called, &of->lock);
+        }
+    }
+    (void)pthread_mutex_unlock(&of->lock);
+}
+
+static bool prepare(team *of)
+{
+    if (pthread_mutex_init(&of->lock, NULL) != 0) {
+        return false;
+    }
+    if (pthread_cond_init(&of->called, NULL) == 0) {
+        if (pthread_cond_init(&of->done, NULL) == 0) {
+            return true;
+        }
+        (void)pthread_cond_destroy(&of->called);
+    }
+    (void)pthread_mutex_destroy(&of->lock);
+    return false;
+}
+
+int team_begin(uint32_t helpers, team **begun)
+{
+    team *made = calloc(1, sizeof *made + helpers * sizeof *made->threads);
+    if (made == NULL || !prepare(made)) {
+        free(made);
+        return fail_memory("--threads");
+    }
+    made->begun = (task){help, made};
+    int failed = 0;
+    while (failed == 0 && made->count < helpers) {
+        failed = start(&made->begun, &made->threads[made->count]);
+        made->count += failed == 0;
+    }
+    if (failed != 0) {
+        errno = failed;
+        int status = fail_system("--threads", "the system has no more threads");
+        team_end(made);
+        return status;
+    }
+    *begun = made;
+    return DONE;
+}
+
+void team_together(void *helpers, qs_part *part, void *work, uint32_t parts)
+{
+    team *of = helpers;
+    (void)pthread_mutex_lock(&of->lock);
+    of->part = part;
+    of->work = work;
+    of->next = 0;
+    of->parts = of->running = parts;
+    (void)pthread_cond_broadcast(&of->called);
+    do_parts(of);
+    while (of->running > 0) {
+        (void)pthread_cond_wait(&of->done, &of->lock);
+    }
+    (void)pthread_mutex_unlock(&of->lock);
+}
+
+void team_end(team *ended)
+{
+    if (ended == NULL) {
+        return;
+    }
+    (void)pthread_mutex_lock(&ended->lock);
+    ended->over = true;
+    (void)pthread_cond_broadcast(&ended->called);
+    (void)pthread_mutex_unlock(&ended->lock);
+    for (uint32_t i = 0; i < ended->count; i++) {
+        (void)pthread_join(ended->threads[i], NULL);
+    }
+    (void)pthread_cond_destroy(&ended->done);
+    (void)pthread_cond_destroy(&ended->called);
+    (void)pthread_mutex_destroy(&ended->lock);
+    free(ended);
 }

@@ -20,11 +20,12 @@ import time
 
 import numpy as np
 
-from . import embedding, jobs, merging, registry, remote, runner, windows
+from . import embedding, jobs, merging, qcf, registry, remote, runner, windows
 from .failure import BAD_INPUT, NO, Failure, failing, io
 from .output import Output
 from .problem import load_samples, made
 from .qsf import NO_CHAINS, RECORD, Samples
+from .text import parse
 
 UNREDUCED = ("windows of a picture that is not reduced gain nothing. Reduce it, then give the "
              "windows of what is left:\n"
@@ -33,10 +34,8 @@ UNREDUCED = ("windows of a picture that is not reduced gain nothing. Reduce it, 
 
 
 def _reduced(problem):
-    """Whether some label has left: the file says which are kept, and a site is fixed. A QUBO of no
-    known encoding counts as reduced."""
-    kept = [side for name, side in problem.sides if name == "kept"]
-    return problem.encoding is None or any(bytes(side[4:8]) != bytes(4) for side in kept)
+    """Whether some label has left. A QUBO of no known encoding counts as reduced."""
+    return problem.encoding is None or qcf.kept(problem)[2] > 0
 
 
 class Journal(jobs.Held):
@@ -50,9 +49,11 @@ class Journal(jobs.Held):
     def __init__(self, path, head):
         super().__init__(path)
         try:
-            self.head, *self.lines = map(json.loads, (self.take() or b"").splitlines() or [
+            self.head, *self.lines = map(parse, (self.take() or b"").splitlines() or [
                 json.dumps(head)])
-        except ValueError:
+            for line in self.lines:
+                _bits(line, 0), line["charge_seconds"] + 0
+        except (ValueError, KeyError, TypeError):
             self.head = None
         if self.head != head:
             self.leave()
@@ -78,8 +79,7 @@ class _Run:
         if len(self.p) > options.windows and not _reduced(problem):
             raise Failure(BAD_INPUT, UNREDUCED.format(options.problem, options.output or "s.qsf",
                                                       options.solver, options.windows))
-        # Where the state to begin from and the bound come from; None = from nowhere.
-        self.start = options.start or (options.problem if problem.known is not None else None)
+        self.known = bool(options.start) or problem.known is not None
         self.bits = windows.begin(self.p) if problem.known is None else problem.known
         bounds = {"--bound": options.bound}
         if options.start:
@@ -93,9 +93,10 @@ class _Run:
             bounds[options.start] = samples.info.get("lower_bound")
         bounds[options.problem] = self.real(problem.stated_bound)
         self.bound_of, bound = next(((of, bound) for of, bound in bounds.items()
-                                     if isinstance(bound, (int, float))), (None, None))
-        # Energies are whole numbers of units.
-        self.bound = None if bound is None else math.ceil(bound * self.p.scale - 1e-6)
+                                     if type(bound) in (int, float)), (None, None))
+        # Energies are whole numbers of units, and below 2^53.
+        self.bound = None if bound is None else math.ceil(
+            min(max(bound * self.p.scale, -2.0**53), 2.0**53) - 1e-6)
         self.check()
 
     @property
@@ -109,8 +110,8 @@ class _Run:
 
     def check(self):
         if self.bound is not None and self.energy < self.bound:
-            raise Failure(BAD_INPUT, f"the lower bound {self.real(self.bound):,} is none of this "
-                                     f"problem: a state has {self.real(self.energy):,}")
+            raise Failure(BAD_INPUT, f"the lower bound {self.real(self.bound)} is none of this "
+                                     f"problem: a state has {self.real(self.energy)}")
 
     def real(self, energy):
         return runner.real(energy, self.p.scale)
@@ -215,9 +216,9 @@ def solve(options):
 
 def _calls(run, journal):
     """The calls that are still to be made, each into journal and samples file."""
-    options, before = run.options, run.energy if run.start else None
+    options, before = run.options, run.energy if run.known else None
     for number, (variables, last) in run.calls():
-        known = bool(number or run.start)
+        known = number > 0 or run.known
         if known and run.energy == run.bound:
             return
         if number < len(journal.lines):
@@ -256,10 +257,10 @@ def _charge(lines):
 def _state(run, journal):
     """The best state known, and the charge, in words."""
     said = "" if run.bound_of in (None, "--bound") else f" (stated by {run.bound_of})"
-    bound = (f", bound {run.real(run.bound):,}{said}, gap {run.real(run.energy - run.bound):,}"
+    bound = (f", bound {run.real(run.bound)}{said}, gap {run.real(run.energy - run.bound)}"
              if run.bound_of else ", bound not known")
     charge = f", charged {_charge(journal.lines):,.3f} s"
-    return f"energy {run.real(run.energy):,}{bound}" + charge * bool(
+    return f"energy {run.real(run.energy)}{bound}" + charge * bool(
         registry.find(run.options.solver).kind)
 
 

@@ -15,15 +15,17 @@ import numpy as np
 from . import models, qcf
 from .container import Corrupt, check_memory, read_chunks, read_header
 from .failure import InputError
-from .qcf import DOMAIN_WALL, NO_BOUND, ONE_HOT_ENCODINGS
+from .qcf import DOMAIN_WALL, MAX_ENERGY, NO_BOUND, ONE_HOT_ENCODINGS
 
 MAGIC = b"\x89QPF\r\n\x1a\n"
 FIELDS = struct.Struct("<IIqq12s")
 REQUIRED = ["PROB", "BEST", "STGS"]
-SPLITS, LEAVES, PARTS = 1, 2, 4  # what a stage has
-SLOT_WIDTHS, SHARE_WIDTHS = (1, 2), (1, 2, 4)
-MOST_STAGES, MOST_SCALE, MOST_COSTS, MOST_SLOTS = 4096, 2**30, 2**59, 2**27
+SPLITS, LEAVES, PARTS, SEARCHES = 1, 2, 4, 8  # what a stage has
+SLOT_WIDTHS, SHARE_WIDTHS = (1, 2), (1, 2, 4, 8)
+MOST_STAGES, MOST_SCALE, MOST_SLOTS = 4096, 2**30, 2**27
+MOST_COSTS, MOST_SHARES = 2**59, 2**58
 MOST_SITES, PART_CELLS, ALL_CELLS = 4096, 2**23, 2**26  # of solved parts
+SEARCH_SITES, SEARCH_LABELS, SEARCH_EDGES, SEARCH_WORK = 256, 2**11, 2**15, 2**27  # of searched
 OUT = 2**61  # the cost of a label that has left: above all sums
 CHUNK = 1 << 20  # numbers of a temporary array
 
@@ -94,7 +96,7 @@ class Problem:
             (g, h), (h, g), (block, block + blocks), (weight, weight)))
         self.edges, self.degree = g.size, np.bincount(self.own, minlength=shape[0])
         self.near, self.first = np.argsort(self.own), self.degree.cumsum() - self.degree
-        self.constant, self.cells = problem.offset, 0
+        self.constant, self.cells, self.looked = problem.offset, 0, 0
         largest = np.abs(tables).max((1, 2), initial=0)[block]
         self.magnitude = (abs(problem.offset) + int(np.abs(self.unary).max(1, initial=0).sum())
                           + int((np.abs(weight) * largest).sum()))
@@ -167,7 +169,10 @@ class Split:
         self.begin, last = begin[p.open], (begin + count - 1)[p.open]
         self.share, given = np.zeros((site.size, p.left.shape[1]), np.int64), p.left[site]
         given[last] = False
-        self.share[given] = stages.array(f"<i{share_width}", np.count_nonzero(given))
+        shares, most = (stages.array(f"<i{share_width}", np.count_nonzero(given)),
+                        MOST_SHARES // max(site.size, 1))
+        stages.need(((-most <= shares) & (shares <= most)).all(), "a share too large for 64 bits")
+        self.share[given] = shares
         self.share[last] = scale * p.unary[p.open] - self._add_up(self.share)
         self.share[~p.left[site]] = OUT
         self.steps, step = [], edges[before[first] < 0]
@@ -246,15 +251,22 @@ def _is_worse(p, sets, site, label, other):
     return p.left[site, other] & (more > 0)
 
 
-def _solve_part(p, stages, sites, value):
-    """Checks the least energy of a part by elimination (Dechter 1999), then takes out the labels
-    that no labelling of that energy has. Places are numbers in `sites`; a table is over places in
-    rising order, and the first of them is being taken out."""
+def _edges_inside(p, stages, sites):
+    """The arcs of a part's sites: (place of each one's own site, of its far site, arc)."""
     stages.need((sites < p.open.size).all() and p.open[sites].all()
                 and np.unique(sites).size == sites.size, "sites that are no part")
     (place, arcs), order = p.arcs_at(sites), sites.argsort()
     to = order[np.searchsorted(sites[order], p.far[arcs]) % sites.size]
     stages.need((sites[to] == p.far[arcs]).all(), "sites that are no part")
+    return place, to, arcs
+
+
+def _solve_part(p, stages, count):
+    """Checks the least energy of a part by elimination (Dechter 1999), then takes out the labels
+    that no labelling of that energy has. Places are numbers in `sites`; a table is over places in
+    rising order, and the first of them is being taken out."""
+    (value,), sites = stages.unpack("<q"), stages.array("<u4", count).astype(int)
+    place, to, arcs = _edges_inside(p, stages, sites)
     names, tables, size = [np.flatnonzero(left) for left in p.left[sites]], [], 0
     terms = [[([i], p.unary[site, names[i]])] for i, site in enumerate(sites)] + [[]]
     for i, j, arc in zip(place.tolist(), to.tolist(), arcs.tolist()):
@@ -285,13 +297,60 @@ def _solve_part(p, stages, sites, value):
     p.open[sites] = False
 
 
-def _solve_parts(p, stages):
+def _search_part(p, stages, count):
+    """Checks by search what the sites of a part cost at least, from each of them to the last; the
+    labels stay. Columns are the labels left to the sites, one site after another."""
+    sites = stages.array("<u4", count).astype(int)
+    place, to, arcs = _edges_inside(p, stages, sites)
+    site, label = np.nonzero(p.left[sites])
+    inner, begin = np.flatnonzero(place < to), np.searchsorted(site, np.arange(count + 1))
+    stages.need(count <= SEARCH_SITES and site.size <= SEARCH_LABELS
+                and inner.size <= SEARCH_EDGES, "a part that is too large to search")
+    unary, pair, edges_least = p.unary[sites[site], label], np.zeros((site.size,) * 2, int), 0
+    for i, j, arc in zip(place[inner], to[inner], arcs[inner]):
+        own, far = slice(*begin[i:i + 2]), slice(*begin[j:j + 2])
+        costs = p.weight[arc] * p.tables[p.table[arc]][np.ix_(label[own], label[far])]
+        edges_least += int(costs.min())
+        pair[own, far] += costs - costs.min()
+    least = np.append(stages.array("<i8", count), 0)
+    stages.need(((-MAX_ENERGY <= least) & (least <= MAX_ENERGY)).all(), "a bound of a search")
+
+    def bound(ahead, i):
+        """What the sites from i on cost at least; `ahead` (labellings, labels): the edges to
+        sites that have labels."""
+        if i == count:
+            return 0
+        whole, ahead = (np.minimum.reduceat(costs[:, begin[i]:], begin[i:-1] - begin[i], 1)
+                        for costs in (unary + ahead, ahead))
+        before = np.pad(whole.cumsum(1), ((0, 0), (1, 0)))
+        behind = np.pad(ahead[:, ::-1].cumsum(1)[:, ::-1], ((0, 0), (0, 1)))
+        return (before + behind + least[i:]).max(1)
+
+    for first in reversed(range(count)):
+        work = [(first, np.zeros(1, int), np.zeros((1, site.size), int))]
+        while work:
+            i, cost, ahead = work.pop()
+            if i == count:
+                raise Invalid("a part costs less than the least that it states")
+            p.looked += cost.size * int(begin[i + 1] - begin[i]) * site.size
+            stages.need(p.looked <= SEARCH_WORK, "a search that takes too long")
+            for a in range(begin[i], begin[i + 1]):
+                costs, then = cost + unary[a] + ahead[:, a], ahead + pair[a]
+                stays = costs + bound(then, i + 1) < least[first]
+                for some in np.array_split(np.flatnonzero(stays),
+                                           1 + int(stays.sum()) * site.size // CHUNK):
+                    if some.size:
+                        work.append((i + 1, costs[some], then[some]))
+    p.constant += int(least[0]) + edges_least
+    p.open[sites] = False
+
+
+def _check_parts(p, stages, check_part):
     (count,) = stages.unpack("<I")
     stages.need(count, "a stage of no parts")
     while count:
         stages.need(count <= MOST_SITES, "a part of too many sites")
-        (value,) = stages.unpack("<q")
-        _solve_part(p, stages, stages.array("<u4", count).astype(int), value)
+        check_part(p, stages, count)
         (count,) = stages.unpack("<I")
 
 
@@ -310,11 +369,12 @@ def _read_sets(p, stages):
 def _check_stage(p, stages, label):
     """Returns the bound that a stage proves, NO_BOUND if none. `label` is the type of labels."""
     has, *head = stages.unpack("<4I")
-    stages.need(1 <= has <= PARTS and (has & SPLITS or not any(head)), "the head of a stage")
+    stages.need((1 <= has <= PARTS or has == SEARCHES) and (has & SPLITS or not any(head)),
+                "the head of a stage")
     split, sets = Split(p, stages, *head) if has & SPLITS else None, p.left.copy()
     bound = split.bound() if split else NO_BOUND
-    if has & PARTS:
-        _solve_parts(p, stages)
+    if has in (PARTS, SEARCHES):
+        _check_parts(p, stages, _solve_part if has == PARTS else _search_part)
     if has & LEAVES:
         if split:
             labelling = np.zeros(p.open.size, int)

@@ -2,7 +2,6 @@
 
 import difflib
 import importlib
-import json
 import os
 import sys
 import textwrap
@@ -13,7 +12,7 @@ import click
 from . import __version__
 from .failure import OK, USAGE, Failure, failing
 from .registry import ALIASES, EVERY, SOLVERS, find, name_label
-from .text import lines
+from .text import lines, parse
 
 
 def _spelt(option):
@@ -50,8 +49,7 @@ Solvers, their options, and the defaults of these (stride is hybrid-nl):
 {_table_of_solvers()}
 
 exact proves the minimum of the QUBO, ilp the best labelling; where the time is
-over, ilp's lower bound still holds. ilp is best on one-hot-sparse and reduced
-problems (qstereo reduce core.qcf -o s.qcf --encoding one-hot-sparse).
+over, ilp's lower bound still holds. ilp is best on reduced problems.
 
 D-Wave's services (qpu, hybrid-..) use your own account: `dwave config create`,
 or the environment variable DWAVE_API_TOKEN. Only coefficients and the label are
@@ -153,7 +151,7 @@ def _parameters(ctx, param, words):
         if key in found:
             raise click.BadParameter(f"{key} is given twice")
         try:
-            found[key] = json.loads(text)
+            found[key] = parse(text)
         except ValueError:
             raise click.BadParameter(f"{word} is not KEY=JSON; put a text in quotes: "
                                      f"'{key}=\"{text}\"'") from None

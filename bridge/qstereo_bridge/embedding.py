@@ -11,9 +11,12 @@ import contextlib
 import functools
 import hashlib
 import json
+import math
 import os
 import re
 import secrets
+import subprocess
+import sys
 import time
 from dataclasses import asdict, dataclass, fields, replace
 
@@ -24,8 +27,24 @@ from . import models, packing, services, tiles
 from .failure import NO, Error, FileError, SolverError
 from .output import save
 from .solvers import interruptible
+from .text import parse
 
 TIMEOUT = 100.0
+# Two graphs and options in, pairs of a variable and its qubit out. No module of the user's folder.
+# What it finds does not depend on how busy the machine is: it has 20 seconds of a processor.
+SUBGRAPH = """
+import sys
+sys.path = [place for place in sys.path if place]
+import json, networkx, resource
+resource.setrlimit(resource.RLIMIT_CPU, (20, 20))
+from minorminer.subgraph import find_subgraph
+*graphs, options = json.load(sys.stdin)
+def graph(nodes, edges):
+    found = networkx.Graph(edges)
+    found.add_nodes_from(nodes)
+    return found
+print(json.dumps(list(find_subgraph(*(graph(*one) for one in graphs), **options).items())))
+"""
 HEAD = {"schema": 1, "format": "qstereo-embedding"}
 SMALLEST, LARGEST = 2, 32
 
@@ -201,6 +220,9 @@ def find(source, chip, seed=None, timeout=TIMEOUT, progress=lambda text: None):
     if not chains:
         method, chains = "minorminer", search(source, chip, seed,
                                               timeout - (time.monotonic() - began), progress)
+        if max(map(len, chains.values()), default=2) > 1 and (
+                found := subgraph(source, chip, seed, timeout, progress)):
+            method, chains = "subgraph", found
     if not chains:
         raise NoEmbedding(f"no embedding found on {chip.name} within {timeout:g} s ({what}; "
                           f"{qubits:,} qubits)")
@@ -216,6 +238,23 @@ def search(source, chip, seed, timeout, progress=lambda text: None, **hints):
     return interruptible(lambda: minorminer.find_embedding(
         source.graph, chip.graph, random_seed=seed, timeout=timeout, **hints),
         lambda: progress("minorminer"))
+
+
+def subgraph(source, chip, seed, timeout, progress=lambda text: None):
+    """{variable: [qubit]}, chains of one, by the Glasgow Subgraph Solver; empty where it finds
+    none. In a process of its own, as it does not let Ctrl-C through to Python.
+    """
+    given = json.dumps([*([list(of.graph), list(of.graph.edges)] for of in (source, chip)),
+                        {"seed": seed, "timeout": max(1, math.ceil(timeout))}])
+    with subprocess.Popen([sys.executable, "-c", SUBGRAPH], stdin=subprocess.PIPE,
+                          stdout=subprocess.PIPE, start_new_session=True) as child:
+        try:
+            said, _ = interruptible(lambda: child.communicate(given.encode()),
+                                    lambda: progress("chains of one"))
+        except BaseException:
+            child.kill()
+            raise
+    return {variable: [qubit] for variable, qubit in json.loads(said or "[]")}
 
 
 def find_copies(source, chip, copies, first, seed=None, timeout=TIMEOUT,
@@ -252,7 +291,7 @@ def read(path):
     """The Embedding in a file. Raises OSError, NotThisOne."""
     with open(path, "rb") as stream:
         try:
-            found = json.load(stream)
+            found = parse(stream.read())
             told, chains = {name: found[name] for name in HEAD}, found["chains"]
             if told != HEAD:
                 raise ValueError(str(told))
@@ -260,7 +299,7 @@ def read(path):
                 raise ValueError("a chain holds something else than qubits")
             return Embedding(**{one.name: found[one.name] for one in fields(Embedding)[:-1]},
                              chains=dict(enumerate(chains)))
-        except (ValueError, KeyError, TypeError, RecursionError) as error:
+        except (ValueError, KeyError, TypeError) as error:
             raise NotThisOne(f"no embedding file ({type(error).__name__}: {error}); make one with "
                              "`qstereo-bridge embed`") from None
 

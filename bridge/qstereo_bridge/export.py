@@ -86,8 +86,10 @@ def inspect(options):
     if chains is None or len(chains) != len(whole):
         raise Failure(USAGE, f"{options.samples} does not tell the chains of the {len(whole):,} "
                       "variables; give --embedding E.json")
-    dwave.inspector.show(
-        whole.to_bqm(), samples.sampleset(whole),
-        DWaveSampler(solver=samples.info.get("service_solver")), embedding_context={
-            "embedding": dict(enumerate(chains)),
-            "chain_strength": samples.info.get("chain_strength")})
+    # The inspector reads the embedding from the samples' info, and warnings of another form.
+    found = samples.sampleset(whole)
+    found.info.pop("warnings", None)
+    found.info["embedding_context"] = {"embedding": dict(enumerate(chains)),
+                                       "chain_strength": samples.info.get("chain_strength")}
+    dwave.inspector.show(whole.to_bqm(), found,
+                         DWaveSampler(solver=samples.info.get("service_solver")))

@@ -21,10 +21,13 @@ from . import calls, cli, command, registry, remote, runner
 from .failure import BAD_INPUT, NO, OK, SERVICE, USAGE, Error, Failure, failing, io
 from .output import save
 from .problem import load_samples
+from .text import parse
 
 STEPS = "encode", "reduce", "solve", "decode", "score"
 COLUMNS = ("name", "variables", "variables_left", "energy", "lower_bound", "gap", "proven_optimal",
            "rms", "bad_0_5", "bad_1_0", "seconds", "charge", "error")
+# Seconds without any worker before frames are given up, and between two looks.
+PATIENCE, PAUSE = 120, 0.1
 
 
 def pairs(place):
@@ -88,11 +91,11 @@ def _known(frame, name, key, ends):
     """(The facts of the frame's steps, from its .json; whether the step `name` is done: made from
     the same, and its files are there)."""
     try:
-        state = json.loads(Path(f"{frame['base']}.json").read_bytes())
-    except (FileNotFoundError, ValueError):
-        state = {}
-    return state, state.get(name, {}).get("key") == key and all(
-        Path(frame["base"] + end).exists() for end in ends)
+        state = dict(parse(Path(f"{frame['base']}.json").read_bytes()))
+        done = dict(state.get(name, {})).get("key") == key
+    except (FileNotFoundError, ValueError, TypeError):
+        return {}, False
+    return state, done and all(Path(frame["base"] + end).exists() for end in ends)
 
 
 def _step(frame, name, key, ends, work):
@@ -221,6 +224,16 @@ def finished(frame, before, solving):
             "lower_bound": bound, "results": [result]}
 
 
+def _manned(client, paid):
+    """Whether there is a worker, for paid calls one that takes them."""
+    # scheduler_info() may name none: the client's own question in between asks for none.
+    with contextlib.suppress(OSError):
+        workers = client.sync(client.scheduler.identity, n_workers=-1)["workers"].values()
+        return any(not paid or worker.get("resources", {}).get("qpu") for worker in workers)
+    # The scheduler is gone.
+    return False
+
+
 @contextlib.contextmanager
 def _client(options, paid):
     """The Client of the scheduler, or of a cluster of this machine."""
@@ -236,8 +249,7 @@ def _client(options, paid):
             client = stack.enter_context(Client(place))
         except (OSError, ValueError) as error:
             raise Failure(SERVICE, f"{place}: cannot reach this scheduler: {error}") from None
-        workers = client.scheduler_info(n_workers=-1)["workers"].values()
-        if paid and not any(worker.get("resources", {}).get("qpu") for worker in workers):
+        if paid and not _manned(client, paid):
             raise Failure(SERVICE, f"{place}: no worker has the resource qpu, which paid calls "
                                    "need; start one with `dask worker ... --resources qpu=1`")
         yield client
@@ -255,18 +267,32 @@ def _summary(folder, problems, failed):
     save(folder / "summary.csv", table.getvalue().encode("utf-8", "surrogateescape"))
 
 
-def _ends(tasks, failed, tell):
+def _ends(client, tasks, failed, tell, paid=False):
     """The results of the tasks {task: frame's name}, as they come. The errors of others are told,
-    and put into `failed`, {name: error}."""
+    and put into `failed`, {name: error}; all that are left fail where there has been no worker for
+    them for PATIENCE seconds."""
     from dask.distributed import as_completed
 
-    for task in as_completed(tasks):
-        error = task.exception()
-        if error is None:
-            yield task.result()
-        else:
-            failed[tasks[task]] = str(error)
-            tell(f"{tasks[task]}: {error}")
+    def fail(task, error):
+        failed[tasks[task]] = str(error)
+        tell(f"{tasks[task]}: {error}")
+    left, ends, seen = dict(tasks), as_completed(tasks), time.monotonic()
+    while left:
+        for task in ends.next_batch(block=False):
+            del left[task]
+            lost = task.cancelled() and "the scheduler is lost; give the same command again"
+            if error := lost or task.exception():
+                fail(task, error)
+            else:
+                yield task.result()
+        if _manned(client, paid):
+            seen = time.monotonic()
+        elif time.monotonic() - seen >= PATIENCE:
+            for task in left:
+                fail(task, f"{'no worker with the resource qpu' if paid else 'no worker'} is left; "
+                           "start one and give the same command again")
+            return
+        time.sleep(PAUSE)
 
 
 def frames(options):
@@ -298,7 +324,7 @@ def frames(options):
             first[name] = frame, client.submit(reduced, frame, pure=False)
             if options.dry_run or options.max_charge:
                 plans[client.submit(planned, *first[name], pure=False)] = name
-        bill = sorted(_ends(plans, failed, tell), key=lambda one: one["frame"])
+        bill = sorted(_ends(client, plans, failed, tell), key=lambda one: one["frame"])
         if options.dry_run:
             remote.show_plans(options, "frames", bill)
             return NO if failed else OK
@@ -309,7 +335,7 @@ def frames(options):
             second = client.submit(solved, frame, before, pure=False,
                                    resources={"qpu": 1} if paid else None)
             tasks[client.submit(finished, frame, before, second, pure=False)] = name
-        for problem in _ends(tasks, failed, tell):
+        for problem in _ends(client, tasks, failed, tell, paid):
             problems.append(problem)
             tell(f"[{len(problems) + len(failed)}/{len(found)}] {problem['name']}: "
                  f"{_told(problem)}")
@@ -328,4 +354,4 @@ def _told(problem):
     result = problem["results"][0]
     proven = " (proven optimal)" * result["proven_optimal"]
     rms = f", rms {result['rms']:.2f}" if "rms" in result else ""
-    return f"energy {result['energy']:,}{proven}{rms}, {result['seconds']:.1f} s"
+    return f"energy {result['energy']}{proven}{rms}, {result['seconds']:.1f} s"

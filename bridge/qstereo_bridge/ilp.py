@@ -1,206 +1,173 @@
 """The solver ilp: the least H of all labellings, proven, by HiGHS's integer programs.
 
-A labelling has exactly one variable at 1 in every one-hot group (one with a penalty): there all
-penalties are 0 and are left out. A group without a penalty is so many free variables. Each
-connected part of the problem is a program of its own.
+A site is a one-hot group (one with a penalty), whose labels are its variables; a domain wall, whose
+label is how many of its variables are 1; or any other variable, whose label is its value.
 """
 
 import math
 import time
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import coo_array
 
-from . import models
+from . import merging, models, windows
 from .container import check_memory
 from .failure import SolverError
+from .qcf import DOMAIN_WALL
 from .solvers import Answer, interruptible
 
-# Peak memory of HiGHS for each entry of the matrix, as measured on programs of 10^5 entries.
-ENTRY_BYTES = 2500
+# Peak memory for each cost of a pair of labels, and of HiGHS for each entry of the matrix, as
+# measured on programs of 10^5 entries.
+COST_BYTES, ENTRY_BYTES = 80, 2500
 # What HiGHS takes for 0 in a reduced cost. All columns lie in [0, 1], so a bound of its is wrong
 # by this much a column at most.
 DUAL_TOLERANCE = 1e-7
 # Relative rounding of sums of doubles, far above what sums of 10^6 terms have.
 ROUNDING = 2.0**-40
-# Columns up to which small parts share a program: each call of HiGHS costs some milliseconds.
-BATCH = 200
 # Seconds that HiGHS may take to notice its time limit before its answer is no longer waited for.
 GRACE = 0.25
+# The cost of a label that a site does not have, above all sums; and passes that bound the rest.
+OUT, PASSES = 2**60, 200
 
 
-@dataclass
-class Form:
-    """H on all labellings: offset + sum_i linear_i x_i - sum_t cost_t * left_t * right_t, cost > 0.
+def factors(tables):
+    """(What rows cost, what columns cost, the rest): tables[k] as their sum, rest <= 0. Maxima are
+    taken from rows first or from columns first, whichever leaves more zeros."""
+    rows, columns = tables.max(2), tables.max(1)
+    forms = ((rows, (tables - rows[:, :, None]).max(1)),
+             ((tables - columns[:, None]).max(2), columns))
+    rests = [tables - of_rows[:, :, None] - of_columns[:, None] for of_rows, of_columns in forms]
+    best = np.argmin([np.count_nonzero(rest, (1, 2)) for rest in rests], 0)[:, None]
+    return (*(np.choose(best, parts) for parts in zip(*forms)), np.choose(best[:, None], rests))
 
-    The literal i < n is x_i, n + i is 1 - x_i. `coupling` is the coupling that each product is of,
-    `site` the one-hot group or free variable of each variable; `first` and `hot` say of each site
-    its first variable and whether it is a one-hot group. `twice`: no labelling costs less than the
-    half of its sum over the variables at 1. All are i64 arrays.
-    """
 
-    offset: int
-    linear: np.ndarray
-    twice: np.ndarray
-    left: np.ndarray
-    right: np.ndarray
-    cost: np.ndarray
-    coupling: np.ndarray
-    site: np.ndarray
-    first: np.ndarray
-    hot: np.ndarray
+class Labelling:
+    """H on all labellings: offset + sum of unary[site, label] + sum over pairs of sites of
+    tables[pair, label of left, label of right]; or with `reduced` for `unary` and `rest`, which is
+    not above 0, for `tables`. Arrays of i64, padded to the most labels of a site: `there` says
+    which are labels. Raises OverLimit."""
 
-    def best(self, costs):
-        """The labelling that is best by these costs of the variables alone."""
-        best, x = np.lexsort((costs, self.site))[self.first], np.zeros(costs.size, np.int64)
-        x[best[self.hot | (costs[best] < 0)]] = 1
+    def __init__(self, problem):
+        linear, (rows, columns, values), self.offset = models.expand(problem, penalties=False)
+        hot = problem.one_hot
+        self.wall = problem.encoding == DOMAIN_WALL and not hot.any()
+        begins = problem.of_variables(~hot & (not self.wall))
+        begins[problem.starts[:-1]] = True
+        first, self.site = np.flatnonzero(begins), np.cumsum(begins) - 1
+        more = ~hot[problem.group[first]]
+        # The label of its site that a variable stands for.
+        self.place = np.arange(linear.size) - first[self.site] + more[self.site]
+        last = np.bincount(self.site) - 1 + more
+        shape = last.size, int(last.max()) + 1
+        self.there = np.arange(shape[1]) <= last[:, None]
+        self.unary = np.zeros(shape, np.int64)
+        self.unary[self.site, self.place] = linear
+        own, far = self.site[rows], self.site[columns]
+        inner = own == far
+        np.add.at(self.unary, (own[inner], self.place[columns[inner]]), values[inner])
+        pairs, pair = np.unique((own * shape[0] + far)[~inner], return_inverse=True)
+        size = pairs.size * shape[1]**2
+        check_memory(COST_BYTES * size, problem.memory_limit, f"tables of {size:,} costs")
+        tables = np.zeros((pairs.size, shape[1], shape[1]), np.int64)
+        tables[pair, self.place[rows[~inner]], self.place[columns[~inner]]] = values[~inner]
+        if self.wall:
+            self.unary, tables = self.unary.cumsum(1), tables.cumsum(1).cumsum(2)
+        self.left, self.right = pairs // shape[0], pairs % shape[0]
+        # What is no label costs what the last one does, so that no maximum of a table is another.
+        ends = np.minimum(np.arange(shape[1]), last[[self.left, self.right], None])
+        tables = np.take_along_axis(np.take_along_axis(
+            tables, ends[0, :, :, None], 1), ends[1, :, None], 2)
+        *costs, rest = factors(tables)
+        rest[~(self.there[self.left][:, :, None] & self.there[self.right][:, None])] = 0
+        # A pair without a rest is no pair: its costs are those of its sites.
+        kept = rest.any((1, 2))
+        for site, of_end in zip((self.left, self.right), costs):
+            np.add.at(self.unary, site[~kept], of_end[~kept])
+        self.reduced = self.unary.copy()
+        for site, of_end in zip((self.left, self.right), costs):
+            np.add.at(self.reduced, site[kept], of_end[kept])
+        self.left, self.right, self.tables, self.rest = (
+            array[kept] for array in (self.left, self.right, tables, rest))
+
+    def bits(self, x):
+        """The state of a labelling: i64 array."""
+        label = x[self.site]
+        return (self.place <= label if self.wall else self.place == label).astype(np.int64)
+
+    def labels(self, bits):
+        """The labelling of a state."""
+        x, ones = np.zeros(self.there.shape[0], np.int64), np.flatnonzero(bits)
+        np.maximum.at(x, self.site[ones], self.place[ones])
         return x
 
-    def products(self, x):
-        """The value of each product in the state `x`."""
-        literals = np.concatenate((x, 1 - x))
-        return literals[self.left] * literals[self.right]
+    def energies(self, x, part):
+        """i64 array (sites,): at the number of each part what a labelling costs there."""
+        total = np.zeros(x.size, np.int64)
+        np.add.at(total, part, self.unary[np.arange(x.size), x])
+        np.add.at(total, part[self.left],
+                  self.tables[np.arange(self.left.size), x[self.left], x[self.right]])
+        return total
+
+    def better(self, states, part):
+        """(The labelling that is in each part the best of these states, its energies)."""
+        found = [self.labels(bits) for bits in states]
+        energies = np.array([self.energies(x, part) for x in found])
+        return np.choose(energies.argmin(0)[part], found), energies.min(0)
 
 
-def _not_above_zero(table):
-    """table[i, j] = of_rows[i] + of_columns[j] + rest[i, j] with rest <= 0: maxima are taken from
-    the rows first or from the columns first, whichever leaves more zeros."""
-    def rows_first(table):
-        of_rows = table.max(1)
-        of_columns = (table - of_rows[:, None]).max(0)
-        return of_rows, of_columns, table - of_rows[:, None] - of_columns
+def beliefs(p, scale, over):
+    """i64 array (sites, labels): bounds, in 1 / scale, of what labels cost. H less the offset is at
+    least the sum of each site's least, and with another label by so much more. over(beliefs) ends
+    the passes.
 
-    one, (columns, rows, rest) = rows_first(table), rows_first(table.T)
-    nothing = np.zeros(table.shape[0], int), np.zeros(table.shape[1], int), table
-    forms = [one, (rows, columns, rest.T)] + [nothing] * bool((table <= 0).all())
-    return min(forms, key=lambda form: np.count_nonzero(form[2]))
-
-
-def _add(total, ends, times, costs):
-    """Adds to the totals of variables what rows and columns of a block cost, in each coupling."""
-    for first, of_end in zip(ends, costs):
-        np.add.at(total, first + np.arange(of_end.size), times * of_end)
-
-
-def reduce(problem):
-    """The Form of `problem`, each of its blocks written with factors below 0. Raises OverLimit."""
-    starts, one_hot, linear = problem.starts[:-1], problem.one_hot, problem.linear.copy()
-    free, n = ~problem.of_variables(one_hot), linear.size
-    begins, twice = free.copy(), 2 * problem.linear
-    begins[starts] = True
-    first = np.flatnonzero(begins)
-    g, h, block, weight = problem.couplings
-    kind = 8 * block + 4 * (g == h) + 2 * (one_hot[g] & one_hot[h]) + (weight < 0)
-    parts, entries = [np.empty((4, 0), np.int64)], 0
-    for each in np.unique(kind[weight != 0]).tolist():
-        content, these = problem.blocks[each // 8], np.flatnonzero((kind == each) & (weight != 0))
-        rows, columns = content.shape
-        check_memory(40 * rows * columns, problem.memory_limit,
-                     f"a block of {rows:,} x {columns:,}")
-        table = content.astype(np.int64) * (-1 if each & 1 else 1)
-        table = np.triu(table, 1) if each & 4 else table
-        above, beside = starts[g[these], None], starts[h[these], None]
-        ends, times = (above, beside), np.abs(weight[these, None])
-        shares = [np.minimum(table, 0).sum(axis) for axis in (1, 0)]
-        if each & 2:
-            *unary, rest = _not_above_zero(table)
-            _add(linear, ends, times, unary)
-            # Each end has half of what the block costs at least; where no product is left, its own.
-            shares = ([table.min(axis) for axis in (1, 0)] if rest.any() else
-                      [2 * costs for costs in unary])
-            table = rest
-        _add(twice, ends, times, shares)
-        i, j = np.nonzero(table)
-        entries += 3 * i.size * these.size
-        check_memory(ENTRY_BYTES * entries, problem.memory_limit,
-                     f"an integer program of {entries:,} entries")
-        left, right, value = above + i, beside + j, times * table[i, j]
-        # What is above 0 has a free variable: v x y = v y - v (1 - x) y.
-        for this, other in ((left, right), (right, left)):
-            turned = (value > 0) & free[this % n]
-            np.add.at(linear, other[turned] % n, value[turned])
-            this[turned] += n
-            value[turned] *= -1
-        number = np.broadcast_to(these[:, None], value.shape)
-        parts.append(np.stack([left, right, -value, number]).reshape(4, -1))
-    return Form(problem.offset, linear, twice, *np.concatenate(parts, axis=1),
-                np.cumsum(begins) - 1, first, ~free[first])
-
-
-def descend(problem, form, x, over):
-    """Better labellings until over(), or no site alone has one. In each step a share of the sites
-    that gain moves; the share is halved where neighbours spoil it for each other."""
-    linear, (rows, columns, values), _ = models.expand(problem, penalties=False)
-    matrix = coo_array((values, (rows, columns)), (x.size, x.size)).tocsr()
-    matrix, lot, share = matrix + matrix.T, np.random.default_rng(0), 1.0
-    while not over():
-        costs = linear + matrix @ x
-        # Of two labels that cost the same the old one stays.
-        change = form.best(2 * costs - x) - x
-        sites = np.unique(form.site[change != 0])
-        if not sites.size:
+    Sites share their costs among their pairs, and each pair gives half of what its labels cost at
+    least back to either end. No such pass lowers the bound, and all numbers are whole.
+    """
+    belief, tables = scale * np.where(p.there, p.unary, OUT // scale), scale * p.tables
+    degree = np.bincount(np.append(p.left, p.right), minlength=p.there.shape[0])[:, None]
+    before = None
+    for _ in range(PASSES):
+        share = belief // np.maximum(degree, 1) * (degree > 0)
+        belief -= share * degree
+        tables += share[p.left][:, :, None] + share[p.right][:, None]
+        halves = tables.min(2) // 2, tables.min(1) // 2
+        tables -= halves[0][:, :, None] + halves[1][:, None]
+        np.add.at(belief, p.left, halves[0])
+        np.add.at(belief, p.right, halves[1])
+        total = belief.min(1).sum()
+        if over(belief) or before is not None and total - before < scale:
             break
-        moving = lot.choice(sites, math.ceil(share * sites.size), replace=False)
-        step = np.where(np.isin(form.site, moving), change, 0)
-        better = 2 * (costs @ step) + step @ (matrix @ step) < 0
-        x, share = (x + step, min(1.0, 2 * share)) if better else (x, share / 2)
-    return x
+        before = total
+    return belief
 
 
-def split(form):
-    """(The program of each variable, numbered from the smallest on, -1 at sites without products;
-    how many connected parts there are.) Small parts share a program."""
-    left, right = form.left % form.linear.size, form.right % form.linear.size
-    part = models.components(form.hot.size, form.site[left], form.site[right])[form.site]
-    met = np.bincount(part[left], minlength=part.size)
-    sizes = np.where(met > 0, met + np.bincount(part, minlength=part.size), 0)
-    order = np.argsort(sizes, kind="stable")
-    batch = np.where(sizes[order] > 0, np.cumsum(sizes[order]) // BATCH, -1)
-    program = np.empty_like(order)
-    program[order] = np.unique(np.append(-1, batch), return_inverse=True)[1][1:] - 1
-    return program[part], int(np.sum(met > 0))
-
-
-def bounds_of(form, program):
-    """A bound of each program without any search: every site for itself. i64 array."""
-    least = np.minimum.reduceat(form.twice, form.first)
-    bounds, inside = np.zeros(program.max() + 1, np.int64), program[form.first] >= 0
-    np.add.at(bounds, program[form.first][inside],
-              np.where(form.hot, least, np.minimum(least, 0))[inside])
-    return -(-bounds // 2)
-
-
-def better_of(form, program, x, other):
-    """Of two states the better one in each program; `x` at sites without products."""
-    change = np.zeros(program.max() + 2, np.int64)
-    np.add.at(change, program, form.linear * (other - x))
-    np.subtract.at(change, program[form.left % form.linear.size],
-                   form.cost * (form.products(other) - form.products(x)))
-    change[-1] = 0
-    return np.where(change[program] < 0, other, x)
-
-
-def constraints(form, variables, products):
-    """Of a program with columns for these variables and products. sum = 1 for each one-hot group.
-    For each literal and each site that it meets in a coupling the sum of their products is at most
-    the literal: the relaxation by marginals of sites and pairs, without what costs nothing."""
-    n, left, right = form.linear.size, form.left[products], form.right[products]
-    literal, other = np.concatenate((left, right)), np.concatenate((right, left))
-    (_, literal, _), link = np.unique(
-        np.stack([np.tile(form.coupling[products], 2), literal, form.site[other % n]]), axis=1,
-        return_inverse=True)
-    hot = np.flatnonzero(form.hot[form.site[variables]])
-    group = np.unique(form.site[variables[hot]], return_inverse=True)[1]
-    groups, product = group.max(initial=-1) + 1, variables.size + np.arange(products.size)
-    rows = np.concatenate((group, groups + link.ravel(), groups + np.arange(literal.size)))
-    columns = np.concatenate((hot, product, product, np.searchsorted(variables, literal % n)))
-    entries = np.concatenate((np.ones(rows.size - literal.size), np.where(literal < n, -1.0, 1.0)))
-    matrix = coo_array((entries, (rows, columns)),
-                       (groups + literal.size, variables.size + products.size))
-    return LinearConstraint(matrix.tocsr(), np.repeat([1.0, -np.inf], [groups, literal.size]),
-                            np.concatenate((np.ones(groups), literal >= n)))
+def program(p, sites, there, limit):
+    """(Costs, constraints) of the program of some sites with the labels `there`, bool (sites,
+    labels): a column for each label, then one for each product of two labels that lowers the cost.
+    One label of each site is 1, and at each label the products of each pair are at most the label,
+    in all: the relaxation by marginals of sites and pairs, without what costs nothing."""
+    inside, number = np.zeros(p.there.shape, bool), np.full(p.there.shape, -1)
+    inside[sites] = there
+    count = int(inside.sum())
+    number[inside] = np.arange(count)
+    pair, one, other = np.nonzero(p.rest * (inside[p.left][:, :, None] & inside[p.right][:, None]))
+    entries = count + 4 * pair.size
+    check_memory(ENTRY_BYTES * entries, limit, f"an integer program of {entries:,} entries")
+    ends = np.append(number[p.left[pair], one], number[p.right[pair], other])
+    _, chosen, link = np.unique(
+        np.append(pair, pair + p.left.size) * p.there.shape[1] + np.append(one, other),
+        return_index=True, return_inverse=True)
+    groups, product = sites.size, count + np.arange(pair.size)
+    rows = np.concatenate((np.nonzero(there)[0], groups + link.ravel(),
+                           groups + np.arange(chosen.size)))
+    columns = np.concatenate((np.arange(count), product, product, ends[chosen]))
+    entries = np.repeat([1.0, -1.0], [rows.size - chosen.size, chosen.size])
+    matrix = coo_array((entries, (rows, columns)), (groups + chosen.size, count + pair.size))
+    sides = (np.repeat([low, high], [groups, chosen.size]) for low, high in (
+        (1.0, -np.inf), (1.0, 0.0)))
+    return (np.append(p.reduced[inside], p.rest[pair, one, other]),
+            LinearConstraint(matrix.tocsr(), *sides))
 
 
 def solve(costs, count, rules, best, low, seconds):
@@ -237,43 +204,56 @@ class Search:
     def __init__(self, problem, options):
         self.problem = problem
         self.stop = time.monotonic() + (options.time_limit or math.inf)
-        self.bits, self.bound, self.text = np.zeros(problem.linear.size, np.int64), None, "building"
-        self.bits[problem.starts[:-1][problem.one_hot]] = 1
-        self.info = {"components": 0, "programs": 0, "open_programs": 0}
-
-    def over(self):
-        return time.monotonic() >= self.stop
+        self.bits, self.bound, self.text = problem.known, None, "building"
+        if self.bits is None:
+            self.bits = windows.begin(problem)
+        self.info = {"components": 0, "open_components": 0}
 
     def run(self):
-        form = reduce(self.problem)
-        self.bits, (program, parts) = form.best(form.linear), split(form)
-        of_product, alone = program[form.left % form.linear.size], program < 0
-        bounds = bounds_of(form, program)
-        rest = form.offset + int(form.linear[alone] @ self.bits[alone])
-        self.bound = rest + int(bounds.sum())
-        self.info = {"components": parts, "programs": bounds.size, "open_programs": bounds.size}
-        self.bits = descend(self.problem, form, self.bits, self.over)
-        if self.problem.known is not None:
-            self.bits = better_of(form, program, self.bits, self.problem.known.astype(np.int64))
-        for k, low in enumerate(bounds.tolist()):
-            variables, products = np.flatnonzero(program == k), np.flatnonzero(of_product == k)
-            self.text = f"program {k + 1:,} of {bounds.size:,}, {variables.size:,} variables"
-            costs = np.concatenate((form.linear[variables], -form.cost[products]))
+        problem, p = self.problem, Labelling(self.problem)
+        scale = OUT // 2 // int(problem.magnitude(np.int64) + 1)
 
-            def energy(x):
-                return int(costs @ np.concatenate((x[variables], form.products(x)[products])))
-            best = energy(self.bits)
-            if best > low and not self.over():
-                values, bounds[k] = solve(
-                    costs, variables.size, constraints(form, variables, products), best, low,
-                    self.stop - time.monotonic())
-                x = self.bits.copy()
-                x[variables] = self.bits[variables] if values is None else values
+        def over(belief):
+            if problem.known is None:
+                self.bits = p.bits(belief.argmin(1))
+            self.bound = p.offset - int(-belief.min(1).sum() // scale)
+            return time.monotonic() >= self.stop
+        self.text = "bounding"
+        belief, part = beliefs(p, scale, over), models.components(len(p.there), p.left, p.right)
+        least, bounds = belief.min(1), np.zeros(part.size, np.int64)
+        np.add.at(bounds, part, least)
+        room, bounds = -bounds, -(-bounds // scale)
+        states = [p.bits(belief.argmin(1))] + [problem.known] * (problem.known is not None)
+        x, best = p.better(states, part)
+        self.tell(p, x, best, bounds)
+        x, best = p.better([p.bits(x), *merging.descend(problem, p.bits(x)[None])], part)
+        open_parts = np.flatnonzero(best > bounds)
+        self.info["components"] = np.unique(part[p.left]).size
+        order = open_parts[np.argsort(np.bincount(part)[open_parts], kind="stable")]
+        for number, k in enumerate(order.tolist(), 1):
+            self.tell(p, x, best, bounds)
+            if time.monotonic() >= self.stop:
+                break
+            sites = np.flatnonzero(part == k)
+            self.text = f"program {number:,} of {order.size:,}, {sites.size:,} sites"
+            # No better labelling has a label that costs more than what is between best and bound.
+            there = belief[sites] - least[sites, None] <= room[k] + scale * best[k]
+            costs, rules = program(p, sites, there, problem.memory_limit)
+            values, bounds[k] = solve(costs, there.sum(), rules, int(best[k]), int(bounds[k]),
+                                      self.stop - time.monotonic())
+            if values is not None:
                 # What the search finds is checked like anything from outside.
-                if energy(x) < best and models.feasible(self.problem, x[None]).all():
-                    self.bits, best = x, energy(x)
-                self.bound = rest + int(bounds.sum())
-            self.info["open_programs"] -= best <= int(bounds[k])
+                chosen, y = np.zeros(there.shape, np.int64), x.copy()
+                chosen[there] = values
+                y[sites] = chosen.argmax(1)
+                energy = int(p.energies(y, part)[k])
+                if (chosen.sum(1) == 1).all() and energy < best[k]:
+                    x, best[k] = y, energy
+        self.tell(p, x, best, bounds)
+
+    def tell(self, p, x, best, bounds):
+        self.bits, self.bound = p.bits(x), p.offset + int(bounds.sum())
+        self.info["open_components"] = int((best > bounds).sum())
 
 
 def ilp(problem, options, progress):

@@ -27,7 +27,7 @@ from .failure import BAD_INPUT, IO, NO, SERVICE, Error, Failure, SolverError, io
 from .output import sync_folder, temporary
 from .qsf import plain
 from .services import connect, explain
-from .text import line, shown
+from .text import line, parse, shown
 
 try:
     import fcntl
@@ -129,8 +129,8 @@ class Job(Held):
         data = job.take()
         if data is None:
             return job
-        with contextlib.suppress(ValueError, KeyError, TypeError, RecursionError):
-            facts = json.loads(data)
+        with contextlib.suppress(ValueError, KeyError, TypeError):
+            facts = parse(data)
             if _sound(facts):
                 job.facts = facts
                 return job

@@ -3,7 +3,8 @@
 Merging is partition crossover (Whitley, Hains and Howe 2009). Let D be the variables in which two
 states differ. No coupling joins two connected components of the couplings on D, so each component
 changes H by an amount of its own, and those that lower H are taken: of m components the best of 2^m
-states. All numbers are exact integers.
+states. In the same way whole regions of a label are given another one. All numbers are exact
+integers.
 """
 
 from __future__ import annotations
@@ -110,10 +111,16 @@ class Merger(States):
         super().__init__(problem, bits[None])
         self.place = np.full(bits.size, -1)
 
-    def take(self, other):
-        """Take the components of the difference to `other` that lower H; whether there are any."""
+    def merge(self, other):
+        """Merge the state `other`; whether H has fallen."""
+        return self.take(np.flatnonzero(self.bits[0] != other))
+
+    def take(self, differ):
+        """Flip those components of the variables `differ`, sorted, that lower H; whether there are
+        any."""
+        if not differ.size:
+            return False
         bits, problem = self.bits[0], self.problem
-        differ = np.flatnonzero(bits != other)
         sign, group = 1 - 2 * bits[differ].astype(np.int64), problem.group[differ]
         at, column, value = self.terms.of_rows(differ)
         self.place[differ] = np.arange(differ.size)
@@ -128,12 +135,37 @@ class Merger(States):
         total, spoilt = np.zeros(differ.size, np.int64), np.zeros(differ.size, bool)
         np.add.at(total, label, gains)
         # A group with one variable at 1 keeps that.
-        lost = problem.one_hot & (models.ones(problem, self.bits)[0] == 1) & (
-            models.ones(problem, other[None])[0] != 1)
-        np.logical_or.at(spoilt, label, lost[group])
+        run = np.cumsum(np.append(0, group[1:] != group[:-1]))
+        lost = problem.one_hot[group] & (np.bincount(run, sign) != 0)[run]
+        if lost.any():
+            lost &= (models.ones(problem, self.bits)[0] == 1)[group]
+        np.logical_or.at(spoilt, label, lost)
         taken = differ[(total < 0)[label] & ~spoilt[label]]
         self.flip(np.zeros(taken.size, np.int64), taken)
         return taken.size > 0
+
+    def recolour(self):
+        """Give regions the label of a neighbour, each where that lowers H; whether there are any. A
+        region is what couplings join of the one-hot groups with one label. Descent moves one group
+        at a time, and where all reads err in the same region, merging them cannot mend it."""
+        problem, starts, found = self.problem, self.problem.starts[:-1], False
+        sound = problem.one_hot & (models.ones(problem, self.bits)[0] == 1)
+        at = np.flatnonzero(self.bits[0] & problem.of_variables(sound))
+        label = np.full(starts.size, -1)
+        label[problem.group[at]] = at - starts[problem.group[at]]
+        near, far = np.append(problem.edges, problem.edges[::-1], axis=1)
+        near, far = np.stack([near, far])[:, (label[near] >= 0) & (label[far] >= 0)]
+        alike = label[near] == label[far]
+        region = models.components(starts.size, near[alike], far[alike])
+        # Label, that of a neighbour, region; those of one pair of labels stand together.
+        touch = np.unique(np.stack([label[near], label[far], region[near]])[:, ~alike], axis=1)
+        cuts = np.flatnonzero(np.diff(touch[:2]).any(axis=0)) + 1
+        for these in np.split(touch, cuts, axis=1) if touch.size else ():
+            old, new = these[:2, 0]
+            first = starts[np.isin(region, these[2]) & (problem.sizes > new)]
+            first = first[self.bits[0, first + old] == 1]
+            found |= self.take(np.sort(np.append(first + old, first + new)))
+        return found
 
 
 def merged(problem, bits):
@@ -144,15 +176,19 @@ def merged(problem, bits):
 
     problem     qcf.Coefficients
     bits        u8 array (samples, n), at least one sample
+    Raises OverLimit.
     """
     if not bits.size:
         return bits[0]
+    reads, n = bits.shape
+    check_memory(ENTRY_BYTES * min(n * reads, max(BLOCK, n)), problem.memory_limit,
+                 f"descent of {reads:,} samples of {n:,} variables")
     states = np.unique(np.packbits(descend(problem, bits), axis=1), axis=0)
     states = np.unpackbits(states, axis=1, count=bits.shape[1])
     order = np.lexsort((models.energies(problem, states), ~models.feasible(problem, states)))
     merger = Merger(problem, states[order[0]])
     # Another round may find more: what was taken last changes what the first ones offer.
-    while any([merger.take(states[at]) for at in order[1:]]):
+    while any([merger.merge(states[at]) for at in order[1:]]) or merger.recolour():
         pass
     return merger.bits[0]
 
@@ -175,9 +211,6 @@ def finished(problem, samples, known=None):
     bits, records, reads = samples.bits, samples.records, samples.records.size
     if not reads:
         return samples
-    n = bits.shape[1]
-    check_memory(ENTRY_BYTES * min(n * reads, max(BLOCK, n)), problem.memory_limit,
-                 f"descent of {reads:,} samples of {n:,} variables")
     others = bits[:0] if known is None else known[None]
     result = merged(problem, np.append(bits, others, axis=0))[None]
     energy, best = models.energies(problem, result), best_of(problem, samples)

@@ -216,8 +216,8 @@ def check_known(problem):
     if problem.known is not None and problem.stated_bound is not None:
         energy = int(energies(problem, problem.known[None])[0])
         if energy < problem.stated_bound:
-            raise Corrupt(f"chunk best: it states the lower bound {problem.stated_bound:,}, but "
-                          f"its labelling has {energy:,}, in integer units: one of them is wrong, "
+            raise Corrupt(f"chunk best: it states the lower bound {problem.stated_bound}, but "
+                          f"its labelling has {energy}, in integer units: one of them is wrong, "
                           "so reduce the problem again")
 
 

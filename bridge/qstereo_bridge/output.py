@@ -20,26 +20,28 @@ def sync_folder(path):
 
 @contextlib.contextmanager
 def temporary(path):
-    """(name, stream) of a new file beside `path`, under a name that nobody can have put a link at.
-    It is removed where the `with` fails, and is else to get its own name there."""
-    name = f"{path}.{secrets.token_hex(8)}.tmp"
-    stream = open(name, "xb+")
+    """(name, stream) of a new file in the folder of `path`, under a short name that nobody can have
+    put a link at. When the `with` ends, or a signal ends all, it has got its own name or goes."""
+    name = os.path.join(os.path.dirname(path), f".qstereo-{secrets.token_hex(8)}.tmp")
+    stream = open(name, "xb")
+    Output.pending.add(name)
     try:
         yield name, stream
     except BaseException:
         # What is buffered fails once more where the disk is full.
-        for step in (stream.close, lambda: os.remove(name)):
-            with contextlib.suppress(OSError):
-                step()
+        with contextlib.suppress(OSError):
+            stream.close()
         raise
+    finally:
+        with contextlib.suppress(OSError):
+            os.remove(name)
+        Output.pending.discard(name)
 
 
 class Output:
     """The file `path` ("-": stdout), made ready before the solver's work, so that nothing forbids
-    writing after it.
-
-    A regular file is written under a short name in the same folder. keep() gives it its own;
-    without it the end of the `with` removes it. All methods raise OSError.
+    writing after it. keep() gives it its own name, as one step; without it the end of the `with`
+    removes it. All methods raise OSError.
 
     pending     the temporaries of all outputs
     kept        whether a signal comes too late: what was to be written is
@@ -48,7 +50,8 @@ class Output:
     pending, kept = set(), False
 
     def __init__(self, path, last=True):
-        self.path, self.straight, self.last, self.temporary = path, path == "-", last, None
+        self.path, self.straight, self.last = path, path == "-", last
+        self.end = contextlib.ExitStack()
         if self.straight:
             return
         # stat and not os.path.exists, which passes over names that are too long.
@@ -66,9 +69,8 @@ class Output:
         folder = os.path.dirname(self.path)
         if not os.path.isdir(folder):
             raise FileNotFoundError(f"there is no folder {folder}; make it first")
-        self.temporary = os.path.join(folder, f".qstereo-{secrets.token_hex(8)}.tmp")
-        self.stream = open(self.temporary, "xb")
-        Output.pending.add(self.temporary)
+        self.temporary, self.stream = self.end.enter_context(temporary(self.path))
+        self.end.callback(self.stream.close)
 
     def write(self, data):
         if self.straight:
@@ -86,8 +88,7 @@ class Output:
         if not self.straight:
             os.replace(self.temporary, self.path)
             sync_folder(self.path)
-        Output.pending.discard(self.temporary)
-        self.temporary, Output.kept = None, self.last
+        Output.kept = self.last
 
     @staticmethod
     def abandon():
@@ -100,11 +101,7 @@ class Output:
         return self
 
     def __exit__(self, *error):
-        if self.temporary:
-            self.stream.close()
-            with contextlib.suppress(OSError):
-                os.remove(self.temporary)
-            Output.pending.discard(self.temporary)
+        return self.end.__exit__(*error)
 
 
 def save(file, data):

@@ -48,6 +48,7 @@ class Coefficients:
     sides           list of (type, bytes): side chunks
     scale           integer units in one real unit
     encoding        the number of the encoding, None where the file does not tell it
+    labels          how many labels the whole problem has, 0 where the file does not tell it
     known           u8 array (n,): the best labelling known, or None where the file carries none
     stated_bound    the lower bound of H that the file states beside it, or None: a claim
     digest          SHA-256 of the file, 32 bytes, by which samples know their problem
@@ -65,6 +66,7 @@ class Coefficients:
     sides: list = field(default_factory=list)
     scale: int = 1
     encoding: int = None
+    labels: int = 0
     known: np.ndarray = None
     stated_bound: int = None
     digest: bytes = b""
@@ -270,6 +272,30 @@ def _labl(sides):
     return scale, numbers[LABL_ENCODING // 4], numbers[LABL_LABELS // 4]
 
 
+def kept(problem):
+    """(The chunk kept as a Payload behind its head; how many sites the whole problem has; bytes of
+    a site's fixed label, 0 where all labels of all sites are kept). Raises Corrupt."""
+    part = Payload("kept", dict(problem.sides).get("kept", bytes(8)))
+    sites, width = part.unpack("<II")
+    part.need(width in (0, 1, 2), f"width {width}")
+    return part, sites, width
+
+
+def label_sets(problem):
+    """(Which labels each site keeps, bool (sites, labels); which sites are undecided), as the
+    chunks labl and kept say. Raises Corrupt."""
+    part, sites, width = kept(problem)
+    if not width:
+        sites = sites or problem.sizes.size
+        return np.ones((sites, problem.labels), bool), np.ones(sites, bool)
+    fixed, row = part.array(f"<u{width}", sites).astype(int), -(-problem.labels // 8)
+    undecided, sets = fixed == 256**width - 1, np.arange(problem.labels) == fixed[:, None]
+    count = np.count_nonzero(undecided)
+    packed = part.array("u1", count * row).reshape(count, row)
+    sets[undecided] = np.unpackbits(packed, 1, problem.labels, "little")
+    return sets, undecided
+
+
 def _best(sides, sizes, encoding, labels):
     """(known, stated_bound) of the side chunk best: (None, None) without one."""
     found = dict(sides).get("best")
@@ -316,7 +342,7 @@ def parse_qcf(data, limit=DEFAULT_LIMIT):
         sizes, blocks, read("CPLS", _couplings, len(blocks), groups, couplings),
         read("LINR", _linear, n), *read("PNLT", _penalties, groups),
         read("OFFS", lambda part: part.unpack("<q")[0]), sides, scale, encoding,
-        *_best(sides, sizes, encoding, labels), hashlib.sha256(data).digest(), data, limit)
+        labels, *_best(sides, sizes, encoding, labels), hashlib.sha256(data).digest(), data, limit)
     _check(problem)
     return problem
 

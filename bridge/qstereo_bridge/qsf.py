@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import struct
 import unicodedata
@@ -15,6 +16,7 @@ from .container import (DEFAULT_LIMIT, MAX_COUNT, Corrupt, check_memory, pack, r
                         read_header, read_stream)
 from .failure import InputError
 from .output import save
+from .text import parse
 
 if TYPE_CHECKING:
     import dimod
@@ -93,10 +95,20 @@ def _no_constant(word):
     raise ValueError(f"{word} is not JSON")
 
 
+def _number(kind):
+    """A reader of numbers that a double holds, of at most 1,000 characters."""
+    def read(text):
+        if len(text) > 1000 or math.isinf(float(text)):
+            raise ValueError("a number that no double holds")
+        return kind(text)
+    return read
+
+
 def _read_info(chunk):
     try:
-        info = json.loads(_text(chunk, "INFO"), parse_constant=_no_constant)
-    except (ValueError, RecursionError) as error:
+        info = parse(_text(chunk, "INFO"), parse_constant=_no_constant, parse_int=_number(int),
+                     parse_float=_number(float))
+    except ValueError as error:
         raise Corrupt(f"chunk INFO: {error}") from None
     if not isinstance(info, dict):
         raise Corrupt("chunk INFO: not a JSON object")

@@ -6,7 +6,6 @@ report.html.j2.
 
 import csv
 import io
-import json
 import re
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from .failure import Error, InputError
 from .failure import io as reading
 from .output import save
 from .qsf import parse_qsf
+from .text import parse
 
 COLUMNS = {"solver": "method", "energy": "energy", "gap": "gap", "rms": "rms, pixels",
            "bad_0_5": "bad-0.5, %", "bad_1_0": "bad-1.0, %", "seconds": "seconds",
@@ -72,14 +72,14 @@ def load(path):
 
 
 def read_json(file):
-    said = json.loads(file.read_text(encoding="utf-8"))
+    said = parse(file.read_text(encoding="utf-8"))
     return [one for one in said.get("problems", [said])
             if isinstance(one.get("results"), list) or "variables_after" in one]
 
 
 def read_journal(file):
     """The journal of a run in windows; its bound is in the samples beside it."""
-    lines = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
+    lines = [parse(line) for line in file.read_text(encoding="utf-8").splitlines()]
     if lines[0].get("format") != "qstereo-journal":
         raise ValueError("it is no journal of a run in windows")
     bound = None
@@ -282,9 +282,9 @@ def page_of(sections, title, before=()):
 
 
 def command(options):
-    problems, parts = load(options.results), {}
+    parts = {}
     try:
-        sections = sections_of(problems)
+        sections = sections_of(load(options.results))
     except Error:
         raise
     except (ValueError, TypeError, AttributeError, KeyError) as error:

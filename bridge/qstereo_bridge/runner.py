@@ -11,7 +11,7 @@ from . import merging, models, problem as api, qsf, registry
 from .container import FormatError, OverLimit
 from .failure import IO, Failure, SolverError, io
 from .output import Output
-from .qcf import read_qcf
+from .qcf import DOMAIN_WALL, read_qcf
 from .solvers import Answer, nothing_to_decide, samples_of
 from .text import line, lines
 
@@ -157,11 +157,14 @@ def _summary(options, problem, answer, samples, seconds):
     least, bound = min(energies.tolist(), default=None), answer.lower_bound
     # A minimum of H that is no labelling proves nothing of the labellings.
     proven = bound is not None and bool((good == bound).any())
+    # Of the states of domain walls only labellings are those of an integer program.
+    of_what = ("optimal" if told else "best of all labellings"
+               if answer.objective and problem.encoding == DOMAIN_WALL else "least of the QUBO")
     figures = {key: real(value, problem.scale) for key, value in {
         "energy": least, "lower_bound": bound, "gap": None if bound is None else least - bound,
         "best_energy": min(good.tolist(), default=None)}.items()}
     bounded = ("" if bound is None else
-               f" (proven {'optimal' if told else 'least of the QUBO'})" if proven else
+               f" (proven {of_what})" if proven else
                f" (at most {figures['gap']} above the least)" if bound < least else
                " (the minimum of the QUBO is infeasible: the penalty is too small)")
     best = ("`qstereo validate` says which samples are labellings" if not told else

@@ -106,25 +106,37 @@ def nothing_to_decide(problem):
                   lower_bound=problem.offset)
 
 
-def _prepared(problem, options):
-    """(The model for a sampler here, after a look at the room that its samples will take; the seed
-    that was asked for, or one that can be told afterwards)."""
+def _sampled(problem, sampler, tick, **parameters):
+    """The SampleSet of a dimod sampler, which need not be one that waits."""
+    bqm = models.to_bqm(problem)
+
+    def work():
+        found = sampler.sample(bqm, **parameters)
+        found.resolve()
+        return found
+    return interruptible(work, tick)
+
+
+def _reads(problem, options):
+    """The parameters of a sampler here, after a look at the room that its samples will take; the
+    seed is one that can be told afterwards."""
     check_memory(16 * problem.linear.size * options.num_reads, problem.memory_limit,
                  f"{options.num_reads:,} samples of {problem.linear.size:,} variables")
-    return (models.to_bqm(problem),
-            secrets.randbelow(2**31) if options.seed is None else options.seed)
+    return {"num_reads": options.num_reads,
+            "seed": secrets.randbelow(2**31) if options.seed is None else options.seed}
 
 
 def _beta_range(problem):
     """Inverse temperatures from where the couplings between groups begin to matter to where they
-    are frozen; None without any. The sampler's own range goes by all coefficients, penalties
-    included: on a labelling problem most of its sweeps are then spent in vain."""
+    are frozen; without any, the same of linear terms. The sampler's own range goes by all
+    coefficients, penalties included: on a labelling problem most of its sweeps are then spent in
+    vain."""
     g, h, block, weight = problem.couplings
     largest = np.array([np.abs(block.astype(np.int64)).max() for block in problem.blocks],
                        np.int64)
     strengths = (np.abs(weight) * largest[block])[g != h]
     if not strengths.any():
-        return None
+        strengths = np.append(np.abs(problem.linear), 1)
     typical = float(np.median(strengths[strengths > 0]))
     return [1 / typical, 20 / typical]
 
@@ -133,27 +145,20 @@ def anneal(problem, options, progress):
     """Simulated annealing. A time limit stops it between two reads."""
     from dwave.samplers import SimulatedAnnealingSampler
 
-    (bqm, seed), reads = _prepared(problem, options), [0]
-    betas = _beta_range(problem)
-    if not any(bqm.linear.values()) and not any(bqm.quadratic.values()):
-        # All states are equal. The sampler would take this range too, but warn.
-        betas = [0.1, 1]
-    stop = time.monotonic() + (options.time_limit or float("inf"))
+    reads, stop = [0], time.monotonic() + (options.time_limit or float("inf"))
 
     def after_read():
         reads[0] += 1
         return time.monotonic() > stop
-
-    told = {"num_reads": options.num_reads, "num_sweeps": options.num_sweeps, "seed": seed}
-    annealed = interruptible(
-        lambda: SimulatedAnnealingSampler().sample(
-            bqm, beta_range=betas, interrupt_function=after_read, **told),
-        lambda: progress(f"{reads[0]} of {options.num_reads} reads"))
+    told = {**_reads(problem, options), "num_sweeps": options.num_sweeps}
+    found = _sampled(problem, SimulatedAnnealingSampler(), lambda: progress(
+        f"{reads[0]} of {options.num_reads} reads"), **told, beta_range=_beta_range(problem),
+        interrupt_function=after_read)
     info = {"parameters": {**told, "time_limit": options.time_limit, **{
-        key: annealed.info[key] for key in ("beta_range", "beta_schedule_type")}},
-            "timing": {"anneal": annealed.info["timing"]}}
-    return from_sampleset(annealed, problem.linear.size, info=info,
-                          iterations=len(annealed) * options.num_sweeps)
+        key: found.info[key] for key in ("beta_range", "beta_schedule_type")}},
+            "timing": {"anneal": found.info["timing"]}}
+    return from_sampleset(found, problem.linear.size, info=info,
+                          iterations=len(found) * options.num_sweeps)
 
 
 def tabu(problem, options, progress):
@@ -163,12 +168,11 @@ def tabu(problem, options, progress):
 
     n, reads, limit = problem.linear.size, options.num_reads, options.time_limit
     check_memory(32 * n * n, problem.memory_limit, f"tabu search, dense in {n:,} variables,")
-    bqm, seed = _prepared(problem, options)
-    told = {"num_reads": reads, "seed": seed,
+    told = {**_reads(problem, options),
             "timeout": min(max(1, round(1000 * limit / reads)), 2**31 - 1)}
-    sampleset = interruptible(lambda: TabuSampler().sample(bqm, **told),
-                              lambda: progress(f"{reads} reads in {limit:g} s"))
-    return from_sampleset(sampleset, n, info={"parameters": told})
+    found = _sampled(problem, TabuSampler(), lambda: progress(f"{reads} reads in {limit:g} s"),
+                     **told)
+    return from_sampleset(found, n, info={"parameters": told})
 
 
 def exact(problem, options, progress):
@@ -236,15 +240,8 @@ def sample(problem, options, progress):
 
         sampler = SpinReversalTransformComposite(sampler, seed=options.seed)
         wanted["num_spin_reversal_transforms"] = told["spin_reversals"] = options.spin_reversals
-    bqm = models.to_bqm(problem)
-
-    def work():
-        # The sample set of many samplers is a promise.
-        found = sampler.sample(bqm, **wanted)
-        found.resolve()
-        return found
     try:
-        found = interruptible(work, lambda: progress("sampling"))
+        found = _sampled(problem, sampler, lambda: progress("sampling"), **wanted)
     except (ValueError, TypeError, RuntimeError, KeyError) as error:
         raise SolverError(f"{options.solver} fails: {error}") from None
     return from_sampleset(found, problem.linear.size, info=info)

@@ -1,10 +1,11 @@
-"""Strings from outside: what a service, a file or a file's name says, made safe to print.
+"""Strings from outside: what a service, a file or a file's name says, read, or made safe to print.
 
 `line` is for what is quoted in a message, `shown` and `lines` for what is printed. All leave out
 the tokens that `hide` was told of and what looks like one, and write what does not print (control
 characters, marks that turn the direction of writing) as Python would: \\x1b, \\u202e.
 """
 
+import json
 import os
 import re
 
@@ -13,6 +14,14 @@ SHORTEST = 8
 # What D-Wave's tokens look like.
 LIKE_A_TOKEN = re.compile(r"\b[A-Za-z]{2,8}-[0-9a-fA-F]{32,}\b")
 _hidden = set()
+
+
+def parse(text, **hooks):
+    """json.loads, of which what is nested too deeply is a ValueError like all that is no JSON."""
+    try:
+        return json.loads(text, **hooks)
+    except RecursionError as error:
+        raise ValueError(str(error)) from None
 
 
 def hide(tokens):

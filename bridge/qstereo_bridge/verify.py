@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -52,29 +51,11 @@ def _best_energy(p, problem, samples):
     return min(best, default=None)
 
 
-def _label_sets(problem):
-    """(Which labels each site keeps, bool (sites, labels); which sites are undecided), as the
-    chunks labl and kept say."""
-    sides = dict(problem.sides)
-    if "labl" not in sides:
-        raise InputError("the reduced problem does not say which labels its variables stand for")
-    (labels,) = struct.unpack_from("<I", sides["labl"], 12)
-    part = qcf.Payload("kept", memoryview(sides.get("kept", bytes(8))))
-    sites, width = part.unpack("<II")
-    part.need(width in (0, 1, 2), f"width {width}")
-    if not width:
-        sites = sites or problem.sizes.size
-        return np.ones((sites, labels), bool), np.ones(sites, bool)
-    fixed = part.array(f"<u{width}", sites).astype(int)
-    undecided, sets = fixed == 256**width - 1, np.arange(labels) == fixed[:, None]
-    packed = part.array("u1", np.count_nonzero(undecided) * -(-labels // 8))
-    sets[undecided] = np.unpackbits(packed.reshape(-1, -(-labels // 8)), 1, labels, "little")
-    return sets, undecided
-
-
 def _check_reduced(p, problem, smaller):
     """Every label that the certificate leaves must be in the reduced problem."""
-    (sets, undecided), (others, _) = _label_sets(problem), _label_sets(smaller)
+    if smaller.encoding is None:
+        raise InputError("the reduced problem does not say which labels its variables stand for")
+    (sets, undecided), (others, _) = qcf.label_sets(problem), qcf.label_sets(smaller)
     inside = sets[undecided]
     inside[inside] = p.left[np.arange(p.left.shape[1]) < p.count[:, None]]
     sets[undecided] = inside

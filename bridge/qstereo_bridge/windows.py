@@ -117,7 +117,7 @@ def window(p, bits, variables):
 def begin(p):
     """A state for the rest of the first window, where none is known: each one-hot group's cheapest
     variable at 1, zeros elsewhere. u8 array (n,)."""
-    bits = np.zeros(len(p), np.uint8)
+    bits = np.zeros(p.linear.size, np.uint8)
     cheapest = np.lexsort((p.linear, p.group))[p.starts[:-1]]
     bits[cheapest[p.one_hot]] = 1
     return bits

@@ -327,7 +327,7 @@ static int check_memory(const comparing *with)
     const map_request maps = {.format = map_format_here(with)};
     uint64_t most = 0;
     for (size_t i = 0; i < asked->solver_count; i++) {
-        uint64_t bytes = solve_bytes(&with->laid, asked->by[i]);
+        uint64_t bytes = solve_bytes(&with->laid, asked->by[i], asked->how.iterations);
         most = bytes > most ? bytes : most;
     }
     if (asked->maps != NULL || asked->truth != NULL) {

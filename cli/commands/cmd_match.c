@@ -38,7 +38,7 @@ enum {
     MEMORY_LIMIT
 };
 
-enum { THREADS_MOST = 2 };
+enum { THREADS_MOST = 32, LEFT = 0, RIGHT = 1 };
 
 static const option options[] = {
     [OUTPUT] = MAP_OUTPUT_OPTION,
@@ -60,8 +60,8 @@ static const option options[] = {
         false, "rectify the pictures first, as qstereo rectify does; the ndisp of a calib.txt is "
                "the range of disparities if --disparity is not given"),
     [THREADS] = {"threads", 0, false, "N", "1",
-                 "1 or 2: with --after check two threads solve the left and the right picture's "
-                 "problem at the same time. The maps are the same"},
+                 "1 to 32: the left and the right picture's problem (with --after check) and their "
+                 "parts (of trws16) are solved at the same time. The maps are the same"},
     [TRACE] = TRACE_OPTION,
     [JSON] = JSON_OPTION,
     [MEMORY_LIMIT] = MEMORY_LIMIT_OPTION,
@@ -75,7 +75,8 @@ typedef struct request {
     bool is_first; /* the frame in work is the first one: hints are given for it */
     map_request map;
     after after;
-    uint32_t threads;
+    uint32_t threads, workers[2]; /* in all, and for the problem of each picture */
+    team *teams[2]; /* the workers but one; NULL = that one works alone */
     const solver *by;
     search how;
     trace course;
@@ -122,12 +123,42 @@ static int read_map(job *at, const char *path, request *asked)
     return map_request_read(&given, &at->limit, &asked->map);
 }
 
-/* The solver and its iterations are those of the preset unless they are given. A solver that is
- * given has its own limit. */
-static int read_solver(const char *const *values, request *asked)
+/* Whether no sum of costs and messages can be too large for trws16: costs are bytes, and a site has
+ * four messages. */
+static bool fits_trws16(const pair *asked)
+{
+    enum { MESSAGES = 4, MOST = (1 << 14) - 1 - UINT8_MAX };
+    const qs_matching *stereo = &asked->stereo;
+    const qs_pairwise *v = &asked->pairwise;
+    uint64_t labels = (uint64_t)((int64_t)stereo->disparity_max - stereo->disparity_min + 1),
+             reach = v->truncation > 0 && v->truncation < labels ? v->truncation : labels,
+             heaviest = (uint64_t)stereo->weight *
+                        (stereo->contrast_below > 0 ? stereo->contrast_times : 1);
+    return v->smoothness != QS_TRUNCATED_QUADRATIC &&
+           (uint64_t)stereo->scale * qs_matching_most(stereo) <= UINT8_MAX &&
+           heaviest <= MOST / MESSAGES / (v->smoothness == QS_POTTS ? 1 : reach);
+}
+
+/* The solver of the preset, or, where the numbers of trws16 are too small, the same algorithm with
+ * larger ones. */
+static const char *preset_solver(const pair *asked)
+{
+    bool small = strcmp(asked->from->solver, "trws16") == 0;
+    return small && !fits_trws16(asked) ? "trws" : asked->from->solver;
+}
+
+/* The solver is that of the preset unless it is given. */
+static int choose_solver(const char *const *values, request *asked)
+{
+    const char *given = values[SOLVER];
+    return pair_solver_read(given != NULL ? given : preset_solver(&asked->pair), &asked->by);
+}
+
+/* Iterations are those of the preset unless they are given. A solver that is given has its own
+ * limit. */
+static int read_search(const char *const *values, request *asked)
 {
     const preset *from = asked->pair.from;
-    TRY(pair_solver_read(values[SOLVER] != NULL ? values[SOLVER] : from->solver, &asked->by));
     TRY(search_read(&values[SEARCH], &asked->how));
     bool own = values[SOLVER] == NULL && values[SEARCH + SEARCH_ITERATIONS] == NULL;
     return own && from->iterations != NULL ? number64_read("--iterations", from->iterations, 1,
@@ -140,7 +171,7 @@ static int read_request(job *at, request *asked)
     const char *const *values = at->values;
     asked->scored = values[TRUTH] != NULL;
     TRY(pair_read(at->given->operands, &values[PAIR], &asked->pair));
-    TRY(read_solver(values, asked));
+    TRY(read_search(values, asked));
     TRY(after_read(&values[AFTER], &asked->pair, &asked->after));
     TRY(stopping_read(&values[STOPPING], &asked->how));
     TRY(number_read("--threads", values[THREADS], 1, THREADS_MOST, &asked->threads));
@@ -160,7 +191,8 @@ static int read_request(job *at, request *asked)
         return fail_usage("%s goes with one pair, not with a sequence",
                           asked->after.mask != NULL ? "--mask" : "--confidence");
     }
-    return read_calibration(at, asked);
+    TRY(read_calibration(at, asked));
+    return choose_solver(values, asked);
 }
 
 static void print_result(const job *at, const request *asked, const solved *found,
@@ -193,20 +225,19 @@ static void print_result(const job *at, const request *asked, const solved *foun
 }
 
 /* Makes the map of what was found, scores it and writes it. */
-static int write_found(job *at, request *asked, const laid_out *laid, const solved *found,
-                       right_side *right)
+static int write_found(job *at, request *asked, const side *left, side *right)
 {
     pixel_map map;
     map_errors errors;
-    TRY(after_labels(&asked->after, &asked->pair, laid, found, asked->by, &asked->how, &at->limit,
-                     right, &map));
+    TRY(after_labels(&asked->after, &asked->pair, left, asked->by, &asked->how, &at->limit, right,
+                     &map));
     if (asked->scored) {
         TRY(truth_compare(&asked->truth, &map, &errors));
     }
     TRY(map_request_write(&asked->map, &map));
     TRY(job_commit(at));
     if (!output_is_standard(asked->map.output)) {
-        print_result(at, asked, found, &errors);
+        print_result(at, asked, &left->found, &errors);
     }
     if (asked->is_first) {
         hint_range(&asked->pair, &map);
@@ -221,8 +252,7 @@ static int write_found(job *at, request *asked, const laid_out *laid, const solv
 static uint64_t map_need(const request *asked, const qs_problem *problem)
 {
     const qs_labels labels = {.frame = problem->frame};
-    return bytes_sum(map_bytes(&asked->map, &labels),
-                     asked->after.halves ? halves_bytes(problem) : 0);
+    return map_bytes(&asked->map, &labels);
 }
 
 /* Whether the solver takes the problem itself, and nothing after it needs a model. */
@@ -238,6 +268,24 @@ static bool is_in_two(const request *asked)
     return asked->after.check && asked->threads > 1;
 }
 
+/* Shares the threads out between the problems that are solved at the same time. */
+static int begin_teams(request *asked)
+{
+    uint32_t right = is_in_two(asked) ? asked->threads / 2 : 0;
+    asked->workers[LEFT] = asked->threads - right;
+    asked->workers[RIGHT] = right;
+    for (int i = LEFT; i <= RIGHT; i++) {
+        if (asked->workers[i] > 1 && is_straight(asked)) {
+            TRY(team_begin(asked->workers[i] - 1, &asked->teams[i]));
+        }
+    }
+    if (asked->teams[LEFT] != NULL) {
+        asked->pair.stereo.copies =
+            asked->workers[LEFT] < QS_MATCH_COPIES ? asked->workers[LEFT] : QS_MATCH_COPIES;
+    }
+    return DONE;
+}
+
 /* What comes after the solver: the map, or before it, with --after check, the right picture's model
  * beside this one and its solver's work. In two threads both works are there at once, until the map
  * is written. */
@@ -245,7 +293,8 @@ static uint64_t later_need(const request *asked, const qs_problem *problem, uint
 {
     uint64_t map = map_need(asked, problem);
     uint64_t model = is_straight(asked) ? 0 : qs_model_of_problem_workspace(problem);
-    uint64_t right = asked->after.check ? bytes_sum(model, work) : 0;
+    uint64_t finer = asked->after.halves ? halves_bytes(problem) : 0;
+    uint64_t right = asked->after.check ? bytes_sum(model, bytes_sum(work, finer)) : 0;
     return bytes_sum(bytes_sum(map, right), is_in_two(asked) ? work : 0);
 }
 
@@ -253,8 +302,9 @@ static uint64_t later_need(const request *asked, const qs_problem *problem, uint
 static uint64_t foreseen_need(const request *asked, const qs_problem *problem)
 {
     return later_need(asked, problem,
-                      is_straight(asked) ? asked->by->straight_workspace(problem)
-                                         : qs_model_of_problem_workspace(problem));
+                      is_straight(asked)
+                          ? asked->by->straight_workspace(problem, asked->how.iterations)
+                          : qs_model_of_problem_workspace(problem));
 }
 
 static int open_truth(job *at, request *asked)
@@ -271,16 +321,21 @@ static int open_truth(job *at, request *asked)
 
 /* Solves both problems at once. What is found for the right picture stays in the memory of the left
  * one's work, which is ended later. */
-static int solve_two(request *asked, solver_work *left, right_side *right)
+static int solve_two(request *asked, solver_work *left, side *right)
 {
     solver_work beside;
     const search *how = &asked->how;
     search untraced = *how; /* the right picture's solver has no part in the course */
     untraced.traced = NULL;
     budget *memory = &left->memory;
-    TRY(right_side_make(&asked->pair, asked->by, is_straight(asked), memory, right));
-    int status = work_begin(&right->laid, asked->by, &untraced, memory, &right->found, &beside);
+    right->halved = asked->after.halves;
+    TRY(right_side_make(&asked->pair, asked->by, how->iterations, is_straight(asked), memory,
+                        right));
+    int status = work_begin(&right->laid, asked->by, &untraced, side_halves(right), memory,
+                            &right->found, &beside);
     beside.hidden = true;
+    beside.team = asked->teams[RIGHT];
+    beside.workers = asked->workers[RIGHT];
     if (status == DONE) {
         status = threads_both(work_do, left, &beside);
     }
@@ -295,13 +350,15 @@ static int solve_two(request *asked, solver_work *left, right_side *right)
 }
 
 /* Solves the problem, or both, and makes the map of what was found. */
-static int solve(job *at, request *asked, const laid_out *laid, bool *interrupted)
+static int solve(job *at, request *asked, side *left, bool *interrupted)
 {
     solver_work work;
-    solved found;
-    right_side right;
+    side right;
     memset(&right, 0, sizeof right);
-    int status = work_begin(laid, asked->by, &asked->how, &at->limit, &found, &work);
+    int status = work_begin(&left->laid, asked->by, &asked->how, side_halves(left), &at->limit,
+                            &left->found, &work);
+    work.team = asked->teams[LEFT];
+    work.workers = asked->workers[LEFT];
     if (status == DONE && is_in_two(asked)) {
         status = solve_two(asked, &work, &right);
     } else if (status == DONE) {
@@ -310,37 +367,50 @@ static int solve(job *at, request *asked, const laid_out *laid, bool *interrupte
         work_end(&work);
     }
     asked->how.traced = NULL; /* the right picture's solver has no part in it */
-    status = status == DONE ? solved_check(laid, asked->by, &found) : status;
+    status = status == DONE ? solved_check(&left->laid, asked->by, &left->found) : status;
     if (status == DONE) {
-        status = write_found(at, asked, laid, &found, &right);
-        *interrupted = found.interrupted || right.found.interrupted;
+        status = write_found(at, asked, left, &right);
+        *interrupted = left->found.interrupted || right.found.interrupted;
     }
     work_end(&work);
     return status;
 }
 
-/* Matches the pair whose pictures are there. */
-static int match(job *at, request *asked, bool *interrupted)
+/* Makes the problem of the left picture, and makes sure that there is memory for all that
+ * follows. */
+static int make_left(job *at, request *asked, side *left)
 {
-    made_problem opened;
-    laid_out laid;
-    bool straight = is_straight(asked);
-    TRY(pair_make(&asked->pair, &at->limit, &opened));
+    made_problem *made = &left->made;
+    const qs_problem *problem = &made->problem;
+    left->halved = asked->after.halves;
+    TRY(pair_make(&asked->pair, &at->limit, made));
     TRY(open_truth(at, asked));
-    TRY(made_need(&opened, asked->by, foreseen_need(asked, &opened.problem), &at->limit));
+    TRY(made_need(made, asked->by, foreseen_need(asked, problem), &at->limit));
     if (asked->is_first) {
         hint_swapped(&asked->pair);
     }
-    TRY(made_lay_out(&opened, straight, &at->limit, &laid));
-    TRY(map_check(laid.name, &laid.labels, asked->map.format));
-    TRY(laid_out_need(&laid, asked->by,
-                      later_need(asked, &opened.problem, solve_bytes(&laid, asked->by)),
-                      &at->limit));
+    TRY(made_lay_out(made, is_straight(asked), &at->limit, &left->laid));
+    TRY(map_check(left->laid.name, &left->laid.labels, asked->map.format));
+    if (left->halved) {
+        TRY(halves_begin(made->name, &asked->pair.stereo, &asked->pair.pairwise, &at->limit,
+                         &left->finer));
+    }
+    uint64_t work = solve_bytes(&left->laid, asked->by, asked->how.iterations);
+    return laid_out_need(&left->laid, asked->by, asked->how.iterations,
+                         later_need(asked, problem, work), &at->limit);
+}
+
+/* Matches the pair whose pictures are there. */
+static int match(job *at, request *asked, bool *interrupted)
+{
+    side left;
+    memset(&left, 0, sizeof left);
+    TRY(make_left(at, asked, &left));
     TRY(map_request_open(&asked->map, at));
     TRY(after_open(&asked->after, at));
-    TRY(trace_open(at, at->values[TRACE], laid.scale, &asked->course));
+    TRY(trace_open(at, at->values[TRACE], left.laid.scale, &asked->course));
     asked->how.traced = &asked->course;
-    return solve(at, asked, &laid, interrupted);
+    return solve(at, asked, &left, interrupted);
 }
 
 /* Names the map of a frame. */
@@ -416,8 +486,13 @@ static int run_match(job *at)
     memset(&asked, 0, sizeof asked);
     int status = read_request(at, &asked);
     if (status == DONE) {
+        status = begin_teams(&asked);
+    }
+    if (status == DONE) {
         status = asked.frames.is_sequence ? match_all(at, &asked) : match_one(at, &asked);
     }
+    team_end(asked.teams[LEFT]);
+    team_end(asked.teams[RIGHT]);
     frames_close(&asked.frames);
     return status;
 }

@@ -97,8 +97,8 @@ static int solve_plainly(job *at, const request *asked, const laid_out *laid, so
     return solved_check(laid, asked->by, found);
 }
 
-/* No certificate holds what packing proves, nor what messages before the last ones do: then it is
- * said that the answer states less than it would without one. */
+/* No certificate holds a long search of packing, nor what messages before the last ones prove: then
+ * it is said that the answer states less than it would without one. */
 static void warn_of_less(const laid_out *laid, int64_t found, int64_t certified)
 {
     char known[DECIMAL_SIZE], proven[DECIMAL_SIZE] = "none";
@@ -147,7 +147,7 @@ static int run_solve(job *at)
     TRY(lay_out(&at->both.problem, &at->limit, &laid));
     TRY(start_read(at, at->values[START], &laid, &asked.how.start));
     bool certified = at->values[CERTIFICATE] != NULL;
-    uint64_t work = solve_bytes(&laid, asked.by);
+    uint64_t work = solve_bytes(&laid, asked.by, asked.how.iterations);
     TRY(budget_need(&at->limit, laid.name, certified ? certifying_bytes(&laid, work) : work));
     TRY(job_open_output(at, at->values[OUTPUT], &out));
     TRY(trace_open(at, at->values[TRACE], laid.scale, &asked.course));
@@ -177,8 +177,8 @@ const command cmd_solve = {
                 "answer is proven optimal.\n\n"
                 "--certificate writes what proves the bound of trws, cut or best; qstereo verify "
                 "checks it. The answer then states the bound that the certificate proves. Where "
-                "best packs (detection, independent sets), its search may prove more, which no "
-                "certificate can hold: a warning says so.\n\n"
+                "best packs (detection, independent sets), its search may prove more, with more "
+                "work than a certificate can ask for: a warning says so.\n\n"
                 "--start begins with a labelling that is known, whoever found it: icm, anneal, "
                 "swap, expansion, cut and best go on from it, and no solver's answer is above "
                 "it. A file of reduce carries one, which is the default. The lower bound that it "

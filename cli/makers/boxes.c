@@ -33,7 +33,7 @@ static slice trimmed(slice part)
 /* Takes what comes before `end`, or all, off the text. */
 static slice take_until(slice *rest, char end)
 {
-    const char *found = memchr(rest->text, end, rest->size);
+    const char *found = memchr(rest->text, (unsigned char)end, rest->size);
     size_t size = found != NULL ? (size_t)(found - rest->text) : rest->size;
     slice taken = {rest->text, size};
     size_t past = found != NULL ? size + 1 : size;

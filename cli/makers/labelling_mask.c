@@ -31,7 +31,7 @@ static int read_mask_array(const char *path, budget *limit, qs_image *mask)
 int labelling_open_mask(const labelling_request *asked, budget *limit, qs_problem *problem)
 {
     const char *path = asked->values[LABELLING_MASK];
-    qs_image mask;
+    qs_image mask = {0};
     if (path == NULL) {
         return DONE;
     }

@@ -14,6 +14,7 @@
 typedef struct words {
     const char *name; /* of the file, for messages */
     char *at;
+    const char *end; /* of the text */
     bool in_line; /* a word stands before `at` in its line */
     uint32_t ahead; /* the line of `at` */
     uint32_t line; /* of the last word */
@@ -85,6 +86,20 @@ static int read_count(words *from, const char *what, uint32_t least, uint32_t mo
     return DONE;
 }
 
+/* Whether so many words may follow, each with what parts it from the next. This comes before memory
+ * is asked for: more memory would not mend a file that ends too early. */
+static int check_promise(const words *from, uint32_t count, const char *what, uint64_t follow)
+{
+    uint64_t left = (uint64_t)(from->end - from->at);
+    if (follow > (left + 1) / 2) {
+        return fail(BAD_INPUT, from->name,
+                    "line %" PRIu32 ": %" PRIu32 " %s do not fit in the %" PRIu64
+                    " bytes that follow: the file is cut short, or the number is wrong",
+                    from->line, count, what, left);
+    }
+    return DONE;
+}
+
 /* A factor's entry as a cost in units. *zero = the entry is 0. */
 static int read_cost(words *from, uint32_t scale, int32_t *cost, bool *zero)
 {
@@ -139,6 +154,7 @@ static int read_variables(network *net, budget *limit)
                     "is not a Markov network of the UAI format, which begins with MARKOV");
     }
     TRY(read_count(&net->from, "the number of variables", 1, QS_VARIABLES_MAX, &problem->sites));
+    TRY(check_promise(&net->from, problem->sites, "variables", problem->sites));
     net->labels = budget_take(limit, net->from.name, problem->sites * sizeof *net->labels);
     if (net->labels == NULL) {
         return NO_RESOURCE;
@@ -155,10 +171,22 @@ static int read_variables(network *net, budget *limit)
     return DONE;
 }
 
+static uint64_t entries_of(const network *net, const scope *of)
+{
+    uint64_t entries = 1;
+    for (uint32_t i = 0; i < of->size; i++) {
+        entries *= net->labels[of->variables[i]];
+    }
+    return entries;
+}
+
 static int read_scopes(network *net, budget *limit)
 {
     words *from = &net->from;
     TRY(read_count(from, "the number of factors", 0, QS_VARIABLES_MAX, &net->factors));
+    /* A factor's number of variables, its number of entries and one entry. */
+    TRY(check_promise(from, net->factors, "factors", 3 * (uint64_t)net->factors));
+    uint64_t entries = 0;
     net->scopes = budget_take(limit, from->name, net->factors * sizeof *net->scopes);
     if (net->scopes == NULL) {
         return NO_RESOURCE;
@@ -181,8 +209,9 @@ static int read_scopes(network *net, budget *limit)
                         from->line);
         }
         net->pairs += read->size == 2;
+        entries += entries_of(net, read);
     }
-    return DONE;
+    return check_promise(from, net->factors, "factors with their entries", entries + net->factors);
 }
 
 /* Room for the problem. Values that a variable does not have are forbidden. */
@@ -291,11 +320,8 @@ static int read_factors(network *net)
 {
     for (uint32_t f = 0, pair = 0; f < net->factors; f++) {
         const scope *of = &net->scopes[f];
-        uint64_t entries = 1;
+        uint64_t entries = entries_of(net, of);
         uint32_t stated;
-        for (uint32_t i = 0; i < of->size; i++) {
-            entries *= net->labels[of->variables[i]];
-        }
         TRY(read_count(&net->from, "a factor's number of entries", 1, UINT32_MAX, &stated));
         if (stated != entries) {
             return fail(BAD_INPUT, net->from.name,
@@ -370,7 +396,7 @@ static int uai_open(void *state, budget *limit, made_problem *opened)
     }
     memcpy(text, file.bytes, file.size);
     text[file.size] = '\0';
-    network net = {.from = {opened->name, text, false, 1, 1},
+    network net = {.from = {opened->name, text, text + file.size, false, 1, 1},
                    .scale = asked->scale,
                    .problem = &opened->problem};
     TRY(read_network(&net, limit));

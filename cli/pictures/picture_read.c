@@ -1,6 +1,7 @@
 #include "pictures/picture_read.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "pictures/netpbm.h"
 #include "pictures/picture_library.h"
@@ -70,6 +71,23 @@ static int decode_signed(const char *path, const file_bytes *file, picture *deco
     return status;
 }
 
+/* AVI, MP4 and its like, Matroska and WebM. */
+static bool is_video(const file_bytes *file)
+{
+    static const struct {
+        size_t at;
+        const char *mark;
+    } known[] = {
+        {8, "AVI "}, {4, "ftypisom"}, {4, "ftypmp4"}, {4, "ftypqt"}, {0, "\x1a\x45\xdf\xa3"}};
+    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
+        size_t length = strlen(known[i].mark), end = known[i].at + length;
+        if (file->size >= end && memcmp(file->bytes + known[i].at, known[i].mark, length) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
 int picture_decode(const char *path, const file_bytes *file, const budget *limit, picture *decoded)
 {
     char reason[REASON_SIZE] = "";
@@ -79,6 +97,11 @@ int picture_decode(const char *path, const file_bytes *file, const budget *limit
     if (pfm_is(file)) {
         return picture_fail(path, PICTURE_BAD,
                             "is a PFM, which holds disparities: give a grey or colour picture");
+    }
+    if (is_video(file)) {
+        return picture_fail(path, PICTURE_BAD,
+                            "is a video: ffmpeg -i FILE -pix_fmt gray -f yuv4mpegpipe - makes a "
+                            "stream of it, which match reads");
     }
     TRY(budget_need(limit, input_name(path), decoding_bytes(file)));
     if (picture_is_signed(file)) {

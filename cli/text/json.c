@@ -1,6 +1,7 @@
 #include "text/json.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -203,7 +204,22 @@ static bool take_digits(reader *from)
     return from->at > start;
 }
 
-static bool take_number(reader *from)
+/* More than any program writes of a double. */
+enum { LONGEST_NUMBER = 1000 };
+
+/* What a double holds: 1e999 would be infinite to whoever computes with it. */
+static bool is_finite(const char *at, size_t length)
+{
+    char digits[LONGEST_NUMBER + 1]; /* strtod needs an end */
+    if (length > LONGEST_NUMBER) {
+        return false;
+    }
+    memcpy(digits, at, length);
+    digits[length] = '\0';
+    return isfinite(strtod(digits, NULL));
+}
+
+static bool take_figure(reader *from)
 {
     (void)take(from, '-');
     if (!take(from, '0') && !take_digits(from)) {
@@ -219,6 +235,12 @@ static bool take_number(reader *from)
         return take_digits(from);
     }
     return true;
+}
+
+static bool take_number(reader *from)
+{
+    const char *at = from->at;
+    return take_figure(from) && is_finite(at, (size_t)(from->at - at));
 }
 
 static bool take_escape(reader *from)

@@ -11,19 +11,18 @@ import json
 import os
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import dimod
 import numpy as np
 import qstereo_bridge as qb
 from dwave.samplers import SimulatedAnnealingSampler
-from scenes import LAMBDA, ROOT, SAMPLES, Figures, arguments, call, measured_call, pair, scenes_of
+from scenes import LAMBDA, ROOT, SAMPLES, Figures, arguments, call, pair, scenes_of
 
 sys.path.insert(0, str(ROOT / "tests" / "bridge"))
 from service import Service, described  # noqa: E402
 
-VARIABLES, CALLS, READS, SWEEPS = 1000, 10, 200, 1000
+VARIABLES, CALLS, READS, SWEEPS, DRAWS = 1000, 10, 200, 1000, 5
 FIELD_NOISE, COUPLING_NOISE = 0.025, 0.0175
 FORMS = [("one-hot", "paper"), ("one-hot", "local"), ("one-hot-sparse", "local"),
          ("one-hot-sparse", "minimal"), ("one-hot-sparse", "minimal", "--truncate"),
@@ -32,14 +31,14 @@ FORM_READS = 1000
 
 
 class NoisyChip:
-    """A sampler with a chip's noise. `lowest` is the strongest negative coupling it takes; the
-    time in it is counted in `seconds`."""
+    """A sampler with a chip's noise, drawn anew for each call. `lowest` is the strongest negative
+    coupling it takes."""
 
     def __init__(self, lowest, seed):
-        self.lowest, self.seconds, self.rng = lowest, 0, np.random.default_rng(seed)
+        self.lowest, self.rng = lowest, np.random.default_rng(seed)
 
     def sample(self, bqm, num_reads):
-        began, rng = time.perf_counter(), self.rng
+        rng = self.rng
         spins = bqm.change_vartype("SPIN", inplace=False)
         h, (rows, columns, J), offset, labels = spins.to_numpy_vectors(return_labels=True)
         unit = max(np.abs(h).max() / 4, J.max(initial=0), (-J).max(initial=0) / -self.lowest)
@@ -49,15 +48,13 @@ class NoisyChip:
             h, (rows, columns, J), offset, "SPIN", variable_order=labels)
         found = SimulatedAnnealingSampler().sample(
             noisy, num_reads=num_reads, num_sweeps=SWEEPS, seed=int(rng.integers(2**31)))
-        found = dimod.SampleSet.from_samples_bqm(
+        return dimod.SampleSet.from_samples_bqm(
             (found.record.sample, found.variables), spins).change_vartype(bqm.vartype)
-        self.seconds += time.perf_counter() - began
-        return found
 
 
 def scene(folder, options, service):
-    """One whole scene: reduced, then answered call by call until its bound."""
-    service.sampler = NoisyChip(-2, 1)
+    """One whole scene: reduced, then answered call by call until its bound, in several draws of the
+    noise."""
     with tempfile.TemporaryDirectory() as place:
         whole, core, samples = (Path(place, name) for name in ("p.qcf", "core.qcf", "s.qsf"))
         info = call(options.qstereo, "encode", *pair(folder), "-o", whole)
@@ -70,24 +67,32 @@ def scene(folder, options, service):
                  bound]
         samples.unlink()
         # The embeddings are found here, and kept.
-        cpu = os.times()
-        planned = call(*solve, "--dry-run")
-        embedded = os.times()
-        found, seconds, mib = measured_call(*solve)
-        end = os.times()
-        decoded = call(options.qstereo, "validate", core, samples)
-    of = [getattr(later, field) - getattr(before, field) for later, before in (
-        (embedded, cpu), (end, embedded)) for field in ("children_user", "children_system")]
-    plans = planned["calls"][:found["calls"]]
+        plans, embedding_seconds = timed(*solve, "--dry-run")
+        draws = []
+        for draw in range(1, DRAWS + 1):
+            service.sampler = NoisyChip(-2, draw)
+            found, seconds = timed(*solve)
+            decoded = call(options.qstereo, "validate", core, samples)
+            draws.append({"draw": draw, "calls": found["calls"],
+                          "variables_of_calls": found["variables_of_calls"],
+                          "energies_of_calls": found["energies_of_calls"],
+                          "energy": decoded["best_energy"],
+                          "proven": decoded["best_energy"] == bound, "cpu_seconds": seconds})
+            for path in (samples, Path(f"{samples}.journal")):
+                path.unlink()
     return {"scene": folder.name, "variables_before": info["variables"],
-            "variables": reduced["variables_after"], "calls": found["calls"],
-            "variables_of_calls": found["variables_of_calls"], "reads": READS,
-            "qubits": [plan["embedded_qubits"] for plan in plans],
-            "longest_chain": max(plan["longest_chain"] for plan in plans),
-            "energies_of_calls": found["energies_of_calls"], "energy": decoded["best_energy"],
-            "lower_bound": bound, "proven": decoded["best_energy"] == bound,
-            "reduce_seconds": reduced["seconds"], "embedding_cpu_seconds": of[0] + of[1],
-            "cpu_seconds": of[2] + of[3], "seconds": seconds - service.sampler.seconds, "mib": mib}
+            "variables": reduced["variables_after"], "reads": READS,
+            "qubits": max(plan["embedded_qubits"] for plan in plans["calls"]),
+            "longest_chain": max(plan["longest_chain"] for plan in plans["calls"]),
+            "lower_bound": bound, "reduce_seconds": reduced["seconds"],
+            "embedding_cpu_seconds": embedding_seconds, "draws": draws}
+
+
+def timed(*words):
+    """(What a command says as JSON, its CPU seconds.)"""
+    before, found, after = os.times(), call(*words), os.times()
+    return found, sum(getattr(after, field) - getattr(before, field)
+                      for field in ("children_user", "children_system"))
 
 
 def encoded(options, folder, roi, labels, path, encoding, penalty, *more):

@@ -1,5 +1,6 @@
 """Many frames on workers of dask: all are done whatever dies, and nothing is done twice."""
 
+import contextlib
 import csv
 import json
 import os
@@ -239,6 +240,50 @@ def test_a_worker_that_dies_in_a_paid_call_is_charged_once(method, path, when, p
              for line in journal.read_text().splitlines()[1:]]
     assert sent == len(calls) >= 2 and not list((tmp_path / "out").glob("*.job"))
     assert paid()[0] == 0 and len(service.problems) == sent
+
+
+def test_without_a_worker_for_paid_calls_it_ends(pairs, main, tmp_path, service, environment,
+                                                 monkeypatch):
+    """The only worker with a chip is killed in a paid call, and nothing starts it again: the frames
+    fail. With another worker the same command goes on, and collects what was sent."""
+    for name in NAMES[1:]:
+        (pairs / f"left_{name}.png").unlink()
+    monkeypatch.setattr("qstereo_bridge.frames.PATIENCE", 0)
+    with distributed.LocalCluster(n_workers=0, dashboard_address=":0") as cluster:
+        address = cluster.scheduler_address
+
+        @contextlib.contextmanager
+        def worker():
+            process = subprocess.Popen(
+                [sys.executable, "-m", "distributed.cli.dask_worker", address, "--no-nanny",
+                 "--nthreads", "1", "--resources", "qpu=1", "--no-dashboard"],
+                env={**os.environ, **service.environment}, stderr=subprocess.DEVNULL)
+            try:
+                with distributed.Client(address) as client:
+                    client.wait_for_workers(1)
+                yield process
+            finally:
+                process.kill()
+                process.wait()
+
+        def run():
+            return main("frames", pairs, "--out-dir", tmp_path / "out", "--scheduler", address,
+                        *WORDS, *PAID)
+        with worker() as process:
+            def strike():
+                process.kill()
+                return "drop after"
+            service.fail("POST", r"^problems/$", strike)
+            status, out, err = run()
+        assert status == 1 and "failed: 00" in out and len(service.problems) == 1
+        assert "00: no worker with the resource qpu is left; start one" in err
+        assert summary(tmp_path)["failed"][0]["name"] == "00"
+        with worker():
+            status, _, err = run()
+        assert status == 0, err
+    sent = [line for journal in (tmp_path / "out").glob("*.journal")
+            for line in journal.read_text().splitlines()[1:]]
+    assert len(service.problems) == len(sent) >= 1
 
 
 def test_options_that_are_for_all_frames(pairs, main, tmp_path):

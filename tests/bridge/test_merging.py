@@ -1,14 +1,18 @@
 """Descent and merging: against all combinations, exactly, and in the command's files."""
 
+import dataclasses
 import json
 
+import networkx as nx
 import numpy as np
 import pytest
 import qstereo_bridge as qb
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from problems import all_states, domain_walls, energy_by_definition, grid, pack_qcf, random_problem
-from qstereo_bridge import merging, models
+from qstereo_bridge import merging, models, windows
+from qstereo_bridge.container import OverLimit
+from qstereo_bridge.problem import made
 
 SMALL = grid(2, 3, 3)
 seeds = st.integers(0, 10**6)
@@ -51,7 +55,7 @@ def test_merging_takes_the_best_of_all_combinations(seed):
     merger = merging.Merger(problem, x)
     # Couplings that cancel still count as couplings there.
     assume(not merger.terms.repeated)
-    took = merger.take(y)
+    took = merger.merge(y)
     parts = components(problem, np.flatnonzero(x != y).tolist())
     found = []
     for chosen in all_states(len(parts)) if parts else [()]:
@@ -72,7 +76,7 @@ def test_fields_follow_what_is_taken(seed):
     merger = merging.Merger(problem, bits[0])
     for other in bits[1:]:
         before = models.energies(problem, merger.bits)[0]
-        took = merger.take(other)
+        took = merger.merge(other)
         assert (models.energies(problem, merger.bits)[0] < before) == took
     fresh = merging.States(problem, merger.bits)
     assert (fresh.fields == merger.fields).all()
@@ -108,6 +112,44 @@ def test_the_result_is_at_least_as_good_as_every_read(seed, feasible):
         energies = energies[sound]
     if sound.any() or not models.feasible(problem, found)[0]:
         assert models.energies(problem, found)[0] <= energies.min()
+
+
+@given(seeds)
+def test_no_region_gains_by_the_label_of_a_neighbour(seed):
+    problem = grid(4, 4, 3, seed=seed)
+    bits = merging.merged(problem, states(problem, seed, 1, True))
+    labels = bits.reshape(16, 3).argmax(axis=1)
+    neighbours = nx.Graph(problem.edges.T.tolist())
+    for old in range(3):
+        for region in nx.connected_components(neighbours.subgraph(
+                np.flatnonzero(labels == old).tolist())):
+            for new in {labels[q] for p in region for q in neighbours[p]} - {old}:
+                moved = labels.copy()
+                moved[list(region)] = new
+                assert energy_by_definition(problem, np.eye(3, dtype=np.uint8)[moved].ravel()) >= (
+                    energy_by_definition(problem, bits))
+
+
+def test_a_region_that_all_reads_have_wrong_is_mended():
+    """A stripe of the dearer label, which no site leaves with a gain by itself."""
+    problem = grid(9, 9, 2)
+    problem = dataclasses.replace(problem, linear=np.tile([0, 12], 81).astype(problem.linear.dtype))
+    labels = np.zeros((9, 9), int)
+    labels[3:6] = 1
+    read = np.eye(2, dtype=np.uint8)[labels].reshape(1, -1)
+    assert (merging.descend(problem, read) == read).all()
+    assert (merging.merged(problem, read).reshape(81, 2) == [1, 0]).all()
+
+
+def test_merging_says_what_memory_it_needs():
+    """In windows, too: what a call answers is merged into the state known."""
+    problem = made(grid(30, 30, 8))
+    problem.memory_limit = 10 << 20
+    bits = np.tile(windows.begin(problem), (100, 1))
+    for merge in (lambda: merging.merged(problem, bits), lambda: windows.improved(
+            problem, bits[0], np.arange(bits.shape[1]), bits)):
+        with pytest.raises(OverLimit, match="descent of 10[01] samples of 7,200 variables"):
+            merge()
 
 
 def test_domain_walls_are_merged_to_the_optimum():

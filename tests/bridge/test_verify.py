@@ -302,7 +302,7 @@ def test_a_label_that_leaves_must_be_ruled_out(made):
 
 
 def test_a_stage_that_does_nothing_known(made):
-    for has in (0, 5, 8):
+    for has in (0, 5, 9, 12, 16):
         refusing(made, made[0], "head of a stage", struct.pack("<IIII", has, 0, 0, 0))
 
 
@@ -426,6 +426,89 @@ def test_limits_of_parts(made, limit, monkeypatch):
     proof = packed(data, best, part_of(problem, range(4), least), least, least)
     # In a square the first table is over sites 0, 1 and 2, and the second over 1, 2 and 3.
     most = 4 if limit == "MOST_SITES" else 27 + 27 + 9 + 3
+    monkeypatch.setattr(qpf, limit, most)
+    assert check(data, samples, proof).valid
+    monkeypatch.setattr(qpf, limit, most - 1)
+    with pytest.raises(container.FormatError):
+        check(data, samples, proof)
+
+
+def searched(made, order):
+    """The least energies from each site of an order on, by all labellings, each edge's least cost
+    taken away; and these costs together."""
+    unary, edges, table = costs_of(made, 3)
+    lost = int(table.min()) * sum(weight for _, _, weight in edges)
+
+    def least(sites):
+        inner = [(sites.index(g), sites.index(h), weight) for g, h, weight in edges
+                 if g in sites and h in sites]
+        return min(
+            sum(unary[p, d] for p, d in zip(sites, w))
+            + sum(weight * (table[w[i], w[j]] - table.min()) for i, j, weight in inner)
+            for w in itertools.product(range(3), repeat=len(sites))
+        )
+
+    return [int(least(list(order[k:]))) for k in range(len(order))], lost
+
+
+def search_of(order, energies):
+    """A stage of one searched part."""
+    size = len(order)
+    return struct.pack(f"<IIIII{size}I{size}qI", 8, 0, 0, 0, size, *order, *energies, 0)
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2, 3), (3, 0, 2, 1), (2, 1, 3, 0)])
+def test_a_part_is_searched_in_any_order(made, order):
+    problem, data, samples, _, _, best = made
+    least = energy(problem, 3, best)
+    energies, lost = searched(problem, order)
+    assert problem.offset + lost + energies[0] == least
+    for proven, bound in ((True, least), (False, least + 1)):
+        proof = packed(data, best, search_of(order, energies), bound, least)
+        assert check(data, samples, proof).valid == proven
+    for k in range(4):
+        energies[k] += 1
+        proof = packed(data, best, search_of(order, energies), least, least)
+        assert "a part costs less" in check(data, samples, proof).why
+        energies[k] -= 1
+    energies[0] -= 1
+    proof = packed(data, best, search_of(order, energies), least, least)
+    assert "higher bound" in check(data, samples, proof).why
+
+
+def test_malformed_searches(made):
+    problem, data, samples, _, bound, best = made
+    least, (energies, _) = energy(problem, 3, best), searched(problem, (0, 1, 2, 3))
+    good = search_of((0, 1, 2, 3), energies)
+    for wrong in (
+        good[:16] + bytes(4),  # no part
+        good[:-4],  # no end
+        good[:-4] + good[16:],  # the same part again
+        search_of((0, 1, 2, 2), energies),  # a site twice
+        search_of((0, 1, 2, 4), energies),  # one that there is not
+        search_of((0, 1, 2), energies[:3]),  # with edges to a site outside
+        search_of((0, 1, 2, 3), [*energies[:3], 2**53 + 1]),
+        search_of((0, 1, 2, 3), [*energies[:3], -(2**63)]),
+        good[:4] + b"\1" + good[5:],  # a scale
+    ):
+        with pytest.raises(container.FormatError):
+            check(data, samples, packed(data, best, wrong, bound, least))
+
+
+@pytest.mark.parametrize(
+    "limit, most",
+    [("SEARCH_SITES", 4), ("SEARCH_LABELS", 12), ("SEARCH_EDGES", 4), ("SEARCH_WORK", None)],
+)
+def test_limits_of_searches(made, limit, most, monkeypatch):
+    problem, data, samples, _, _, best = made
+    least, (energies, _) = energy(problem, 3, best), searched(problem, (0, 1, 2, 3))
+    proof = packed(data, best, search_of((0, 1, 2, 3), energies), least, least)
+    if most is None:
+        costs = qpf.Problem(problem)
+        stage = memoryview(search_of((0, 1, 2, 3), energies))
+        qpf._check_stage(costs, qcf.Payload("STGS", stage), np.uint8)
+        most = costs.looked
+        assert most >= 4 * 3 * 12  # from each site on, its own labels at least
     monkeypatch.setattr(qpf, limit, most)
     assert check(data, samples, proof).valid
     monkeypatch.setattr(qpf, limit, most - 1)

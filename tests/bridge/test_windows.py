@@ -203,7 +203,7 @@ def test_what_the_file_carries_is_where_it_begins_and_ends(core, carried, tmp_pa
     told = json.loads(out)
     assert told["calls"] > 0 and told["lower_bound"] is told["bound_of"] is None
     status, out, _ = main("solve", path, "-o", tmp_path / "t.qsf", "--windows", 5, *LOCAL)
-    assert status == 0 and f"bound {least:,} (stated by {path}), gap 0" in out
+    assert status == 0 and f"bound {least} (stated by {path}), gap 0" in out
     assert "proven" not in out and "No call was made" in out
     assert f"meets the lower bound that {path} states" in out and "qstereo verify" in out
     # The user's word is another matter.

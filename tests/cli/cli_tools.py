@@ -251,10 +251,11 @@ def signal_at_output(process, folder, files, number):
     process.send_signal(number)
 
 
-def on_terminal(*arguments, interrupt_at=None):
+def on_terminal(*arguments, interrupt_at=None, signals=(signal.SIGINT,)):
     """Runs qstereo with standard error on a terminal; returns its status and what was shown.
 
-    interrupt_at  what has to be shown before SIGINT is sent; None = nothing is sent
+    interrupt_at  what has to be shown before the signals are sent; None = nothing is sent
+    signals       they are all there when the command goes on
     """
     master, terminal = pty.openpty()
     process = started(*arguments, stdout=subprocess.DEVNULL, stderr=terminal)
@@ -264,7 +265,8 @@ def on_terminal(*arguments, interrupt_at=None):
         while data := os.read(master, 65536):
             shown += data
             if interrupt_at is not None and interrupt_at in shown:
-                process.send_signal(signal.SIGINT)
+                for sent in (signal.SIGSTOP, *signals, signal.SIGCONT):
+                    process.send_signal(sent)
                 interrupt_at = None
     except OSError:  # Linux ends a terminal that nobody has open with EIO
         pass

@@ -166,9 +166,28 @@ def test_what_is_given_wins_over_the_preset(tmp_path):
         "--after", "none", "--smoothness", "potts", "--cost", "ad:20", "--solver", "icm",
         "--json").out)
     given = {"disparity_step": 1, "after": "none", "smoothness": "potts", "truncation": None,
-             "cost": "ad:20", "solver": "icm", "lambda": "28", "contrast": "10,3"}
+             "cost": "ad:20", "solver": "icm", "lambda": "20", "contrast": "10,3"}
     assert {key: facts[key] for key in given} == given
     assert np.array_equal(read_pfm((tmp_path / "m.pfm").read_bytes()) % 1, np.zeros((24, 60)))
+
+
+@pytest.mark.parametrize("options, solver", [
+    ([], "trws16"), (["--lambda", "12.5"], "trws"), (["--lambda", "330"], "trws16"),
+    (["--lambda", "340"], "trws"), (["--smoothness", "quadratic", "--truncation", "4"], "trws"),
+    (["--cost", "sd:300"], "trws"), (["--lambda", "340", "--smoothness", "potts"], "trws16")])
+def test_larger_numbers_where_small_ones_do_not_suffice(tmp_path, options, solver):
+    _, paths = moving(tmp_path)
+    facts = json.loads(succeed("match", *paths, "-o", tmp_path / "m.pfm", "--preset", "accurate",
+                               "--disparity", "0:8", *options, "--json").out)
+    assert facts["solver"] == solver and facts["iterations"] <= 8
+
+
+def test_wide_ranges_are_smoothed_less(tmp_path):
+    _, paths = moving(tmp_path)
+    for most, strength, truncation in (31, "14", "4"), (32, "3", "8"):
+        facts = json.loads(succeed("match", *paths, "-o", tmp_path / "m.pfm", "--preset",
+                                   "accurate", "--disparity", f"0:{most}", "--json").out)
+        assert (facts["lambda"], facts["truncation"]) == (strength, truncation)
 
 
 def test_refined_and_median_maps(tmp_path):

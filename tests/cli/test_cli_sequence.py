@@ -3,7 +3,10 @@ the one that match makes of the same rectified pair alone.
 """
 
 import json
+import os
+import shutil
 import signal
+import subprocess
 
 import numpy as np
 import pytest
@@ -118,6 +121,44 @@ def test_two_streams_of_pictures(work, maxval):
     succeed("match", "left", "right", "-o", "out/d_%d.pfm", *OPTIONS)
     wanted = {f"d_{n}.pfm": alone(work, *pair, maxval) for n, pair in enumerate(pairs, 1)}
     assert maps_in(work / "out") == wanted
+
+
+@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is not installed")
+def test_two_video_files(work):
+    """As the page says it, with pipes that have names."""
+    pairs = pictures(3)
+    size, quiet, readers = "14x6", ["ffmpeg", "-v", "error", "-nostdin"], []
+    for side, frames in zip("lr", zip(*pairs)):
+        raw = np.array(frames, np.uint8).tobytes()
+        subprocess.run([*quiet[:3], "-f", "rawvideo", "-pix_fmt", "gray", "-s", size, "-i", "-",
+                        "-c:v", "ffv1", f"{side}.avi"], input=raw, check=True)
+        os.mkfifo(f"{side}.y4m")
+        readers.append(subprocess.Popen([*quiet, "-y", "-i", f"{side}.avi", "-pix_fmt", "gray",
+                                         "-f", "yuv4mpegpipe", "-strict", "-1", f"{side}.y4m"]))
+    succeed("match", "l.y4m", "r.y4m", "-o", "out/d_%d.pfm", *OPTIONS)
+    assert [reader.wait() for reader in readers] == [0, 0]
+    wanted = {f"d_{n}.pfm": alone(work, *pair) for n, pair in enumerate(pairs, 1)}
+    assert maps_in(work / "out") == wanted
+
+
+VIDEOS = [b"RIFF\0\0\0\0AVI LIST", b"\0\0\0\x20ftypisom", b"\x1a\x45\xdf\xa3\x01"]
+
+
+@pytest.mark.parametrize("data", VIDEOS)
+@pytest.mark.parametrize("to", ["d.pfm", "d_%d.pfm"])
+def test_a_video_that_is_no_stream_says_what_makes_one(work, data, to):
+    (work / "v.avi").write_bytes(data)
+    done = run("match", "v.avi", "v.avi", "-o", to, *OPTIONS)
+    assert done.status == 3 and "v.avi" in done.err and "ffmpeg" in done.err
+    assert "yuv4mpegpipe" in done.err and done.err.count("\n") == 1
+
+
+@pytest.mark.parametrize("inputs", [["video0", "video1"], ["--sbs", "video0"]])
+@pytest.mark.parametrize("to", ["d.pfm", "d_%d.pfm"])
+def test_a_device_that_is_not_there(work, inputs, to):
+    done = run("match", *inputs, "-o", to, *OPTIONS)
+    assert done.status == 4
+    assert done.err == "qstereo match: video0: cannot be opened: No such file or directory\n"
 
 
 def test_a_stream_of_colours_is_that_of_its_greys(work):

@@ -415,12 +415,30 @@ def test_an_end_without_a_proof_in_words(folder):
     assert b"nothing more" not in succeed(*line, "--iterations", 50).out
 
 
-def test_an_interrupt_keeps_the_best_so_far(folder, large):
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_keeps_the_best_so_far(folder, large, sent):
     """Without the option it would end the command without a file."""
     line = ["solve", large, "-o", folder / "s.qsf", "--solver", "anneal", "--iterations", 10**12]
-    status, shown = on_terminal(*line, "--keep-on-interrupt", interrupt_at=b"iteration")
+    status, shown = on_terminal(
+        *line, "--keep-on-interrupt", interrupt_at=b"iteration", signals=[sent]
+    )
     assert status == 0 and shown.startswith("\r\033[Kanneal: ")
     assert json.loads(run("validate", large, folder / "s.qsf", "--json").out)["energies_agree"]
+
+
+def test_a_second_interrupt_ends_the_command(folder, large):
+    line = ["solve", large, "-o", folder / "s.qsf", "--solver", "anneal", "--iterations", 10**12]
+    both = [signal.SIGINT, signal.SIGTERM]
+    status, _ = on_terminal(*line, "--keep-on-interrupt", interrupt_at=b"iteration", signals=both)
+    assert status in (128 + signal.SIGINT, 128 + signal.SIGTERM)
+    assert not list(folder.iterdir())
+
+
+def test_messages_before_expansion_have_memory(tmp_path):
+    """They come where the time is limited, and of many labels they take more than the moves."""
+    *_, left, right = random_pair(tmp_path, 60, 12)
+    line = ["match", left, right, "-o", tmp_path / "m.pgm", "--disparity", "0:40"]
+    succeed(*line, "--solver", "expansion", "--iterations", 1, "--time-limit", 600)
 
 
 def test_a_gap_limit(folder, tmp_path):

@@ -55,7 +55,8 @@ fuzz: $(FUZZ_TARGETS:%=$(FUZZ)/fuzz-%) $(ENV) ## look for inputs that break the 
 	    tar -xJf tests/fuzz/corpus/$$target.tar.xz -C $(FUZZ)/corpus-$$target; \
 	    echo "$$target"; \
 	    nice $(FUZZ)/fuzz-$$target -max_total_time=$(SECONDS) -max_len=1500 -timeout=5 -rss_limit_mb=3000 -print_final_stats=1 \
-	        -artifact_prefix=$(FUZZ)/bad-$$target- $(FUZZ)/found-$$target $(FUZZ)/corpus-$$target 2>&1 | \
-	        grep -E "ERROR|promise|runtime error|Test unit|number_of_executed|#[0-9] " || exit 1; \
+	        -artifact_prefix=$(FUZZ)/bad-$$target- $(FUZZ)/found-$$target $(FUZZ)/corpus-$$target >$(FUZZ)/$$target.log 2>&1 || \
+	        { grep -aE "ERROR|promise|runtime error|Test unit|^ +#[0-9]+ " $(FUZZ)/$$target.log; exit 1; }; \
+	    grep -a number_of_executed $(FUZZ)/$$target.log; \
 	done
 	@$(BIN)/python tests/fuzz/readers.py --seconds $(SECONDS) --keep $(FUZZ)

@@ -12,6 +12,9 @@ typedef struct problem {
     qs_qubo qubo;
     qs_index index;
     int64_t optimum;
+    size_t work; /* bytes of the workspace: it is large, so it is taken once */
+    void *workspace;
+    uint8_t *left;
 } problem;
 
 static problem problems[PROBLEMS];
@@ -46,9 +49,12 @@ static void load(const char *name, problem *to)
     fclose(file);
     PROMISE(qs_qubo_open(to->file, size, UINT64_MAX, &to->qubo, NULL) == QS_OK);
     size_t bytes = qs_index_workspace(&to->qubo);
-    /* Kept to the end of the process. */
+    /* All memory is kept to the end of the process. */
     PROMISE(qs_index_build(&to->qubo, malloc(bytes + 1), bytes, &to->index) == QS_OK);
     to->optimum = find_optimum(&to->index);
+    to->work = qs_certificate_workspace(&to->index);
+    to->workspace = malloc(to->work + 1);
+    to->left = malloc(to->qubo.variables + (size_t)to->qubo.groups + 1);
 }
 
 static void load_all(void)
@@ -63,21 +69,16 @@ static void load_all(void)
 
 static void check(const problem *of, const qs_certificate *certificate)
 {
-    size_t size = qs_certificate_workspace(&of->index);
-    uint8_t *left = malloc(of->qubo.variables + (size_t)of->qubo.groups + 1);
-    void *workspace = malloc(size + 1);
     qs_verdict verdict;
     qs_fault fault = {0, NULL};
-    qs_status status =
-        qs_certificate_check(&of->index, certificate, workspace, size, &verdict, left, &fault);
+    qs_status status = qs_certificate_check(&of->index, certificate, of->workspace, of->work,
+                                            &verdict, of->left, &fault);
     PROMISE(status == QS_OK || status == QS_E_CORRUPT || status == QS_E_OVERFLOW);
     if (status == QS_OK && verdict.valid) {
         PROMISE(verdict.lower_bound <= of->optimum && verdict.energy >= of->optimum);
     } else {
         PROMISE(status != QS_OK || verdict.why != NULL);
     }
-    free(workspace);
-    free(left);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

@@ -191,14 +191,15 @@ def hostile():
 SITES = 6  # of the problem that the certificates below are about: a chain of free choices
 
 
-def proof(held=b"", bound=-(2**63), energy=0, **other):
-    """A certificate of the sound problem `chain`. `other` replaces fields by their names."""
-    problem_file = dict(sound())["chain"]
+def proof(held=b"", bound=-(2**63), energy=0, about=None, **other):
+    """A certificate of the sound problem `chain`, or of another of (file, sites). `other` replaces
+    fields by their names."""
+    problem_file, sites = about or (dict(sound())["chain"], SITES)
     found = {
-        "sites": SITES,
+        "sites": sites,
         "stages": 1 if held else 0,
         "digest": hashlib.sha256(problem_file).digest(),
-        "best": struct.pack("<I", 1) + bytes(SITES),
+        "best": struct.pack("<I", 1) + bytes(sites),
         **other,
     }
     return container.pack(
@@ -215,6 +216,13 @@ def parts(*sites, value=0, end=True):
     )
 
 
+def searched(*sites, bounds, end=True):
+    """A stage that searches one part."""
+    return struct.pack(
+        f"<IIIII{len(sites)}I{len(bounds)}q", 8, 0, 0, 0, len(sites), *sites, *bounds
+    ) + (bytes(4) if end else b"")
+
+
 def split(scale=1, slot_width=1, share_width=4, has=1, rest=bytes(2 * (SITES - 1))):
     """A stage with a split: in the chain each edge has the one slot of its sites, and no shares."""
     return struct.pack("<IIII", has, scale, slot_width, share_width) + rest
@@ -225,6 +233,9 @@ def sound_proofs():
     yield "of nothing", proof()
     yield "of a part", proof(parts(*every), bound=0)
     yield "of a split", proof(split(), bound=0)
+    yield "of a search", proof(searched(*every, bounds=[0] * SITES), bound=0)
+    yield "of the largest scale", proof(split(2**30), bound=0)
+    yield "of 4096 stages", proof(split() * 4096, stages=4096, bound=0)
 
 
 def hostile_proofs():
@@ -240,7 +251,18 @@ def hostile_proofs():
         ("a part twice", parts(*every, end=False) + parts(*every)[16:], False),
         ("a part of the largest energy", parts(*every, value=2**63 - 1), True),
         ("a part of the least energy", parts(*every, value=-(2**63)), True),
+        ("a search of no sites", searched(bounds=[]), False),
+        ("a search without end", searched(*every, bounds=[0] * SITES, end=False), False),
+        ("a search of too few bounds", searched(*every, bounds=[0] * (SITES - 1)), False),
+        ("a search of a site twice", searched(*every[:-1], 0, bounds=[0] * SITES), False),
+        ("a search with neighbours outside", searched(0, bounds=[0]), False),
+        ("a search of 2^32 - 1 sites", struct.pack("<IIIII", 8, 0, 0, 0, 2**32 - 1), False),
+        ("a search of a bound of 2^53 + 1", searched(*every, bounds=[2**53 + 1] * SITES), False),
+        ("a search of a bound of -2^63", searched(*every, bounds=[-(2**63)] * SITES), False),
+        ("a search of the largest bound", searched(*every, bounds=[2**53] * SITES), True),
+        ("a search of a bound 1 too high", searched(*every, bounds=[1] + [0] * (SITES - 1)), True),
         ("a scale of 2^32 - 1", split(2**32 - 1), False),
+        ("a scale of 2^30 + 1", split(2**30 + 1), False),
         ("a scale of 0", split(0), False),
         ("slots of 3 bytes", split(slot_width=3), False),
         ("shares of 8 bytes", split(share_width=8), False),
@@ -254,6 +276,7 @@ def hostile_proofs():
     ):
         yield name, proof(stages), is_sound
     yield "more stages than bytes", proof(parts(*every), stages=4096), False
+    yield "4097 stages", proof(split() * 4097, stages=4097), False
     yield "stages without end", proof(parts(*every), stages=2**32 - 1), False
     yield "sites without end", proof(sites=2**32 - 1), False
     yield "a label too few", proof(best=struct.pack("<I", 1) + bytes(SITES - 1)), False

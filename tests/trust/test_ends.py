@@ -24,7 +24,7 @@ COMMANDS = [
     "encode left.pgm right.pgm -o out --disparity 0:31",
     "reduce p.qcf -o out --iterations 1",
     "decode p.qcf s.qsf -o out.pfm",
-    "solve p.qcf -o out --solver icm",
+    "solve p.qcf -o out --solver icm --keep-on-interrupt",
 ]
 HANDLED = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGPIPE]
 

@@ -6,7 +6,17 @@ import sys
 from pathlib import Path
 
 import pytest
-from hostile import hostile, hostile_proofs, sound, sound_proofs
+from hostile import (
+    chain,
+    hostile,
+    hostile_proofs,
+    labl,
+    parts,
+    problem,
+    proof,
+    sound,
+    sound_proofs,
+)
 from qstereo_bridge import qcf
 from qstereo_bridge.container import FormatError
 from qstereo_bridge.verify import verify
@@ -101,3 +111,21 @@ def test_certificates(answer, name, tmp_path):
             verify(*answer, path)
     else:
         assert verify(*answer, path).valid == (status == 0)
+
+
+def test_parts_of_4096_sites_and_not_of_one_more(tmp_path):
+    """A chain of as many sites as a part may have, and one that is longer."""
+    for sites, status in ((4096, 0), (4097, 3)):
+        problem_file = problem(sites, runs=chain(sites), sides=[("labl", labl(2))]).pack()
+        paths = [tmp_path / name for name in ("p.qcf", "s.qsf", "c.qpf")]
+        held = parts(*range(sites))
+        paths[0].write_bytes(problem_file)
+        paths[2].write_bytes(proof(held, bound=0, about=(problem_file, sites)))
+        succeed("solve", *paths[:1], "-o", paths[1], "--solver", "icm")
+        done = run("verify", *paths)
+        assert done.status == status, done.err
+        if status == 0:
+            assert verify(*paths).valid
+        else:
+            with pytest.raises(FormatError):
+                verify(*paths)

@@ -130,8 +130,7 @@ size_t qs_recorder_workspace(const qs_index *index, const qs_model *model);
  *   QS_E_ARGUMENT   a null pointer
  *   QS_E_WORKSPACE
  *   QS_E_ENCODING   two couplings join the same two groups: their chains would
- *                   not be told apart
- *   QS_E_OVERFLOW   the costs are so large that messages need 64 bits */
+ *                   not be told apart */
 QS_MUST_CHECK qs_status qs_recorder_begin(
     qs_recorder *recorder, const qs_index *index, const qs_model *model,
     void *workspace, size_t workspace_size, const qs_sink *stages);
@@ -144,8 +143,8 @@ qs_witness qs_recorder_witness(qs_recorder *recorder);
  * Returns
  *   QS_OK
  *   QS_E_IO         the sink refused bytes
- *   QS_E_OVERFLOW   a share does not fit in 32 bits, a cost was too large to
- *                   fold, or there are more than 4096 stages
+ *   QS_E_OVERFLOW   a share, or a cost that was to be folded, is too large, or
+ *                   there are more than 4096 stages
  *   QS_E_ENCODING   the solver has told nothing: it is none that calls a
  *                   witness */
 QS_MUST_CHECK qs_status qs_recorder_end(qs_recorder *recorder);

@@ -42,7 +42,7 @@ typedef struct qs_match_term {
                                more than one pixel; else 0 */
 } qs_match_term;
 
-enum { QS_MATCH_TERMS = 2 };
+enum { QS_MATCH_TERMS = 2, QS_MATCH_COPIES = 16 };
 
 /* What becomes of pixels some of whose matches lie outside the right
  * picture. */
@@ -71,6 +71,9 @@ typedef struct qs_matching {
      * Veksler and Zabih 2001, section 8.2). 0 = every edge has `weight`. */
     uint32_t contrast_below; /* in greys, 0 .. 256 */
     uint32_t contrast_times; /* at least 1 where contrast_below is not 0 */
+    uint32_t
+        copies; /* rows of costs that are computed at the same time, at most
+                        QS_MATCH_COPIES; 0 = one */
 } qs_matching;
 
 /* The largest theta that the terms can have, without `scale`; 0 if a term is
@@ -84,7 +87,7 @@ uint32_t qs_matching_most(const qs_matching *matching);
  * matching   copied; the pixels stay borrowed as long as the problem is used
  * workspace  at least qs_matching_workspace bytes, aligned for any type; stays
  *            borrowed like the pixels. So only one thread at a time may use the
- *            problem
+ *            problem, or as many as there are copies, as problem.h says
  * problem    out
  *
  * Returns

@@ -43,9 +43,9 @@ typedef struct qs_witness {
      * edge to an earlier site, and its i-th to a later one, of weight above 0.
      * Sites without such edges are left out.
      *
-     * share  of each label */
+     * share  of each label: whole numbers of `bytes` bytes, 4 or 8 */
     void (*share)(void *context, const qs_model *model, uint32_t site,
-                  uint32_t chain, const int32_t *share);
+                  uint32_t chain, const void *share, unsigned bytes);
     /* The split is complete, or there was none.
      *
      * kept  sites x labels: those that are left now; NULL = all. What has left
@@ -56,13 +56,26 @@ typedef struct qs_witness {
      * `end` has told its labels. If so, the witness has solved it by itself,
      * and needs to hear no more of it.
      *
-     * sites  of the part, count of them
+     * sites   of the part, count of them
+     * labels  which of them are in an optimum has to be proven as well, and not
+     *         its least energy alone
      *
      * Returns false if the part is too wide for the witness. Then it stays as
      * it is */
-    bool (*part)(void *context, const uint32_t *sites, uint32_t count);
+    bool (*part)(void *context, const uint32_t *sites, uint32_t count,
+                 bool labels);
     void *context;
 } qs_witness;
+
+/* Does a part of a work, 0 .. parts - 1. */
+typedef void qs_part(void *work, uint32_t part);
+
+/* Does all parts of a work and returns when they are done. Any thread may do
+ * any part, in any order.
+ *
+ * helpers  the caller's own */
+typedef void qs_together(void *helpers, qs_part *part, void *work,
+                         uint32_t parts);
 
 /* All zero = the defaults. */
 typedef struct qs_solve_options {
@@ -86,8 +99,14 @@ typedef struct qs_solve_options {
     const qs_witness *witness; /* NULL = nobody. With one, the watch is called
                                   between iterations of messages alone. trws,
                                   best and min_cut call it, where best packs
-                                  it goes on for the witness. It is told nothing
-                                  where costs need 64 bits */
+                                  it goes on for the witness */
+    /* The library has no threads. trws16 hands out what can be done at the same
+     * time; other solvers do not. The answer is the same, and the watch is
+     * called by the thread that called the solver. NULL = that thread does it
+     * all */
+    qs_together *together;
+    void *helpers; /* of together */
+    uint32_t workers; /* how many parts `together` does at the same time */
 } qs_solve_options;
 
 typedef struct qs_solution {
@@ -198,10 +217,11 @@ QS_MUST_CHECK qs_status qs_trws(const qs_model *model,
 size_t qs_trws_workspace(const qs_model *model);
 
 /* TRW-S as above with costs of one byte and messages of two, straight from a
- * problem: no model is needed, so the workspace, about 5 bytes for each site
- * and label, is all the memory. For grids without masked cells and forbidden
- * labels, with Potts or truncated linear costs. The labelling is made once,
- * after the last iteration; the bound is exact here, too. Default: 2
+ * problem: no model is needed, so the workspace is all the memory: about 5
+ * bytes for each site and label, where labels count in whole sixteens, and
+ * about 3 if one iteration is wanted. For grids without masked cells and
+ * forbidden labels, with Potts or truncated linear costs. The labelling is made
+ * once, after the last iteration; the bound is exact here, too. Default: 2
  * iterations.
  *
  * Returns also
@@ -210,12 +230,14 @@ size_t qs_trws_workspace(const qs_model *model);
  *   QS_E_OVERFLOW  the costs of a site differ by more than 255 units, or
  *                  255 + 4 weight V exceeds 16383 on an edge
  *
- * The workspace is 0 if the problem is none of these. */
+ * The workspace is 0 if the problem is none of these.
+ *
+ * iterations  of the workspace: as in the options; 0 = default */
 QS_MUST_CHECK qs_status qs_trws16(const qs_problem *problem,
                                   const qs_solve_options *options,
                                   void *workspace, size_t workspace_size,
                                   uint16_t *labelling, qs_solution *solution);
-size_t qs_trws16_workspace(const qs_problem *problem);
+size_t qs_trws16_workspace(const qs_problem *problem, uint64_t iterations);
 
 /* Makes a labelling better by labels near its own: each site keeps its label or
  * takes the one before or after. Row after row, and then column after column,

@@ -10,12 +10,8 @@
 #include "certificate_layout.h"
 #include "exact.h"
 #include "goldstein.h"
+#include "search.h"
 #include "split.h"
-
-/* So that no sum of costs and shares leaves 2^60: of costs times the scale, and of slots, each of
- * which has a share below 2^31. */
-#define MOST_COSTS ((uint64_t)1 << 59)
-#define MOST_SLOTS ((uint64_t)1 << 27)
 
 typedef struct checker {
     const qs_certificate *file;
@@ -23,6 +19,7 @@ typedef struct checker {
     qs_split split;
     qs_exact exact;
     uint64_t exact_cells; /* of all parts up to now */
+    qs_search search;
     uint16_t *labelling;
     uint8_t *sets; /* of each label: what a stage is known to leave */
     uint8_t *claimed; /* what it says that it leaves */
@@ -41,6 +38,8 @@ static size_t take_parts(checker *c, const qs_index *index, void *workspace)
     qs_stated_take(&c->stated, index, &arena);
     qs_split_take(&c->split, &c->stated, &arena);
     qs_exact_take(&c->exact, &c->stated, &arena);
+    qs_search_take(&c->search, &c->exact, &arena);
+    c->search.work = QS_SEARCH_WORK;
     c->labelling = qs_arena_take(&arena, sites, sizeof *c->labelling);
     c->sets = qs_arena_take(&arena, labels, 1);
     c->claimed = qs_arena_take(&arena, labels, 1);
@@ -82,20 +81,6 @@ static const uint8_t *next_bytes(checker *c, uint64_t size)
     return bytes;
 }
 
-static bool is_settled(const checker *c, uint32_t site)
-{
-    return c->stated.settled[site] != 0;
-}
-
-static uint64_t count_undecided(const checker *c)
-{
-    uint64_t undecided = 0;
-    for (uint32_t p = 0; p < c->stated.sites; p++) {
-        undecided += !is_settled(c, p);
-    }
-    return undecided;
-}
-
 /* ---- The labelling. ---- */
 
 static bool read_label(checker *c, const uint8_t *at, uint32_t site)
@@ -121,11 +106,9 @@ static bool check_best(checker *c)
 /* The labelling of a stage: of the sites that are not settled, labels that are left. */
 static bool read_labelling(checker *c)
 {
-    const uint8_t *at = next_bytes(c, count_undecided(c) * c->file->label_bytes);
-    for (uint32_t p = 0; at && p < c->stated.sites; p++) {
-        if (is_settled(c, p)) {
-            continue;
-        }
+    const uint8_t *at = next_bytes(c, (uint64_t)c->stated.open_count * c->file->label_bytes);
+    for (uint32_t i = 0; at && i < c->stated.open_count; i++) {
+        uint32_t p = c->stated.open[i];
         if (!read_label(c, at, p) ||
             !c->stated.kept[qs_stated_at(&c->stated, p, c->labelling[p])]) {
             return reject(c, QS_E_CORRUPT, "a label of a stage that is not left");
@@ -150,60 +133,65 @@ static bool read_head(checker *c, stage_head *head)
     }
     *head = (stage_head){qs_load_u32(at), qs_load_u32(at + 4), qs_load_u32(at + 8),
                          qs_load_u32(at + 12)};
-    bool known = head->has >= 1 && head->has <= QS_STAGE_PARTS;
+    bool known = (head->has >= 1 && head->has <= QS_STAGE_PARTS) || head->has == QS_STAGE_SEARCHES;
     bool sound = head->scale == 0 && head->slot_bytes == 0 && head->share_bytes == 0;
     if (head->has & QS_STAGE_SPLITS) {
         sound = head->scale >= 1 && head->scale <= QS_SCALE_MOST &&
                 (head->slot_bytes == 1 || head->slot_bytes == 2) &&
-                (head->share_bytes == 1 || head->share_bytes == 2 || head->share_bytes == 4);
+                (head->share_bytes == 1 || head->share_bytes == 2 || head->share_bytes == 4 ||
+                 head->share_bytes == 8);
     }
     c->at -= known && sound ? 0 : QS_STAGE_HEAD;
     return (known && sound) || reject(c, QS_E_CORRUPT, "the head of a stage");
 }
 
+static bool are_small(const checker *c, uint64_t count)
+{
+    int64_t most = (int64_t)(QS_MOST_SHARES / qs_max_u64(c->split.slots, 1));
+    bool small = true;
+    for (uint64_t i = 0; small && c->split.share_bytes == 8 && i < count; i++) {
+        int64_t share = qs_load_i64(c->split.shares + 8 * (size_t)i);
+        small = share >= -most && share <= most;
+    }
+    return small;
+}
+
 static bool read_split(checker *c, const stage_head *head)
 {
-    uint64_t alive = 0;
-    for (uint32_t e = 0; e < c->stated.edge_count; e++) {
-        alive += c->stated.edges[e].alive;
-    }
     c->split.scale = head->scale;
-    const uint8_t *slots = next_bytes(c, 2 * alive * head->slot_bytes);
+    const uint8_t *slots = next_bytes(c, 2 * (uint64_t)c->stated.alive_count * head->slot_bytes);
     if (!slots) {
         return false;
     }
     if (!qs_split_set_slots(&c->split, slots, head->slot_bytes)) {
         return reject(c, QS_E_CORRUPT, "slots that make no chains");
     }
-    if (c->stated.magnitude > MOST_COSTS / head->scale ||
-        c->split.slot_start[c->stated.sites] > MOST_SLOTS) {
+    if (c->stated.magnitude > QS_MOST_COSTS / head->scale || c->split.slots > QS_MOST_SLOTS) {
         return reject(c, QS_E_OVERFLOW, "a scale too large for 64 bits");
     }
     c->split.share_bytes = head->share_bytes;
-    c->split.shares = next_bytes(c, qs_split_count_shares(&c->split) * head->share_bytes);
-    return c->split.shares != NULL;
+    uint64_t count = qs_split_count_shares(&c->split);
+    c->split.shares = next_bytes(c, count * head->share_bytes);
+    return c->split.shares &&
+           (are_small(c, count) || reject(c, QS_E_OVERFLOW, "a share too large for 64 bits"));
 }
 
 /* How far the bound of each part is below `scale` times what the labelling costs there. */
 static void find_room(checker *c)
 {
     const qs_stated *s = &c->stated;
-    for (uint32_t p = 0; p < s->sites; p++) {
-        c->room[p] = -c->split.least[p];
+    for (uint32_t i = 0; i < s->open_count; i++) {
+        c->room[s->open[i]] = -c->split.least[s->open[i]];
     }
-    for (uint32_t p = 0; p < s->sites; p++) {
-        if (!is_settled(c, p)) {
-            c->room[c->split.part[p]] +=
-                c->split.scale * s->unary[qs_stated_at(s, p, c->labelling[p])];
-        }
+    for (uint32_t i = 0; i < s->open_count; i++) {
+        uint32_t p = s->open[i];
+        c->room[c->split.part[p]] += c->split.scale * s->unary[qs_stated_at(s, p, c->labelling[p])];
     }
-    for (uint32_t e = 0; e < s->edge_count; e++) {
-        const qs_stated_edge *edge = &s->edges[e];
-        if (edge->alive) {
-            c->room[c->split.part[edge->first]] +=
-                c->split.scale *
-                qs_stated_cost(s, edge, c->labelling[edge->first], c->labelling[edge->second]);
-        }
+    for (uint32_t i = 0; i < s->alive_count; i++) {
+        const qs_stated_edge *edge = &s->edges[s->alive[i]];
+        c->room[c->split.part[edge->first]] +=
+            c->split.scale *
+            qs_stated_cost(s, edge, c->labelling[edge->first], c->labelling[edge->second]);
     }
 }
 
@@ -213,10 +201,8 @@ static void take_out_above(checker *c)
     const qs_stated *s = &c->stated;
     find_room(c);
     qs_split_excess(&c->split);
-    for (uint32_t p = 0; p < s->sites; p++) {
-        if (is_settled(c, p)) {
-            continue;
-        }
+    for (uint32_t i = 0; i < s->open_count; i++) {
+        uint32_t p = s->open[i];
         for (size_t at = s->start[p]; at < s->start[p + 1]; at++) {
             c->sets[at] =
                 (uint8_t)(c->sets[at] && c->split.excess[at] <= c->room[c->split.part[p]]);
@@ -228,12 +214,8 @@ static void take_out_above(checker *c)
 static bool read_sets(checker *c)
 {
     const qs_stated *s = &c->stated;
-    memcpy(c->claimed, s->kept, s->start[s->sites]);
-    for (uint32_t p = 0; p < s->sites; p++) {
-        if (is_settled(c, p)) {
-            continue;
-        }
-        uint32_t count = s->count[p], left = 0;
+    for (uint32_t i = 0; i < s->open_count; i++) {
+        uint32_t p = s->open[i], count = s->count[p], left = 0;
         const uint8_t *bits = next_bytes(c, (count + 7u) / 8);
         if (!bits) {
             return false;
@@ -253,48 +235,56 @@ static bool read_sets(checker *c)
     return true;
 }
 
+/* Copies what there is of each label of the sites that are not settled. */
+static void copy_open(const qs_stated *s, uint8_t *to, const uint8_t *from)
+{
+    for (uint32_t i = 0; i < s->open_count; i++) {
+        size_t at = s->start[s->open[i]];
+        memcpy(to + at, from + at, s->count[s->open[i]]);
+    }
+}
+
 /* Takes over the sets of a stage, if all labels that leave are known to be in no optimum. */
 static bool take_sets(checker *c)
 {
     const qs_stated *s = &c->stated;
-    qs_apply_goldstein(s, c->sets, c->claimed, c->due, c->split.work);
-    for (size_t at = 0; at < s->start[s->sites]; at++) {
-        if (c->sets[at] && !c->claimed[at]) {
-            return refute(c, "a label leaves that its stage does not rule out");
-        }
+    if (!qs_apply_goldstein(s, c->sets, c->claimed, c->due, c->split.work)) {
+        return refute(c, "a label leaves that its stage does not rule out");
     }
-    memcpy(s->kept, c->claimed, s->start[s->sites]);
+    copy_open(s, s->kept, c->claimed);
     qs_stated_fold(&c->stated);
     return true;
 }
 
 /* ---- Parts that are solved. ---- */
 
-/* Reads the sites of a part; none at the end of the stage. */
-static bool read_part(checker *c, int64_t *value)
+/* Reads how many sites a part has; none at the end of the stage. */
+static bool read_count(checker *c)
 {
-    qs_exact *x = &c->exact;
     const uint8_t *at = next_bytes(c, 4);
-    x->count = at ? qs_load_u32(at) : 0;
-    if (x->count == 0) {
-        return at != NULL;
-    }
-    if (x->count > QS_EXACT_SITES || x->count > c->stated.sites) {
+    c->exact.count = at ? qs_load_u32(at) : 0;
+    if (c->exact.count > QS_EXACT_SITES || c->exact.count > c->stated.sites) {
         return reject(c, QS_E_CORRUPT, "a part of too many sites");
     }
-    at = next_bytes(c, 8 + 4 * (uint64_t)x->count);
-    if (!at) {
-        return false;
-    }
-    *value = qs_load_i64(at);
-    for (uint32_t i = 0; i < x->count; i++) {
-        x->sites[i] = qs_load_u32(at + 8 + 4 * (size_t)i);
-    }
-    return true;
+    return at != NULL;
 }
 
-static bool check_part(checker *c, int64_t value)
+static bool read_sites(checker *c)
 {
+    const uint8_t *at = next_bytes(c, 4 * (uint64_t)c->exact.count);
+    for (uint32_t i = 0; at && i < c->exact.count; i++) {
+        c->exact.sites[i] = qs_load_u32(at + 4 * (size_t)i);
+    }
+    return at != NULL;
+}
+
+/* A part that is solved by tables. */
+static bool check_part(checker *c)
+{
+    const uint8_t *value = next_bytes(c, 8);
+    if (!value || !read_sites(c)) {
+        return false;
+    }
     qs_exact_laid laid = qs_exact_lay(&c->exact);
     if (laid == QS_EXACT_NO_PART) {
         return reject(c, QS_E_CORRUPT, "sites that are no part");
@@ -304,22 +294,51 @@ static bool check_part(checker *c, int64_t value)
         return reject(c, QS_E_CORRUPT, "a part whose tables are too large");
     }
     qs_exact_solve(&c->exact);
-    if (c->exact.value != value) {
+    if (c->exact.value != qs_load_i64(value)) {
         return refute(c, "a part has another least energy than it states");
     }
     qs_exact_settle(&c->exact);
     return true;
 }
 
-static bool check_parts(checker *c)
+/* A part that is searched, suffix after suffix, the shortest first. */
+static bool check_search(checker *c)
 {
-    int64_t value = 0;
-    bool good = read_part(c, &value);
+    qs_search *x = &c->search;
+    uint32_t count = c->exact.count;
+    if (!read_sites(c)) {
+        return false;
+    }
+    if (!qs_search_lay(x)) {
+        return reject(c, QS_E_CORRUPT, "sites that are no part, or too many to search");
+    }
+    const uint8_t *bounds = next_bytes(c, 8 * (uint64_t)count);
+    for (uint32_t i = count; bounds && i-- > 0;) {
+        int64_t least = qs_load_i64(bounds + 8 * (size_t)i);
+        x->least[i] = least;
+        if (least < -QS_ENERGY_MAX || least > QS_ENERGY_MAX) {
+            return reject(c, QS_E_CORRUPT, "a bound of a search");
+        }
+        if (!qs_search_suffix(x, i)) {
+            return reject(c, QS_E_CORRUPT, "a search that takes too long");
+        }
+        if (x->least[i] != least) {
+            return refute(c, "a part costs less than the least that it states");
+        }
+    }
+    c->exact.value = x->least[0] + x->edges_least;
+    qs_exact_close(&c->exact);
+    return bounds != NULL;
+}
+
+static bool check_parts(checker *c, bool are_searched)
+{
+    bool good = read_count(c);
     if (good && c->exact.count == 0) {
         return reject(c, QS_E_CORRUPT, "a stage of no parts");
     }
     while (good && c->exact.count > 0) {
-        good = check_part(c, value) && read_part(c, &value);
+        good = (are_searched ? check_search(c) : check_part(c)) && read_count(c);
     }
     return good;
 }
@@ -330,8 +349,9 @@ static bool check_stage(checker *c)
     if (!read_head(c, &head)) {
         return false;
     }
-    if (head.has & QS_STAGE_PARTS) {
-        return check_parts(c);
+    qs_stated_list(&c->stated);
+    if (head.has == QS_STAGE_PARTS || head.has == QS_STAGE_SEARCHES) {
+        return check_parts(c, head.has == QS_STAGE_SEARCHES);
     }
     bool splits = head.has & QS_STAGE_SPLITS, leaves = head.has & QS_STAGE_LEAVES;
     if (splits) {
@@ -343,7 +363,7 @@ static bool check_stage(checker *c)
     if (!leaves) {
         return true;
     }
-    memcpy(c->sets, c->stated.kept, c->stated.start[c->stated.sites]);
+    copy_open(&c->stated, c->sets, c->stated.kept);
     if (splits) {
         if (!read_labelling(c)) {
             return false;
@@ -357,12 +377,13 @@ static bool check_stage(checker *c)
 
 static void count_left(checker *c)
 {
+    qs_stated_list(&c->stated);
     for (uint32_t p = 0; p < c->stated.sites; p++) {
         uint32_t left = c->stated.left[p];
         c->verdict.undecided += left > 1;
         c->verdict.labels += left > 1 ? left : 0;
     }
-    if (count_undecided(c) == 0) { /* every optimum is left, and all of one cost */
+    if (c->stated.open_count == 0) { /* every optimum is left, and all of one cost */
         c->verdict.lower_bound = qs_max_i64(c->verdict.lower_bound, c->stated.constant);
     }
 }

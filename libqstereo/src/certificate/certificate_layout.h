@@ -14,7 +14,14 @@ enum {
     QS_STAGES_MOST = 4096 /* so that no small file asks for long work */
 };
 
-/* What a stage has. Parts stand alone. */
-enum { QS_STAGE_SPLITS = 1, QS_STAGE_LEAVES = 2, QS_STAGE_PARTS = 4 };
+/* So that no sum of costs and shares leaves 2^60: of costs times the scale, of slots, of a share
+ * as often as there are slots. */
+#define QS_MOST_COSTS  ((uint64_t)1 << 59)
+#define QS_MOST_SLOTS  ((uint64_t)1 << 27)
+#define QS_MOST_SHARES ((uint64_t)1 << 58)
+#define QS_MOST_SHARE  ((int64_t)1 << 60) /* that a writer can make smaller */
+
+/* What a stage has. Parts, solved by tables or by search, stand alone. */
+enum { QS_STAGE_SPLITS = 1, QS_STAGE_LEAVES = 2, QS_STAGE_PARTS = 4, QS_STAGE_SEARCHES = 8 };
 
 #endif

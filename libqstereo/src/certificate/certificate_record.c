@@ -2,10 +2,14 @@
 
 #include <string.h>
 
+#include "../../include/qstereo/limits.h"
 #include "../base/arena.h"
 #include "../base/minmax.h"
 #include "../qubo/sites.h"
-#include "../solve/messages.h"
+#include "certificate_layout.h"
+
+/* Of all searches, also of those that come to nothing: a part may be tried again and again. */
+#define SEARCH_TRIES (2 * QS_SEARCH_WORK)
 
 /* ---- Memory. ---- */
 
@@ -57,6 +61,7 @@ static size_t take_parts(qs_record_book **book, const qs_index *index, const qs_
     b->sets = qs_arena_take(&arena, labels, 1);
     qs_exact_take(&b->exact, &b->stated, &arena);
     qs_exact_order_take(&b->order, &b->stated, &arena);
+    qs_search_take(&b->search, &b->exact, &arena);
     return qs_arena_size(&arena);
 }
 
@@ -124,9 +129,6 @@ qs_status qs_recorder_begin(qs_recorder *recorder, const qs_index *index, const 
     if (workspace_size < size || size == SIZE_MAX) {
         return QS_E_WORKSPACE;
     }
-    if (!qs_messages_fit(model, true)) {
-        return QS_E_OVERFLOW;
-    }
     (void)take_parts(&book, index, model, workspace);
     qs_stated_read(&book->stated);
     if (has_double_edges(book)) {
@@ -134,8 +136,11 @@ qs_status qs_recorder_begin(qs_recorder *recorder, const qs_index *index, const 
     }
     qs_stated_fold(&book->stated);
     place_sites(book, model);
-    book->pending = book->has_parts = false;
+    book->pending = false;
+    book->parts = 0;
     book->exact_cells = 0;
+    book->search_work = QS_SEARCH_WORK;
+    book->search_tries = SEARCH_TRIES;
     *recorder = (qs_recorder){.index = index, .model = model, .sink = stages, .book = book};
     return QS_OK;
 }
@@ -155,21 +160,60 @@ static bool list_part(qs_record_book *b, const uint32_t *cells, uint32_t count)
     return known;
 }
 
-static bool solve_part(void *context, const uint32_t *cells, uint32_t count)
+static bool solve_by_tables(qs_recorder *r)
 {
-    qs_recorder *r = context;
     qs_record_book *b = r->book;
-    if (r->status != QS_OK || (!b->has_parts && !qs_record_may_begin(r)) ||
-        !list_part(b, cells, count) || !qs_exact_order_find(&b->order, &b->exact) ||
-        qs_exact_lay(&b->exact) != QS_EXACT_LAID ||
-        qs_exact_cells(&b->exact) > QS_EXACT_ALL_CELLS - b->exact_cells) {
+    if (!qs_exact_order_find(&b->order, &b->exact) || qs_exact_lay(&b->exact) != QS_EXACT_LAID ||
+        qs_exact_cells(&b->exact) > QS_EXACT_ALL_CELLS - b->exact_cells ||
+        !qs_record_may_add(r, QS_STAGE_PARTS)) {
         return false;
     }
     b->exact_cells += qs_exact_cells(&b->exact);
     qs_exact_solve(&b->exact);
     qs_exact_settle(&b->exact);
-    qs_record_part(r);
+    qs_record_part(r, QS_STAGE_PARTS);
     return true;
+}
+
+/* Finds the least energies of all suffixes. Returns false if that is too much work. */
+static bool search_part(qs_record_book *b)
+{
+    qs_search *x = &b->search;
+    uint64_t allowed = qs_min_u64(b->search_work, b->search_tries);
+    bool found = true;
+    x->work = allowed;
+    for (uint32_t i = b->exact.count; found && i-- > 0;) {
+        x->least[i] = QS_ENERGY_MAX;
+        found = qs_search_suffix(x, i);
+    }
+    b->search_tries -= allowed - x->work;
+    b->search_work -= found ? allowed - x->work : 0;
+    return found;
+}
+
+static bool solve_by_search(qs_recorder *r)
+{
+    qs_record_book *b = r->book;
+    if (b->exact.count > QS_SEARCH_SITES) {
+        return false;
+    }
+    qs_search_order(&b->search);
+    if (!qs_search_lay(&b->search) || !search_part(b) || !qs_record_may_add(r, QS_STAGE_SEARCHES)) {
+        return false;
+    }
+    b->exact.value = b->search.least[0] + b->search.edges_least;
+    qs_exact_close(&b->exact);
+    qs_record_part(r, QS_STAGE_SEARCHES);
+    return true;
+}
+
+/* A search finds no labels. */
+static bool solve_part(void *context, const uint32_t *cells, uint32_t count, bool labels)
+{
+    qs_recorder *r = context;
+    qs_record_book *b = r->book;
+    return r->status == QS_OK && list_part(b, cells, count) &&
+           (solve_by_tables(r) || (!labels && list_part(b, cells, count) && solve_by_search(r)));
 }
 
 static void end_stage(void *context, const uint8_t *kept)
@@ -191,6 +235,7 @@ static void end_stage(void *context, const uint8_t *kept)
     if (leaves && r->status == QS_OK) {
         qs_record_stage(r, true);
         memcpy(s->kept, b->sets, s->start[s->sites]);
+        qs_stated_list(&b->stated);
         qs_stated_fold(&b->stated);
     }
 }
@@ -203,9 +248,9 @@ static void take_split(void *context, const qs_model *model, unsigned shift,
 }
 
 static void take_share(void *context, const qs_model *model, uint32_t cell, uint32_t chain,
-                       const int32_t *share)
+                       const void *share, unsigned bytes)
 {
-    qs_record_share(context, model, cell, chain, share);
+    qs_record_share(context, model, cell, chain, share, bytes);
 }
 
 qs_witness qs_recorder_witness(qs_recorder *recorder)

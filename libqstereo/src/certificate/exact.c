@@ -97,7 +97,12 @@ static bool is_whole(const qs_exact *x)
     return true;
 }
 
-static void forget_places(qs_exact *x)
+bool qs_exact_place(qs_exact *x)
+{
+    return place_sites(x) && is_whole(x);
+}
+
+void qs_exact_forget(qs_exact *x)
 {
     for (uint32_t i = 0; i < x->count; i++) {
         if (x->sites[i] < x->stated->sites) {
@@ -153,8 +158,8 @@ static bool lay_tables(qs_exact *x)
 
 qs_exact_laid qs_exact_lay(qs_exact *x)
 {
-    bool is_part = place_sites(x) && is_whole(x), fits = is_part && lay_tables(x);
-    forget_places(x);
+    bool is_part = qs_exact_place(x), fits = is_part && lay_tables(x);
+    qs_exact_forget(x);
     if (!is_part) {
         return QS_EXACT_NO_PART;
     }
@@ -308,7 +313,7 @@ void qs_exact_solve(qs_exact *x)
         add_edges(x, i);
         send_on(x, i);
     }
-    forget_places(x);
+    qs_exact_forget(x);
 }
 
 /* ---- Settling. ---- */
@@ -339,8 +344,16 @@ void qs_exact_settle(qs_exact *x)
         take_out(x, i);
     }
     for (uint32_t i = 0; i < x->count; i++) {
+        s->left[x->sites[i]] = list_names(s, x->sites[i], x->names);
+    }
+    qs_exact_close(x);
+}
+
+void qs_exact_close(qs_exact *x)
+{
+    qs_stated *s = x->stated;
+    for (uint32_t i = 0; i < x->count; i++) {
         uint32_t p = x->sites[i];
-        s->left[p] = list_names(s, p, x->names);
         s->settled[p] = QS_IN_SOLVED_PART;
         for (uint32_t n = s->near_start[p]; n < s->near_start[p + 1]; n++) {
             s->edges[s->near[n]].alive = false;

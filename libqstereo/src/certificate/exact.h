@@ -31,7 +31,7 @@ typedef struct qs_exact {
     int64_t *one; /* a table for a moment */
     uint32_t *names; /* the labels left to two sites, most_labels each */
     uint64_t capacity; /* of the tables */
-    int64_t value; /* what the part costs at least */
+    int64_t value; /* what the part costs at least, edges and all */
 } qs_exact;
 
 /* Hands out the memory, or counts it. */
@@ -45,6 +45,11 @@ typedef enum qs_exact_laid {
 } qs_exact_laid;
 qs_exact_laid qs_exact_lay(qs_exact *exact);
 
+/* Gives each site its place, 1 for the first. Returns false if they are no part. Whatever it
+ * returns, qs_exact_forget takes the places away. */
+bool qs_exact_place(qs_exact *exact);
+void qs_exact_forget(qs_exact *exact);
+
 /* The number of costs in the tables of the part that is laid out. */
 static inline uint64_t qs_exact_cells(const qs_exact *exact)
 {
@@ -57,5 +62,8 @@ void qs_exact_solve(qs_exact *exact);
 /* After that: settles the part. Labels that no labelling of this value has leave, the value goes to
  * the constant, and the sites and edges are no longer of the problem. */
 void qs_exact_settle(qs_exact *exact);
+
+/* Settles the part, whatever its labels: its value is a bound, and goes to the constant. */
+void qs_exact_close(qs_exact *exact);
 
 #endif

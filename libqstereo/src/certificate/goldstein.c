@@ -137,7 +137,8 @@ static void apply_to_due(const qs_stated *stated, uint8_t *sets, const uint8_t *
     bool again = true;
     while (again) {
         again = false;
-        for (uint32_t p = 0; p < stated->sites; p++) {
+        for (uint32_t i = 0; i < stated->open_count; i++) {
+            uint32_t p = stated->open[i];
             if (due[p]) {
                 due[p] = 0;
                 bool wanted = !claimed || has_more(stated, sets, claimed, p);
@@ -150,37 +151,38 @@ static void apply_to_due(const qs_stated *stated, uint8_t *sets, const uint8_t *
     }
 }
 
-/* Only where a label is left that is not claimed: mostly that is all. Returns true if it is. */
-static bool apply_where_needed(const qs_stated *stated, uint8_t *sets, const uint8_t *claimed,
-                               uint8_t *due, int64_t *work)
+/* Sets `due` where a label is left that is not claimed. Returns true if there is one. */
+static bool find_due(const qs_stated *stated, const uint8_t *sets, const uint8_t *claimed,
+                     uint8_t *due)
 {
-    bool more = false;
-    for (uint32_t p = 0; p < stated->sites; p++) {
+    bool any = false;
+    for (uint32_t i = 0; i < stated->open_count; i++) {
+        uint32_t p = stated->open[i];
         due[p] = has_more(stated, sets, claimed, p);
+        any = any || due[p];
     }
-    apply_to_due(stated, sets, claimed, due, work);
-    for (uint32_t p = 0; p < stated->sites && !more; p++) {
-        more = has_more(stated, sets, claimed, p);
-    }
-    return !more;
+    return any;
 }
 
-void qs_apply_goldstein(const qs_stated *stated, uint8_t *sets, const uint8_t *claimed,
+bool qs_apply_goldstein(const qs_stated *stated, uint8_t *sets, const uint8_t *claimed,
                         uint8_t *due, int64_t *work)
 {
-    if (apply_where_needed(stated, sets, claimed, due, work)) {
-        return;
+    if (!find_due(stated, sets, claimed, due)) {
+        return true;
     }
-    bool again = true;
+    apply_to_due(stated, sets, claimed, due, work); /* mostly that is all */
+    bool again = find_due(stated, sets, claimed, due);
     memset(due, 1, stated->sites);
     while (again) {
         again = false;
         apply_to_due(stated, sets, NULL, due, work);
-        for (uint32_t p = 0; p < stated->sites; p++) {
+        for (uint32_t i = 0; i < stated->open_count; i++) {
+            uint32_t p = stated->open[i];
             if (apply_at(stated, sets, p, true, work)) {
                 call_again(stated, p, due);
                 again = true;
             }
         }
     }
+    return !find_due(stated, sets, claimed, due);
 }

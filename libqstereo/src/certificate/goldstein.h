@@ -8,15 +8,18 @@
 
 #include "stated_problem.h"
 
-/* Takes out of the sets what the criterion rules out, until there is no more. It compares with the
- * cheapest label of a site where a label should leave, and if one stays, everywhere with all:
- * labels that leave elsewhere, though they are claimed to stay, may be why.
+/* Takes out of the sets what the criterion rules out, until no more is left than is claimed or the
+ * criterion has no more to say. It compares with the cheapest label of a site where a label should
+ * leave, and if one stays, everywhere with all: labels that leave elsewhere, though they are
+ * claimed to stay, may be why. Only sites that are not settled count, as listed.
  *
  * sets     of each label, as stated->kept, which it replaces here
  * claimed  the sets that should be left
  * due      memory for a byte for each site
- * work     memory for two numbers of each of the most labels */
-void qs_apply_goldstein(const qs_stated *stated, uint8_t *sets, const uint8_t *claimed,
+ * work     memory for two numbers of each of the most labels
+ *
+ * Returns true if no label is left that is not claimed */
+bool qs_apply_goldstein(const qs_stated *stated, uint8_t *sets, const uint8_t *claimed,
                         uint8_t *due, int64_t *work);
 
 #endif

@@ -4,6 +4,7 @@
 
 #include "../../include/qstereo/certificate.h"
 #include "exact_order.h"
+#include "search.h"
 #include "stated_problem.h"
 
 /* What a recorder keeps, in its workspace. Sites and labels are those of the file. */
@@ -16,15 +17,19 @@ typedef struct qs_record_book {
     uint32_t *slots; /* of each site: how many */
     uint16_t *first_slot, *second_slot; /* of each edge that is alive */
     size_t *share_at; /* of each site: where its shares begin */
-    int32_t *shares; /* of each slot of a site but the last, of each of its labels */
+    int64_t *shares; /* of each slot of a site but the last, of each of its labels */
     uint16_t *labelling; /* of each site, of the stage */
     uint8_t *sets; /* of each label */
     unsigned shift;
     bool pending; /* there is a split that has not been written */
-    bool has_parts; /* the last stage has parts, and has not ended */
+    unsigned parts; /* QS_STAGE_PARTS or QS_STAGE_SEARCHES if the last stage has such parts, and has
+                       not ended; else 0 */
     qs_exact exact;
     qs_exact_order order;
     uint64_t exact_cells; /* of all parts up to now */
+    qs_search search;
+    uint64_t search_work; /* that is still allowed: of all searches in the file, */
+    uint64_t search_tries; /* and of all that have been tried */
 } qs_record_book;
 
 #define QS_NO_SITE UINT32_MAX
@@ -57,19 +62,23 @@ static inline unsigned qs_record_label_bytes(const qs_stated *s)
 void qs_record_split(qs_recorder *r, const qs_model *model, unsigned shift,
                      const uint16_t *labelling);
 void qs_record_share(qs_recorder *r, const qs_model *model, uint32_t cell, uint32_t chain,
-                     const int32_t *share);
+                     const void *share, unsigned bytes);
 
 /* ---- Stages (record_stage.c). ---- */
 
 /* Ends a stage of parts. Returns false if there may be no more stages. */
 bool qs_record_may_begin(qs_recorder *r);
 
+/* The same where parts of a kind follow, unless the stage has them. */
+bool qs_record_may_add(qs_recorder *r, unsigned kind);
+
 /* Writes the stage: its split, if there is one, and the sets, if labels leave. */
 void qs_record_stage(qs_recorder *r, bool leaves);
 
-/* Writes the part that has been solved. Parts that come one after another are a stage. A split that
- * waits is of the problem with the part, and there will be another without it. */
-void qs_record_part(qs_recorder *r);
+/* Writes the part that has been solved, by tables or by search (`kind`). Parts of a kind that come
+ * one after another are a stage. A split that waits is of the problem with the part, and there will
+ * be another without it. */
+void qs_record_part(qs_recorder *r, unsigned kind);
 
 /* A stage of parts ends with one that has no sites. */
 void qs_record_end_parts(qs_recorder *r);

@@ -3,6 +3,8 @@
 #include <string.h>
 
 #include "../base/minmax.h"
+#include "../base/saturate.h"
+#include "certificate_layout.h"
 
 /* ---- The slots of a split. ---- */
 
@@ -20,6 +22,13 @@ static uint16_t rank_of(const qs_model *model, uint32_t cell, uint32_t other)
         rank += model->links[n].weight > 0 && (model->links[n].site > cell) == (other > cell);
     }
     return (uint16_t)rank;
+}
+
+/* The chain of TRW-S that an edge belongs to at the site of a cell. */
+static uint32_t chain_of(const qs_model *model, uint32_t cell, uint32_t other)
+{
+    return model->width > 0 ? !is_row(model, qs_min_u32(cell, other), qs_max_u32(cell, other))
+                            : rank_of(model, cell, other);
 }
 
 static int32_t weight_of(const qs_model *model, uint32_t cell, uint32_t other)
@@ -90,37 +99,13 @@ static void find_graph_slots(qs_record_book *b, const qs_model *model)
     }
 }
 
-/* Returns true if an edge is of a part that was solved. A solver may go on with it. */
-static bool is_solved(const qs_stated *s, const qs_stated_edge *edge)
-{
-    return s->settled[edge->first] == QS_IN_SOLVED_PART;
-}
-
-/* Returns true if the edges that are alive are those that the model has. */
-static bool edges_agree(const qs_record_book *b, const qs_model *model)
-{
-    const qs_stated *s = &b->stated;
-    for (uint32_t e = 0; e < s->edge_count; e++) {
-        const qs_stated_edge *edge = &s->edges[e];
-        bool has = weight_of(model, b->cell[edge->first], b->cell[edge->second]) > 0;
-        if (edge->alive != has && !is_solved(s, edge)) {
-            return false;
-        }
-    }
-    return true;
-}
-
 void qs_record_split(qs_recorder *r, const qs_model *model, unsigned shift,
                      const uint16_t *labelling)
 {
     qs_record_book *b = r->book;
     const qs_stated *s = &b->stated;
     size_t at = 0;
-    b->pending = edges_agree(b, model);
-    if (!b->pending) {
-        r->status = QS_E_OVERFLOW; /* costs that were too large to fold */
-        return;
-    }
+    b->pending = true;
     b->shift = shift;
     memset(b->slots, 0, sizeof *b->slots * s->sites);
     if (model->width > 0) {
@@ -145,11 +130,16 @@ static bool slot_with_share(const qs_record_book *b, uint32_t site, uint32_t cha
     return qs_record_is_open(&b->stated, site) && chain + 1 < b->slots[site];
 }
 
+static int64_t number_at(const void *numbers, unsigned bytes, uint32_t at)
+{
+    return bytes == 4 ? ((const int32_t *)numbers)[at] : ((const int64_t *)numbers)[at];
+}
+
 /* The costs of an edge in the file are those in the model and, for each label of either site, a
  * number more: a domain wall has put them into the site's own costs. Subtracts them, scaled, from
  * the share of the edge's chain. */
 static bool move_costs(const qs_record_book *b, const qs_model *model, const qs_stated_edge *edge,
-                       uint32_t site, int32_t *share)
+                       uint32_t site, int64_t *share)
 {
     const qs_stated *s = &b->stated;
     const uint16_t *first = b->name + s->start[edge->first],
@@ -161,17 +151,55 @@ static bool move_costs(const qs_record_book *b, const qs_model *model, const qs_
         uint32_t x = edge->first == site ? a : 0, y = edge->first == site ? 0 : a;
         int64_t value = weight * qs_model_edge_pairwise(model, number, first[x], second[y]),
                 more = qs_stated_cost(s, edge, x, y) - value;
-        int64_t moved = share[a] - more * ((int64_t)1 << b->shift);
-        if (moved < INT32_MIN || moved > INT32_MAX) {
+        if (qs_absolute(more) > (uint64_t)QS_MOST_SHARE >> b->shift) {
             return false;
         }
-        share[a] = (int32_t)moved;
+        share[a] -= more * ((int64_t)1 << b->shift);
     }
     return true;
 }
 
+/* A chain of the model may have an edge that is no longer alive: its costs were too large to become
+ * costs of the other site there. Adds them, scaled, to the share. */
+static bool add_settled(const qs_record_book *b, const qs_model *model, const qs_stated_edge *edge,
+                        uint32_t site, int64_t *share)
+{
+    const qs_stated *s = &b->stated;
+    uint32_t other = qs_stated_other(edge, site), one = b->cell[edge->first],
+             two = b->cell[edge->second], number = edge_number(model, one, two);
+    int64_t weight = weight_of(model, one, two);
+    uint32_t fixed = b->name[qs_stated_at(s, other, s->fixed[other])];
+    for (uint32_t a = 0; a < s->count[site]; a++) {
+        uint32_t own = b->name[qs_stated_at(s, site, a)];
+        int64_t cost =
+            weight * (edge->first == site ? qs_model_edge_pairwise(model, number, own, fixed)
+                                          : qs_model_edge_pairwise(model, number, fixed, own));
+        if (cost > QS_MOST_SHARE >> b->shift) {
+            return false;
+        }
+        share[a] += cost * ((int64_t)1 << b->shift);
+    }
+    return true;
+}
+
+static bool add_all_settled(const qs_record_book *b, const qs_model *model, uint32_t site,
+                            uint32_t chain, int64_t *share)
+{
+    const qs_stated *s = &b->stated;
+    bool fits = true;
+    for (uint32_t n = s->near_start[site]; fits && n < s->near_start[site + 1]; n++) {
+        const qs_stated_edge *edge = &s->edges[s->near[n]];
+        uint32_t other = qs_stated_other(edge, site);
+        bool goes_on = !edge->alive && s->settled[other] == QS_HAS_ONE_LABEL &&
+                       weight_of(model, b->cell[edge->first], b->cell[edge->second]) > 0;
+        fits = !goes_on || chain_of(model, b->cell[site], b->cell[other]) != chain ||
+               add_settled(b, model, edge, site, share);
+    }
+    return fits;
+}
+
 void qs_record_share(qs_recorder *r, const qs_model *model, uint32_t cell, uint32_t chain,
-                     const int32_t *share)
+                     const void *share, unsigned bytes)
 {
     qs_record_book *b = r->book;
     const qs_stated *s = &b->stated;
@@ -179,19 +207,29 @@ void qs_record_share(qs_recorder *r, const qs_model *model, uint32_t cell, uint3
     if (!b->pending || site == QS_NO_SITE || !slot_with_share(b, site, chain, &slot)) {
         return;
     }
-    int32_t *own = b->shares + b->share_at[site] + (size_t)slot * s->count[site];
+    int64_t *own = b->shares + b->share_at[site] + (size_t)slot * s->count[site];
     for (uint32_t a = 0; a < s->count[site]; a++) {
-        bool kept = s->kept[qs_stated_at(s, site, a)] != 0;
-        own[a] = kept ? share[b->name[qs_stated_at(s, site, a)]] : 0;
+        size_t at = qs_stated_at(s, site, a);
+        own[a] = s->kept[at] ? number_at(share, bytes, b->name[at]) : 0;
+        if (own[a] < -QS_MOST_SHARE || own[a] > QS_MOST_SHARE) {
+            r->status = QS_E_OVERFLOW;
+            return;
+        }
+    }
+    if (!add_all_settled(b, model, site, chain, own)) {
+        r->status = QS_E_OVERFLOW;
     }
     if (b->stated.index->qubo->labels.encoding != QS_DOMAIN_WALL) {
         return; /* there it is one number for all labels of an edge */
     }
     for (uint32_t n = s->near_start[site]; n < s->near_start[site + 1]; n++) {
         const qs_stated_edge *edge = &s->edges[s->near[n]];
+        if (!edge->alive) {
+            continue; /* it has no slots */
+        }
         uint32_t there =
             edge->first == site ? b->first_slot[s->near[n]] : b->second_slot[s->near[n]];
-        if (edge->alive && there == slot && !move_costs(b, model, edge, site, own)) {
+        if (there == slot && !move_costs(b, model, edge, site, own)) {
             r->status = QS_E_OVERFLOW;
         }
     }

@@ -41,21 +41,63 @@ static unsigned slot_bytes(const qs_record_book *b)
     return most <= UINT8_MAX + 1u ? 1 : 2;
 }
 
-static unsigned share_bytes(const qs_record_book *b)
+static size_t share_count(const qs_record_book *b, uint32_t site)
 {
-    const qs_stated *s = &b->stated;
-    int32_t low = 0, high = 0;
-    for (uint32_t p = 0; p < s->sites; p++) {
-        size_t count = qs_record_is_open(s, p) ? (size_t)(b->slots[p] - 1) * s->count[p] : 0;
-        for (size_t i = 0; i < count; i++) {
-            low = qs_min_i32(low, b->shares[b->share_at[p] + i]);
-            high = qs_max_i32(high, b->shares[b->share_at[p] + i]);
+    bool open = qs_record_is_open(&b->stated, site);
+    return open ? (size_t)(b->slots[site] - 1) * b->stated.count[site] : 0;
+}
+
+/* What there is of the shares. */
+typedef struct share_range {
+    int64_t low, high; /* 0 is between them */
+    uint64_t slots;
+} share_range;
+
+static share_range range_of(const qs_record_book *b)
+{
+    share_range range = {0, 0, 0};
+    for (uint32_t p = 0; p < b->stated.sites; p++) {
+        const int64_t *shares = b->shares + b->share_at[p];
+        range.slots += qs_record_is_open(&b->stated, p) ? b->slots[p] : 0;
+        for (size_t i = share_count(b, p); i-- > 0;) {
+            range.low = qs_min_i64(range.low, shares[i]);
+            range.high = qs_max_i64(range.high, shares[i]);
         }
     }
-    if (low >= INT8_MIN && high <= INT8_MAX) {
-        return 1;
+    return range;
+}
+
+/* Makes shares and scale so small that a check stays within its numbers: the lowest bits are lost,
+ * which is a weaker split. Returns false if that is not enough. */
+static bool make_small(qs_record_book *b, share_range *range)
+{
+    int64_t most = (int64_t)(QS_MOST_SHARES / qs_max_u64(range->slots, 1));
+    unsigned lost = 0;
+    while (range->low < -most || range->high > most ||
+           b->stated.magnitude > QS_MOST_COSTS >> (b->shift - lost)) {
+        if (lost++ == b->shift) {
+            return false;
+        }
+        range->low /= 2;
+        range->high /= 2;
     }
-    return low >= INT16_MIN && high <= INT16_MAX ? 2 : 4;
+    b->shift -= lost;
+    for (uint32_t p = 0; lost > 0 && p < b->stated.sites; p++) {
+        for (size_t i = share_count(b, p); i-- > 0;) {
+            b->shares[b->share_at[p] + i] /= (int64_t)1 << lost;
+        }
+    }
+    return true;
+}
+
+static unsigned share_bytes(const share_range *range)
+{
+    unsigned bytes = 1;
+    while (bytes < 8 && (range->low < -((int64_t)1 << (8 * bytes - 1)) ||
+                         range->high >= (int64_t)1 << (8 * bytes - 1))) {
+        bytes *= 2;
+    }
+    return bytes;
 }
 
 static void put_split(stage_writer *w, const qs_record_book *b, unsigned slot, unsigned share)
@@ -71,8 +113,8 @@ static void put_split(stage_writer *w, const qs_record_book *b, unsigned slot, u
         for (uint32_t i = 0; qs_record_is_open(s, p) && i + 1 < b->slots[p]; i++) {
             for (uint32_t a = 0; a < s->count[p]; a++) {
                 if (s->kept[qs_stated_at(s, p, a)]) {
-                    int32_t number = b->shares[b->share_at[p] + (size_t)i * s->count[p] + a];
-                    put(w, (uint64_t)(int64_t)number, share);
+                    int64_t number = b->shares[b->share_at[p] + (size_t)i * s->count[p] + a];
+                    put(w, (uint64_t)number, share);
                 }
             }
         }
@@ -120,11 +162,11 @@ static void end_writing(qs_recorder *r, stage_writer *w)
 void qs_record_end_parts(qs_recorder *r)
 {
     stage_writer w = {.sink = r->sink};
-    if (r->book->has_parts) {
+    if (r->book->parts) {
         put(&w, 0, 4);
         end_writing(r, &w);
     }
-    r->book->has_parts = false;
+    r->book->parts = 0;
 }
 
 bool qs_record_may_begin(qs_recorder *r)
@@ -136,6 +178,11 @@ bool qs_record_may_begin(qs_recorder *r)
     return r->status == QS_OK;
 }
 
+bool qs_record_may_add(qs_recorder *r, unsigned kind)
+{
+    return r->book->parts == kind || qs_record_may_begin(r);
+}
+
 void qs_record_stage(qs_recorder *r, bool leaves)
 {
     qs_record_book *b = r->book;
@@ -143,7 +190,16 @@ void qs_record_stage(qs_recorder *r, bool leaves)
         return;
     }
     stage_writer w = {.sink = r->sink};
-    unsigned slot = b->pending ? slot_bytes(b) : 0, share = b->pending ? share_bytes(b) : 0;
+    unsigned slot = 0, share = 0;
+    if (b->pending) {
+        share_range range = range_of(b);
+        if (!make_small(b, &range)) {
+            r->status = QS_E_OVERFLOW;
+            return;
+        }
+        slot = slot_bytes(b);
+        share = share_bytes(&range);
+    }
     put_head(&w, (b->pending ? QS_STAGE_SPLITS : 0u) | (leaves ? QS_STAGE_LEAVES : 0u),
              b->pending ? (uint64_t)1 << b->shift : 0, slot, share);
     if (b->pending) {
@@ -160,20 +216,25 @@ void qs_record_stage(qs_recorder *r, bool leaves)
     b->pending = false;
 }
 
-void qs_record_part(qs_recorder *r)
+void qs_record_part(qs_recorder *r, unsigned kind)
 {
     qs_record_book *b = r->book;
     stage_writer w = {.sink = r->sink};
-    if (!b->has_parts) {
-        put_head(&w, QS_STAGE_PARTS, 0, 0, 0);
+    if (b->parts != kind) {
+        put_head(&w, kind, 0, 0, 0);
         r->stages++;
     }
-    b->has_parts = true;
+    b->parts = kind;
     b->pending = false;
     put(&w, b->exact.count, 4);
-    put(&w, (uint64_t)b->exact.value, 8);
+    if (kind == QS_STAGE_PARTS) {
+        put(&w, (uint64_t)b->exact.value, 8);
+    }
     for (uint32_t i = 0; i < b->exact.count; i++) {
         put(&w, b->exact.sites[i], 4);
+    }
+    for (uint32_t i = 0; kind == QS_STAGE_SEARCHES && i < b->exact.count; i++) {
+        put(&w, (uint64_t)b->search.least[i], 8);
     }
     end_writing(r, &w);
 }

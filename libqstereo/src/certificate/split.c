@@ -18,7 +18,8 @@ void qs_split_take(qs_split *split, const qs_stated *stated, qs_arena *arena)
         labels = qs_max_u64(labels, (uint64_t)qs_group_run_at(qubo, run).size + 1);
     }
     *split = (qs_split){.stated = stated};
-    split->slot_start = qs_arena_take(arena, sites + 1, sizeof *split->slot_start);
+    split->slot_start = qs_arena_take(arena, sites, sizeof *split->slot_start);
+    split->slot_count = qs_arena_take(arena, sites, sizeof *split->slot_count);
     split->next_edge = qs_arena_take(arena, slots, sizeof *split->next_edge);
     split->before_edge = qs_arena_take(arena, slots, sizeof *split->before_edge);
     split->share_at = qs_arena_take(arena, sites, sizeof *split->share_at);
@@ -28,11 +29,6 @@ void qs_split_take(qs_split *split, const qs_stated *stated, qs_arena *arena)
     split->excess = qs_arena_take(arena, qubo->variables + sites, sizeof *split->excess);
     split->work = qs_arena_take(arena, labels, 3 * sizeof *split->work);
     split->open = qs_arena_take(arena, labels, sizeof *split->open);
-}
-
-static bool is_settled(const qs_split *split, uint32_t site)
-{
-    return split->stated->settled[site] != 0;
 }
 
 /* ---- The slots. ---- */
@@ -49,33 +45,34 @@ static slot_pair slots_at(const uint8_t *slots, unsigned bytes, size_t n)
                        (uint32_t)qs_load_unsigned(at + bytes, bytes)};
 }
 
-/* Counts the slots of each site at slot_start[site + 1]. Returns false if a number is too large. */
+/* A site has the slot of that number. Returns false if the number is too large. */
+static bool count_slot(const qs_split *split, uint32_t site, uint32_t number)
+{
+    const uint32_t *near = split->stated->near_start + site;
+    split->slot_count[site] = qs_max_u32(split->slot_count[site], number + 1);
+    return number < near[1] - near[0];
+}
+
 static bool count_slots(qs_split *split, const uint8_t *slots, unsigned bytes)
 {
     const qs_stated *stated = split->stated;
-    size_t n = 0;
-    for (uint32_t p = 0; p < stated->sites; p++) {
-        split->slot_start[p + 1] = 1;
+    for (uint32_t i = 0; i < stated->open_count; i++) {
+        split->slot_count[stated->open[i]] = 1;
     }
-    for (uint32_t e = 0; e < stated->edge_count; e++) {
-        const qs_stated_edge *edge = &stated->edges[e];
-        if (edge->alive) {
-            slot_pair pair = slots_at(slots, bytes, n++);
-            const uint32_t sites[2] = {edge->first, edge->second},
-                           numbers[2] = {pair.first, pair.second};
-            for (int i = 0; i < 2; i++) {
-                uint32_t p = sites[i], *count = &split->slot_start[p + 1];
-                if (numbers[i] >= stated->near_start[p + 1] - stated->near_start[p]) {
-                    return false;
-                }
-                *count = qs_max_u32(*count, numbers[i] + 1);
-            }
+    for (uint32_t i = 0; i < stated->alive_count; i++) {
+        const qs_stated_edge *edge = &stated->edges[stated->alive[i]];
+        slot_pair pair = slots_at(slots, bytes, i);
+        if (!count_slot(split, edge->first, pair.first) ||
+            !count_slot(split, edge->second, pair.second)) {
+            return false;
         }
     }
-    split->slot_start[0] = 0;
-    for (uint32_t p = 0; p < stated->sites; p++) {
-        split->slot_start[p + 1] += split->slot_start[p];
+    uint32_t all = 0;
+    for (uint32_t i = 0; i < stated->open_count; i++) {
+        split->slot_start[stated->open[i]] = all;
+        all += split->slot_count[stated->open[i]];
     }
+    split->slots = all;
     return true;
 }
 
@@ -92,18 +89,16 @@ static uint32_t first_of(uint32_t *part, uint32_t site)
 static void find_parts(qs_split *split)
 {
     const qs_stated *stated = split->stated;
-    for (uint32_t p = 0; p < stated->sites; p++) {
-        split->part[p] = p;
+    for (uint32_t i = 0; i < stated->open_count; i++) {
+        split->part[stated->open[i]] = stated->open[i];
     }
-    for (uint32_t e = 0; e < stated->edge_count; e++) {
-        const qs_stated_edge *edge = &stated->edges[e];
-        if (edge->alive) {
-            uint32_t a = first_of(split->part, edge->first),
-                     b = first_of(split->part, edge->second);
-            split->part[qs_max_u32(a, b)] = qs_min_u32(a, b);
-        }
+    for (uint32_t i = 0; i < stated->alive_count; i++) {
+        const qs_stated_edge *edge = &stated->edges[stated->alive[i]];
+        uint32_t a = first_of(split->part, edge->first), b = first_of(split->part, edge->second);
+        split->part[qs_max_u32(a, b)] = qs_min_u32(a, b);
     }
-    for (uint32_t p = 0; p < stated->sites; p++) {
+    for (uint32_t i = 0; i < stated->open_count; i++) {
+        uint32_t p = stated->open[i];
         split->part[p] = first_of(split->part, p);
     }
 }
@@ -114,20 +109,18 @@ bool qs_split_set_slots(qs_split *split, const uint8_t *slots, unsigned bytes)
     if (!count_slots(split, slots, bytes)) {
         return false;
     }
-    size_t n = 0, size = sizeof *split->next_edge * split->slot_start[stated->sites];
+    size_t size = sizeof *split->next_edge * (size_t)split->slots;
     memset(split->next_edge, 0xff, size); /* QS_NO_EDGE */
     memset(split->before_edge, 0xff, size);
-    for (uint32_t e = 0; e < stated->edge_count; e++) {
-        const qs_stated_edge *edge = &stated->edges[e];
-        if (edge->alive) {
-            slot_pair pair = slots_at(slots, bytes, n++);
-            uint32_t *next = &split->next_edge[split->slot_start[edge->first] + pair.first],
-                     *before = &split->before_edge[split->slot_start[edge->second] + pair.second];
-            if (*next != QS_NO_EDGE || *before != QS_NO_EDGE) {
-                return false;
-            }
-            *next = *before = e;
+    for (uint32_t i = 0; i < stated->alive_count; i++) {
+        const qs_stated_edge *edge = &stated->edges[stated->alive[i]];
+        slot_pair pair = slots_at(slots, bytes, i);
+        uint32_t *next = &split->next_edge[split->slot_start[edge->first] + pair.first],
+                 *before = &split->before_edge[split->slot_start[edge->second] + pair.second];
+        if (*next != QS_NO_EDGE || *before != QS_NO_EDGE) {
+            return false;
         }
+        *next = *before = stated->alive[i];
     }
     find_parts(split);
     return true;
@@ -137,12 +130,10 @@ uint64_t qs_split_count_shares(qs_split *split)
 {
     const qs_stated *stated = split->stated;
     uint64_t count = 0;
-    for (uint32_t p = 0; p < stated->sites; p++) {
+    for (uint32_t i = 0; i < stated->open_count; i++) {
+        uint32_t p = stated->open[i];
         split->share_at[p] = (size_t)count;
-        if (!is_settled(split, p)) {
-            count +=
-                (uint64_t)(split->slot_start[p + 1] - split->slot_start[p] - 1) * stated->left[p];
-        }
+        count += (uint64_t)(split->slot_count[p] - 1) * stated->left[p];
     }
     return count;
 }
@@ -164,13 +155,19 @@ static void begin_rest(const qs_split *split, uint32_t site, int64_t *rest)
     }
 }
 
+static int64_t given_share(const qs_split *split, size_t number)
+{
+    const uint8_t *at = split->shares + number * split->share_bytes;
+    return split->share_bytes == 8 ? qs_load_i64(at) : qs_load_signed(at, split->share_bytes);
+}
+
 /* The share of a slot. Shares are asked for slot by slot; NEVER for a label that has left. */
 static void take_share(const qs_split *split, uint32_t site, uint32_t slot, int64_t *rest,
                        int64_t *share)
 {
     const qs_stated *stated = split->stated;
     const uint8_t *kept = stated->kept + stated->start[site];
-    bool last = slot + 1 == split->slot_start[site + 1] - split->slot_start[site];
+    bool last = slot + 1 == split->slot_count[site];
     size_t number = split->share_at[site] + (size_t)slot * stated->left[site];
     for (uint32_t a = 0; a < stated->count[site]; a++) {
         if (!kept[a]) {
@@ -178,8 +175,7 @@ static void take_share(const qs_split *split, uint32_t site, uint32_t slot, int6
         } else if (last) {
             share[a] = rest[a];
         } else {
-            share[a] =
-                qs_load_signed(split->shares + number * split->share_bytes, split->share_bytes);
+            share[a] = given_share(split, number);
             rest[a] -= share[a];
             number++;
         }
@@ -298,7 +294,7 @@ static void go_through(qs_split *split, uint32_t site)
     uint32_t count = stated->count[site], begin = split->slot_start[site];
     int64_t *rest = split->work, *costs = rest + stated->most_labels;
     begin_rest(split, site, rest);
-    for (uint32_t slot = begin; slot < split->slot_start[site + 1]; slot++) {
+    for (uint32_t slot = begin; slot < begin + split->slot_count[site]; slot++) {
         uint32_t before = split->before_edge[slot], next = split->next_edge[slot];
         take_share(split, site, slot - begin, rest, costs);
         if (before != QS_NO_EDGE) {
@@ -315,16 +311,17 @@ static void go_through(qs_split *split, uint32_t site)
 int64_t qs_split_bound(qs_split *split)
 {
     const qs_stated *stated = split->stated;
-    memset(split->least, 0, sizeof *split->least * stated->sites);
-    for (uint32_t p = 0; p < stated->sites; p++) {
-        if (!is_settled(split, p)) {
-            go_through(split, p);
-        }
-    }
     int64_t bound = stated->constant;
-    for (uint32_t p = 0; p < stated->sites; p++) {
+    for (uint32_t i = 0; i < stated->open_count; i++) {
+        split->least[stated->open[i]] = 0;
+    }
+    for (uint32_t i = 0; i < stated->open_count; i++) {
+        go_through(split, stated->open[i]);
+    }
+    for (uint32_t i = 0; i < stated->open_count; i++) {
+        uint32_t p = stated->open[i];
         int64_t least = split->least[p];
-        if (!is_settled(split, p) && split->part[p] == p) {
+        if (split->part[p] == p) {
             bound += least / split->scale + (least % split->scale > 0);
         }
     }
@@ -341,7 +338,7 @@ static void come_back(qs_split *split, uint32_t site)
             *whole = costs + stated->most_labels, *excess = split->excess + stated->start[site];
     begin_rest(split, site, rest);
     memset(excess, 0, sizeof *excess * count);
-    for (uint32_t slot = begin; slot < split->slot_start[site + 1]; slot++) {
+    for (uint32_t slot = begin; slot < begin + split->slot_count[site]; slot++) {
         uint32_t before = split->before_edge[slot], next = split->next_edge[slot];
         take_share(split, site, slot - begin, rest, costs);
         if (next != QS_NO_EDGE) {
@@ -361,9 +358,7 @@ static void come_back(qs_split *split, uint32_t site)
 
 void qs_split_excess(qs_split *split)
 {
-    for (uint32_t p = split->stated->sites; p-- > 0;) {
-        if (!is_settled(split, p)) {
-            come_back(split, p);
-        }
+    for (uint32_t i = split->stated->open_count; i-- > 0;) {
+        come_back(split, split->stated->open[i]);
     }
 }

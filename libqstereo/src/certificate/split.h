@@ -17,11 +17,13 @@
 typedef struct qs_split {
     const qs_stated *stated;
     int64_t scale;
-    uint32_t *slot_start; /* sites + 1: number of each site's first slot among all slots */
+    uint32_t *slot_start, *slot_count; /* of each site that is not settled: the number of its first
+                                          slot among all, and how many it has */
+    uint64_t slots; /* of all */
     uint32_t *next_edge, *before_edge; /* of each slot: to a later, an earlier site; or none */
     const uint8_t *shares; /* in the file: of each site that is not settled, of each slot but its
                               last, of each label left */
-    unsigned share_bytes; /* 1, 2 or 4 */
+    unsigned share_bytes; /* 1, 2, 4 or 8 */
     size_t *share_at; /* of each site: how many numbers are before its own */
     uint32_t *part; /* of each site: the first site of its part, which is all that edges join */
     int64_t *least; /* of each part: the least costs of its chains together */
@@ -35,7 +37,7 @@ typedef struct qs_split {
 /* Hands out the memory, or counts it. */
 void qs_split_take(qs_split *split, const qs_stated *stated, qs_arena *arena);
 
-/* Puts the edges that are alive into their slots, and finds the parts.
+/* Puts the edges that are alive into their slots, and finds the parts. The problem's lists are new.
  *
  * slots  two numbers of `bytes` bytes for each of these edges: its slot at its first and at its
  *        second site. Below the number of the site's edges in the file

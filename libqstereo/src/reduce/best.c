@@ -93,7 +93,7 @@ static qs_status reduce(const qs_model *model, const qs_solve_options *options, 
 }
 
 /* Packs within a limit of work. If that does not prove an optimum, or a witness has to be told what
- * proves it, the reduction goes on, and the better of the two labellings counts. */
+ * proves it, the reduction goes on from there. */
 static qs_status pack_first(const qs_model *model, const qs_solve_options *options, const room *r,
                             uint16_t *labelling, qs_solution *solution)
 {
@@ -105,12 +105,12 @@ static qs_status pack_first(const qs_model *model, const qs_solve_options *optio
         *solution = first;
         return status;
     }
+    qs_solve_options asked = options ? *options : (qs_solve_options){0};
     memcpy(r->packed, labelling, sizeof *labelling * model->sites);
-    status = reduce(model, options, r, labelling, solution);
-    if (status == QS_OK && first.energy < solution->energy) {
-        memcpy(labelling, r->packed, sizeof *labelling * model->sites);
-        solution->energy = first.energy;
+    if (!asked.start || qs_model_energy(model, asked.start) > first.energy) {
+        asked.start = r->packed;
     }
+    status = reduce(model, &asked, r, labelling, solution);
     solution->lower_bound = qs_max_i64(first.lower_bound, solution->lower_bound);
     solution->converged = solution->converged || first.converged;
     return status;

@@ -30,6 +30,7 @@ typedef struct qs_elimination {
     uint32_t undecided; /* sites with two labels or more */
     uint64_t variables; /* of those: n - 1 for n labels with walls, else n */
     bool walls;
+    bool answer; /* only the labelling and its bound count, not which labels are left */
     /* Of each site left: the first site of its part. A part is all that edges join. */
     uint32_t *part;
     /* Of each site left: 1 = its part is closed, its least energy proven; and the label of the site

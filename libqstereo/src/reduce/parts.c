@@ -291,7 +291,7 @@ static bool see_to(part *w, uint32_t i, uint64_t *work)
     if (w->count > NODES || !measure(w) || !take(w)) {
         return false;
     }
-    if (w->witness && !w->witness->part(w->witness->context, w->sites, w->count)) {
+    if (w->witness && !w->witness->part(w->witness->context, w->sites, w->count, !w->e->answer)) {
         return false;
     }
     fill(w);

@@ -507,6 +507,10 @@ static bool between(void *context, qs_trws_state *state, qs_solution *so_far, bo
             finish(r, state, so_far, room);
         }
     }
+    if (at_target(r)) { /* the bound that is stated has a proof, too */
+        tell_split(r, state);
+        tell_end(r);
+    }
     return !at_target(r) && !r->gain.is_long_ago;
 }
 
@@ -583,6 +587,7 @@ qs_status qs_reduce_as(const qs_model *model, const qs_reduce_options *options,
     r.iterations = options && options->iterations > 0 ? options->iterations : QS_REDUCE_ITERATIONS;
     r.target = options ? options->target : 0;
     qs_eliminate_lay(&r.sets, model, options && options->walls, kept, labelling);
+    r.sets.answer = aim->answer;
     if (!aim->answer || witness_of(&r)) {
         qs_model_winner(model, labelling);
         begin(&r);

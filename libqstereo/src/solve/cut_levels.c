@@ -584,9 +584,10 @@ static void take_level_excess(const void *context, uint32_t site, const qs_edge_
     const qs_model *model = l->model;
     int64_t weight = qs_scaled_weight(l->scale, edge->weight), all = 0;
     for (uint32_t i = 0; i < l->count; i++) {
-        int64_t rise = edge->first
-                           ? qs_model_pairwise(model, i + 1, 0) - qs_model_pairwise(model, i, 0)
-                           : qs_model_pairwise(model, 0, i + 1) - qs_model_pairwise(model, 0, i);
+        int64_t rise = edge->first ? qs_edge_value(model, edge->edge, i + 1, 0) -
+                                         qs_edge_value(model, edge->edge, i, 0)
+                                   : qs_edge_value(model, edge->edge, 0, i + 1) -
+                                         qs_edge_value(model, edge->edge, 0, i);
         all -= weight * rise;
         for (size_t n = 0; n < l->product_count; n++) {
             const product *gained = &l->products[n];

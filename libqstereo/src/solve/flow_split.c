@@ -2,8 +2,6 @@
 
 #include <string.h>
 
-#include "../base/minmax.h"
-
 /* The chain of an edge at a site: qs_witness says how they are numbered. `earlier` and `later`
  * count the edges of the site so far. */
 static uint32_t chain_of(const qs_model *model, uint32_t site, const qs_edge_seen *edge,
@@ -48,11 +46,7 @@ void qs_flow_split_tell(const qs_flow_split *split, const qs_solve_options *opti
             if (!any && (model->width == 0 || chain > 1)) {
                 break;
             }
-            for (uint32_t a = 0; a < model->labels; a++) { /* in a weak bound if one is cut off */
-                split->share[a] =
-                    (int32_t)qs_max_i64(qs_min_i64(split->sum[a], INT32_MAX), INT32_MIN);
-            }
-            witness->share(witness->context, model, p, chain, split->share);
+            witness->share(witness->context, model, p, chain, split->sum, sizeof *split->sum);
         }
     }
     witness->end(witness->context, model->kept);

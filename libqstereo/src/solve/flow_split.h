@@ -11,14 +11,12 @@
 typedef struct qs_flow_split {
     const qs_model *model;
     int64_t *sum; /* one number for each label */
-    int32_t *share;
 } qs_flow_split;
 
 static inline void qs_flow_split_take(qs_flow_split *split, const qs_model *model, qs_arena *arena)
 {
     split->model = model;
     split->sum = qs_arena_take(arena, model->labels, sizeof *split->sum);
-    split->share = qs_arena_take(arena, model->labels, sizeof *split->share);
 }
 
 /* Adds to the sum of each label what the edge takes off it at a site that sees the edge: minus the

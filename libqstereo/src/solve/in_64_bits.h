@@ -61,6 +61,7 @@
 #define qs_trws_graph_labels      qs_trws_graph_labels_64
 #define qs_trws_graph_marginals   qs_trws_graph_marginals_64
 #define qs_trws_graph_pass        qs_trws_graph_pass_64
+#define qs_trws_graph_split       qs_trws_graph_split_64
 #define qs_trws_grid_labels       qs_trws_grid_labels_64
 #define qs_trws_grid_marginals    qs_trws_grid_marginals_64
 #define qs_trws_grid_pass         qs_trws_grid_pass_64
@@ -70,9 +71,11 @@
 #define qs_trws_messages          qs_trws_messages_64
 #define qs_trws_padding           qs_trws_padding_64
 #define qs_trws_scratch           qs_trws_scratch_64
+#define qs_trws_split             qs_trws_split_64
 #define qs_trws_visit_only        qs_trws_visit_only_64
 #define qs_trws_watched           qs_trws_watched_64
 #define qs_trws_workspace         qs_trws_workspace_64
+#define qs_witness_split          qs_witness_split_64
 
 #define qs_messages_and_moves           qs_messages_and_moves_64
 #define qs_messages_and_moves_workspace qs_messages_and_moves_workspace_64

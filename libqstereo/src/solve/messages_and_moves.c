@@ -98,13 +98,16 @@ static bool watch_messages(void *context, const qs_progress *progress)
     return !done && !near && !qs_is_proven(&s->solution) && !s->stopped;
 }
 
-/* Hands out the workspace, or counts it. Returns its size. */
+static size_t moves_size(const qs_model *model)
+{
+    size_t expansion = qs_expansion_workspace(model), fusion = qs_fusion_moves_workspace(model);
+    return fusion > expansion ? fusion : expansion;
+}
+
+/* Hands out the workspace, or counts it; moves_size is set. Returns its size. */
 static size_t take_parts(supervisor *s, void *workspace)
 {
     qs_arena arena = {.base = workspace};
-    s->moves_size = qs_expansion_workspace(s->model);
-    size_t fusion = qs_fusion_moves_workspace(s->model);
-    s->moves_size = fusion > s->moves_size ? fusion : s->moves_size;
     s->messages_size = qs_trws_workspace(s->model);
     s->found = qs_arena_take(&arena, s->model->sites, sizeof *s->found);
     s->moved = qs_arena_take(&arena, s->model->sites, sizeof *s->moved);
@@ -115,7 +118,7 @@ static size_t take_parts(supervisor *s, void *workspace)
 
 size_t qs_messages_and_moves_workspace(const qs_model *model)
 {
-    supervisor s = {.model = model};
+    supervisor s = {.model = model, .moves_size = moves_size(model)};
     return take_parts(&s, NULL);
 }
 
@@ -150,11 +153,14 @@ qs_status qs_messages_and_moves(const qs_model *model, const qs_solve_options *o
                     .guest = guest,
                     .best = labelling,
                     .metric = qs_is_metric(model),
+                    .moves_size = moves_size(model),
                     .next_moves = FIRST_MOVES};
-    size_t size = take_parts(&s, workspace);
-    if (workspace_size < size || size == SIZE_MAX) {
+    size_t size = take_parts(&s, NULL), missing = size > workspace_size ? size - workspace_size : 0;
+    if (size == SIZE_MAX || missing > s.moves_size) {
         return QS_E_WORKSPACE;
     }
+    s.moves_size -= missing; /* the guest has raised costs before: see `improve` */
+    (void)take_parts(&s, workspace);
     qs_model_winner(model, labelling);
     s.solution.energy = qs_model_energy(model, labelling);
     s.solution.lower_bound = model->constant; /* no cost is below 0 */

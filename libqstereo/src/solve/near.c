@@ -6,17 +6,29 @@
 #include "../base/arena.h"
 #include "../base/minmax.h"
 #include "progress.h"
+#include "straight.h"
 
 enum { NEAR = 3, DEFAULT_ITERATIONS = 1 };
+
+/* More than any line costs: of a label that there is not. */
+static const int64_t NEVER = INT64_MAX / 4;
+
+/* A site: its labels are middle - 1, middle and middle + 1, of which the first or the last one may
+ * not be there. Sites of a column, like those of a row, are few lines of the cache. */
+typedef struct spot {
+    int32_t costs[NEAR];
+    uint16_t middle;
+} spot;
 
 typedef struct state {
     const qs_problem *problem;
     uint32_t width, height, labels;
     uint32_t reach; /* labels further apart cost no more */
     uint16_t *labelling;
-    uint16_t *middle; /* of each site: its labels are middle - 1, middle and middle + 1 */
-    int32_t *costs[NEAR]; /* of these */
-    uint8_t *from; /* of a line's sites: the label of the one before that each label goes with */
+    spot *spots;
+    int32_t *picked; /* costs of a row */
+    uint8_t *from; /* of a line's sites: the label of the one before that each label goes with, two
+                      bits each */
     qs_look *look;
 } state;
 
@@ -32,38 +44,30 @@ static size_t take_parts(state *s, void *workspace)
 {
     qs_arena arena = {.base = workspace};
     uint64_t sites = (uint64_t)s->width * s->height;
-    for (int i = 0; i < NEAR; i++) {
-        s->costs[i] = qs_arena_take(&arena, sites, sizeof *s->costs[i]);
-    }
-    s->middle = qs_arena_take(&arena, sites, sizeof *s->middle);
-    s->from = qs_arena_take(&arena, qs_max_u32(s->width, s->height), NEAR);
+    s->spots = qs_arena_take(&arena, sites, sizeof *s->spots);
+    s->picked = qs_arena_take(&arena, s->width, sizeof *s->picked);
+    s->from = qs_arena_take(&arena, qs_max_u32(s->width, s->height), sizeof *s->from);
     return qs_arena_size(&arena);
 }
 
-static bool is_for_us(const qs_problem *problem)
+/* The costs of single labels can be had. */
+static bool can_pick(const qs_problem *problem)
 {
-    const qs_pairwise *v = &problem->pairwise;
-    return problem->source.pick && !problem->costs && problem->grid.width > 0 &&
-           !problem->grid.mask && !problem->allowed &&
-           (v->smoothness == QS_POTTS || v->smoothness == QS_TRUNCATED_LINEAR);
+    return problem->source.pick && !problem->costs;
 }
 
 static state state_of(const qs_problem *problem)
 {
-    uint32_t cut = problem->pairwise.truncation;
-    bool potts = problem->pairwise.smoothness == QS_POTTS;
     return (state){.problem = problem,
                    .width = problem->grid.width,
                    .height = problem->grid.height,
                    .labels = problem->labels,
-                   .reach = potts     ? 1
-                            : cut > 0 ? cut
-                                      : QS_LABELS_MAX};
+                   .reach = qs_straight_reach(problem)};
 }
 
 size_t qs_near_workspace(const qs_problem *problem)
 {
-    if (!is_for_us(problem)) {
+    if (!qs_straight_takes(problem) || !can_pick(problem)) {
         return 0;
     }
     state counted = state_of(problem);
@@ -80,11 +84,10 @@ static int64_t weight_at(const state *s, const int32_t *weights, size_t site)
     return weights ? weights[site] : s->problem->weight;
 }
 
-/* Label i of a site, of NEAR. The first and the last one of the problem have a neighbour less: that
- * is the label itself. */
-static uint16_t label_of(const state *s, size_t site, int i)
+/* The label before or behind the middle one; where there is none, the middle one. */
+static uint16_t label_near(const state *s, uint16_t middle, int i)
 {
-    int32_t label = s->middle[site] + i - 1;
+    int32_t label = middle + i - 1;
     return (uint16_t)(label < 0 ? 0 : label < (int32_t)s->labels ? label : label - 1);
 }
 
@@ -92,34 +95,53 @@ static uint16_t label_of(const state *s, size_t site, int i)
 static void read_costs(state *s)
 {
     const qs_cost_source *source = &s->problem->source;
-    size_t sites = (size_t)s->width * s->height;
-    memcpy(s->middle, s->labelling, sites * sizeof *s->middle);
     for (uint32_t y = 0; y < s->height; y++) {
-        size_t at = (size_t)s->width * y;
-        uint16_t *row = s->labelling + at;
+        uint16_t *row = s->labelling + (size_t)s->width * y;
+        spot *spots = s->spots + (size_t)s->width * y;
+        for (uint32_t x = 0; x < s->width; x++) {
+            spots[x].middle = row[x];
+        }
         for (int i = 0; i < NEAR; i++) {
             for (uint32_t x = 0; x < s->width; x++) {
-                row[x] = label_of(s, at + x, i);
+                row[x] = label_near(s, spots[x].middle, i);
             }
-            source->pick(source->context, y, row, s->costs[i] + at);
+            source->pick(source->context, y, row, s->picked);
+            for (uint32_t x = 0; x < s->width; x++) {
+                spots[x].costs[i] = s->picked[x];
+            }
         }
-        memcpy(row, s->middle + at, s->width * sizeof *row);
+        for (uint32_t x = 0; x < s->width; x++) {
+            row[x] = spots[x].middle;
+        }
     }
 }
 
-/* What label i of a site costs beside the lines next to its own. */
-static int64_t own_cost(const state *s, const line *on, size_t site, int i)
+/* Adds what the labels cost beside one of a line next to theirs. */
+static void add_beside(const state *s, int64_t weight, int32_t middle, int32_t other,
+                       int64_t own[NEAR])
 {
-    uint32_t label = label_of(s, site, i);
-    int64_t cost = s->costs[i][site];
+    for (int i = 0; i < NEAR; i++) {
+        own[i] += between(s, weight, (uint32_t)(middle + i), (uint32_t)(other + 1));
+    }
+}
+
+/* What the labels of a site cost beside the lines next to its own. */
+static void own_costs(const state *s, const line *on, size_t site, int64_t own[NEAR])
+{
+    const spot *at = &s->spots[site];
+    for (int i = 0; i < NEAR; i++) {
+        own[i] = at->costs[i];
+    }
+    own[0] += at->middle == 0 ? NEVER : 0;
+    own[NEAR - 1] += at->middle + 1u == s->labels ? NEVER : 0;
     if (on->has_before) {
         size_t other = site - on->across;
-        cost += between(s, weight_at(s, on->aside, other), label, s->labelling[other]);
+        add_beside(s, weight_at(s, on->aside, other), at->middle, s->labelling[other], own);
     }
     if (on->has_after) {
-        cost += between(s, weight_at(s, on->aside, site), label, s->labelling[site + on->across]);
+        size_t other = site + on->across;
+        add_beside(s, weight_at(s, on->aside, site), at->middle, s->labelling[other], own);
     }
-    return cost;
 }
 
 /* What a line costs up to a site: at least, with each of its labels there, and as it is. */
@@ -129,41 +151,45 @@ typedef struct line_costs {
 
 static int place_of(const state *s, size_t site)
 {
-    return s->labelling[site] - s->middle[site] + 1;
+    return s->labelling[site] - s->spots[site].middle + 1;
 }
 
 static line_costs begin_line(const state *s, const line *on)
 {
     line_costs begun;
-    for (int i = 0; i < NEAR; i++) {
-        begun.least[i] = own_cost(s, on, on->first, i);
-    }
+    own_costs(s, on, on->first, begun.least);
     begun.kept = begun.least[place_of(s, on->first)];
     return begun;
 }
 
-/* Adds a site.
- *
- * from  out: the label of the site before that each label goes with */
-static void go_on(const state *s, const line *on, size_t site, line_costs *costs,
-                  uint8_t from[NEAR])
+/* Adds a site. Returns the label of the site before that each of its labels goes with. */
+static uint8_t go_on(const state *s, const line *on, size_t site, line_costs *costs)
 {
+    enum { APART = 2 * NEAR - 1 }; /* by how much the places of two labels may differ */
     size_t before = site - on->stride;
-    int64_t weight = weight_at(s, on->ahead, before);
-    line_costs next = {.kept = costs->kept +
-                               between(s, weight, s->labelling[before], s->labelling[site])};
+    int32_t off = s->spots[site].middle - s->spots[before].middle - (NEAR - 1);
+    int64_t weight = weight_at(s, on->ahead, before), own[NEAR], edge[APART];
+    unsigned from = 0;
+    own_costs(s, on, site, own);
+    for (int k = 0; k < APART; k++) {
+        uint32_t apart = (uint32_t)(off + k < 0 ? -off - k : off + k);
+        edge[k] = weight * qs_min_u32(apart, s->reach);
+    }
+    line_costs next = {.kept = costs->kept + own[place_of(s, site)] +
+                               edge[place_of(s, site) - place_of(s, before) + NEAR - 1]};
     for (int i = 0; i < NEAR; i++) {
-        uint32_t label = label_of(s, site, i);
-        int64_t best = INT64_MAX, own = own_cost(s, on, site, i);
-        for (int j = 0; j < NEAR; j++) {
-            int64_t cost = costs->least[j] + between(s, weight, label, label_of(s, before, j));
-            from[i] = cost < best ? (uint8_t)j : from[i];
+        int64_t best = costs->least[0] + edge[i + NEAR - 1];
+        unsigned with = 0;
+        for (int j = 1; j < NEAR; j++) {
+            int64_t cost = costs->least[j] + edge[i - j + NEAR - 1];
+            with = cost < best ? (unsigned)j : with;
             best = cost < best ? cost : best;
         }
-        next.least[i] = best + own;
-        next.kept += i == place_of(s, site) ? own : 0;
+        next.least[i] = best + own[i];
+        from |= with << (2 * i);
     }
     *costs = next;
+    return (uint8_t)from;
 }
 
 /* A line that cannot be made better stays as it is. */
@@ -174,14 +200,14 @@ static void solve_line(const state *s, const line *on)
     int best = 0;
     for (size_t k = 1; k < on->count; k++) {
         site += on->stride;
-        go_on(s, on, site, &costs, s->from + NEAR * k);
+        s->from[k] = go_on(s, on, site, &costs);
     }
     for (int i = 1; i < NEAR; i++) {
         best = costs.least[i] < costs.least[best] ? i : best;
     }
     for (size_t k = costs.least[best] < costs.kept ? on->count : 0; k-- > 0; site -= on->stride) {
-        s->labelling[site] = label_of(s, site, best);
-        best = k > 0 ? s->from[NEAR * k + (size_t)best] : best;
+        s->labelling[site] = (uint16_t)(s->spots[site].middle + best - 1);
+        best = k > 0 ? s->from[k] >> (2 * best) & 3 : best;
     }
 }
 
@@ -207,7 +233,7 @@ static int64_t energy_of(const state *s)
 {
     int64_t energy = 0;
     for (size_t site = 0; site < (size_t)s->width * s->height; site++) {
-        energy += s->costs[place_of(s, site)][site];
+        energy += s->spots[site].costs[place_of(s, site)];
         if (site % s->width + 1 < s->width) {
             energy += between(s, weight_at(s, s->problem->grid.right, site), s->labelling[site],
                               s->labelling[site + 1]);
@@ -247,11 +273,8 @@ static bool are_labels(const state *s)
 qs_status qs_near(const qs_problem *problem, const qs_solve_options *options, void *workspace,
                   size_t workspace_size, uint16_t *labelling, qs_solution *solution)
 {
-    if (!problem || !workspace || !labelling || !solution) {
-        return QS_E_ARGUMENT;
-    }
-    qs_status status = qs_problem_check(problem);
-    if (status != QS_OK || !is_for_us(problem)) {
+    qs_status status = qs_straight_check(problem, workspace, labelling, solution);
+    if (status != QS_OK || !can_pick(problem)) {
         return status != QS_OK ? status : QS_E_ENCODING;
     }
     state s = state_of(problem);

@@ -2,249 +2,227 @@
  * out. The passes are those of trws_passes.h, and so is the bound. Only the numbers are smaller. */
 #include <string.h>
 
-#include "../../include/qstereo/solve.h"
 #include "../base/arena.h"
+#include "../base/bytes.h"
 #include "../base/minmax.h"
-#include "../base/simd.h"
 #include "../problem/cost_strips.h"
-#include "progress.h"
-#include "trws16_site.h"
+#include "straight.h"
+#include "trws16_state.h"
+#include "trws16_wave.h"
 
-enum { DEFAULT_ITERATIONS = 2, MOST = 1 << 14, FINEST = 4, WAYS = 4 };
+enum { DEFAULT_ITERATIONS = 2, MOST = QS_TRWS16_MOST, FINEST = 4, WAYS = 4 };
 
-typedef struct state {
-    const qs_problem *problem;
-    uint32_t width, height, sites, labels;
-    uint32_t reach; /* labels further apart cost no more */
-    int32_t heaviest; /* the largest weight of an edge */
-    unsigned shift; /* messages are in units of 1 / 2^shift */
-    int64_t least_sum; /* what was subtracted from the costs */
-    int64_t first_sum; /* of the costs of label 0 */
-    uint8_t *costs; /* sites x labels */
-    int16_t *messages; /* of each site: to or from the right, then below. A row of them stands
-                          before the first site, for the edges that end there */
-    int16_t *scratch; /* QS_TRWS16_ROWS of qs_trws16_row labels */
-    void *strip;
-    qs_look *look;
-    bool wide; /* the processor has AVX2 */
-    bool is_first; /* the pass in work is the first one */
-} state;
+typedef qs_trws16_state state;
+
+static bool costs_stand(const state *s)
+{
+    return s->problem->source.bytes == 1 && s->pitch == s->labels;
+}
+
+/* Parts that may read costs at the same time. */
+static uint32_t readers_of(const state *s)
+{
+    uint32_t copies = s->problem->costs ? 1 : s->problem->source.copies;
+    return qs_min_u32(qs_max_u32(copies, 1), QS_TRWS16_PARTS);
+}
+
+/* Bytes that leave what follows aligned. */
+static uint64_t whole(uint64_t bytes)
+{
+    return (bytes + QS_ARENA_ALIGNMENT - 1) / QS_ARENA_ALIGNMENT * QS_ARENA_ALIGNMENT;
+}
+
+static uint64_t least_size(const state *s)
+{
+    return whole(sizeof(int32_t) * (uint64_t)s->width);
+}
+
+/* Of a part that reads costs: the least ones of a row, and a row of them if they do not stand at
+ * once. */
+static size_t strip_size(const state *s)
+{
+    uint64_t row = (uint64_t)s->width * s->labels * s->problem->source.bytes;
+    return s->problem->costs ? qs_costs_workspace(s->problem)
+                             : qs_size(least_size(s) + (costs_stand(s) ? 0 : whole(row)));
+}
 
 static size_t take_parts(state *s, void *workspace)
 {
     qs_arena arena = {.base = workspace};
-    uint64_t cells = (uint64_t)s->sites * s->labels, padding = 2 * (uint64_t)s->width * s->labels;
+    uint64_t cells = (uint64_t)s->sites * s->pitch, row = (uint64_t)s->width * s->pitch;
     s->costs = qs_arena_take(&arena, cells, sizeof *s->costs);
-    int16_t *padded = qs_arena_take(&arena, padding + 2 * cells, sizeof *padded);
-    s->messages = padded ? padded + padding : NULL;
+    s->rows = qs_arena_take(&arena, (row + s->pitch) * s->row_count, sizeof *s->rows);
+    int16_t *columns = qs_arena_take(&arena, row + cells, sizeof *columns);
+    s->columns = columns ? columns + row : NULL;
     s->scratch =
-        qs_arena_take(&arena, QS_TRWS16_ROWS * qs_trws16_row(s->labels), sizeof *s->scratch);
-    s->strip = qs_arena_take(&arena, qs_costs_workspace(s->problem), 1);
+        qs_arena_take(&arena, QS_TRWS16_PARTS * qs_trws16_scratch(s->labels), sizeof *s->scratch);
+    s->strip_size = strip_size(s);
+    s->strip = qs_arena_take(&arena, readers_of(s), s->strip_size);
     return qs_arena_size(&arena);
 }
 
-static bool is_for_us(const qs_problem *problem)
+static state state_of(const qs_problem *problem, uint64_t iterations)
 {
-    const qs_pairwise *v = &problem->pairwise;
-    return problem->grid.width > 0 && !problem->grid.mask && !problem->allowed &&
-           (v->smoothness == QS_POTTS || v->smoothness == QS_TRUNCATED_LINEAR);
-}
-
-static uint32_t reach_of(const qs_problem *problem)
-{
-    uint32_t most = qs_max_u32(problem->labels, 2) - 1, cut = problem->pairwise.truncation;
-    if (problem->pairwise.smoothness == QS_POTTS) {
-        return 1;
-    }
-    return cut > 0 ? qs_min_u32(cut, most) : most;
-}
-
-static state state_of(const qs_problem *problem)
-{
+    uint32_t height = problem->grid.height;
     return (state){.problem = problem,
                    .width = problem->grid.width,
-                   .height = problem->grid.height,
-                   .sites = problem->grid.width * problem->grid.height,
+                   .height = height,
+                   .sites = problem->grid.width * height,
                    .labels = problem->labels,
-                   .reach = reach_of(problem)};
+                   .pitch = ((size_t)problem->labels + QS_TRWS16_RUN - 1) / QS_TRWS16_RUN *
+                            QS_TRWS16_RUN,
+                   .is_once = iterations == 1,
+                   .row_count = iterations == 1 ? qs_min_u32(height, QS_TRWS16_FLIGHT) : height,
+                   .summed = height,
+                   .reach = qs_straight_reach(problem)};
 }
 
-size_t qs_trws16_workspace(const qs_problem *problem)
+size_t qs_trws16_workspace(const qs_problem *problem, uint64_t iterations)
 {
-    if (!is_for_us(problem)) {
+    if (!qs_straight_takes(problem)) {
         return 0;
     }
-    state counted = state_of(problem);
+    state counted = state_of(problem, iterations);
     return take_parts(&counted, NULL);
 }
 
-static int32_t weight_of(const state *s, const int32_t *weights, uint32_t site)
+static int32_t heaviest_of(const state *s)
 {
-    return weights ? weights[site] : s->problem->weight;
-}
-
-static int32_t right_of(const state *s, uint32_t x, uint32_t site)
-{
-    return x + 1 < s->width ? weight_of(s, s->problem->grid.right, site) : 0;
-}
-
-static int32_t below_of(const state *s, uint32_t y, uint32_t site)
-{
-    return y + 1 < s->height ? weight_of(s, s->problem->grid.down, site) : 0;
-}
-
-static int32_t left_of(const state *s, uint32_t x, uint32_t site)
-{
-    return x > 0 ? weight_of(s, s->problem->grid.right, site - 1) : 0;
-}
-
-static int32_t above_of(const state *s, uint32_t y, uint32_t site)
-{
-    return y > 0 ? weight_of(s, s->problem->grid.down, site - s->width) : 0;
+    int32_t heaviest = 0;
+    for (uint32_t y = 0, p = 0; y < s->height; y++) {
+        for (uint32_t x = 0; x < s->width; x++, p++) {
+            int32_t right = qs_trws16_right(s, x, p), below = qs_trws16_below(s, y, p);
+            heaviest = qs_max_i32(heaviest, qs_max_i32(right, below));
+        }
+    }
+    return heaviest;
 }
 
 /* Finds the finest messages for which all sums fit. */
 static bool choose_shift(state *s)
 {
-    s->heaviest = 0;
-    for (uint32_t p = 0; p < s->sites; p++) {
-        int32_t right = right_of(s, p % s->width, p), below = below_of(s, p / s->width, p);
-        s->heaviest = qs_max_i32(s->heaviest, qs_max_i32(right, below));
-    }
-    uint64_t labels = s->labels, most = UINT8_MAX + WAYS * (uint64_t)s->heaviest * s->reach;
+    uint64_t labels = s->labels, most = UINT8_MAX + WAYS * (uint64_t)heaviest_of(s) * s->reach;
     for (s->shift = 0; s->shift < FINEST && most << (s->shift + 1) < MOST; s->shift++) {
     }
     return most < MOST && labels < MOST;
 }
 
+/* The processor can, and the registers and the rounds of the lower envelope are few enough. */
+static bool is_wide(const state *s)
+{
+#if QS_HAVE_AVX2
+    return s->pitch <= QS_TRWS16_RUN * QS_TRWS16_RUNS && s->reach <= QS_TRWS16_REACH &&
+           qs_lanes_avx2();
+#else
+    (void)s;
+    return false;
+#endif
+}
+
 /* Scratch has large numbers beside the labels, which the lower envelope may look at. */
 static void fill_scratch(const state *s)
 {
-    for (uint64_t i = 0; i < QS_TRWS16_ROWS * qs_trws16_row(s->labels); i++) {
+    for (uint64_t i = 0; i < QS_TRWS16_PARTS * qs_trws16_scratch(s->labels); i++) {
         s->scratch[i] = MOST;
     }
 }
 
-static bool put_costs(uint8_t *restrict to, const uint32_t *restrict from, size_t count)
+static bool put_words(uint8_t *restrict to, const uint32_t *restrict from, uint32_t labels)
 {
     uint32_t most = 0;
-    for (size_t i = 0; i < count; i++) {
-        most |= from[i];
-        to[i] = (uint8_t)from[i];
+    for (uint32_t d = 0; d < labels; d++) {
+        most |= from[d];
+        to[d] = (uint8_t)from[d];
     }
     return most <= UINT8_MAX;
 }
 
-/* Returns false if a cost takes more than a byte. */
-static bool read_costs(state *s)
+/* Costs of sites one after the other, at their pitch. Returns false if one takes more than a
+ * byte. */
+static bool put_costs(const state *s, const void *costs, unsigned bytes, uint32_t sites,
+                      uint8_t *to)
+{
+    bool fit = true;
+    for (uint32_t i = 0; fit && i < sites; i++, to += s->pitch) {
+        size_t from = (size_t)i * s->labels;
+        if (bytes == 1) {
+            memcpy(to, (const uint8_t *)costs + from, s->labels);
+        } else {
+            fit = put_words(to, (const uint32_t *)costs + from, s->labels);
+        }
+        memset(to + s->labels, 0, s->pitch - s->labels);
+    }
+    return fit;
+}
+
+/* Those of an array. */
+static bool read_array(state *s)
 {
     uint8_t *to = s->costs;
     bool fit = true;
     for (qs_strip strip = qs_strip_first(s->problem, s->strip); fit && qs_strip_next(&strip);) {
-        size_t count = (size_t)strip.sites * s->labels;
-        if (strip.bytes == 1) {
-            memcpy(to, strip.costs, count);
-        } else {
-            fit = put_costs(to, strip.costs, count);
+        fit = put_costs(s, strip.costs, strip.bytes, strip.sites, to);
+        for (uint32_t i = 0; i < strip.sites; i++, to += s->pitch) {
+            s->first_sum += to[0];
         }
-        for (size_t at = 0; at < count; at += s->labels) {
-            s->first_sum += to[at];
-        }
-        to += count;
         s->least_sum += strip.least_sum;
     }
     return fit;
 }
 
-/* What a pass reads and writes at a site: as qs_visit_of in trws_visit.h. */
-static qs_trws16_visit visit_of(const state *s, uint32_t x, uint32_t y, bool forward)
-{
-    uint32_t site = y * s->width + x;
-    size_t labels = s->labels;
-    int32_t right = right_of(s, x, site), below = below_of(s, y, site), left = left_of(s, x, site),
-            above = above_of(s, y, site);
-    int16_t *own = s->messages + 2 * labels * site, *before = own - 2 * labels,
-            *over = own - 2 * labels * s->width + labels;
-    int32_t row = forward ? right : left, column = forward ? below : above;
-    bool both = (left != 0 && above != 0) || (right != 0 && below != 0);
-    return (qs_trws16_visit){
-        .costs = s->costs + labels * site,
-        .row_in = forward ? before : own,
-        .row_out = forward ? own : before,
-        .column_in = forward ? over : own + labels,
-        .column_out = forward ? own + labels : over,
-        .row_weight = (int16_t)(row * (1 << s->shift)),
-        .column_weight = (int16_t)(column * (1 << s->shift)),
-        .row_share = both || row != 0 || column == 0 ? -1 : 0,
-        .both = both,
-    };
-}
+/* What the parts that read costs have found. */
+typedef struct reading {
+    const state *s;
+    uint32_t parts;
+    int64_t least_sum[QS_TRWS16_PARTS], first_sum[QS_TRWS16_PARTS];
+    bool fit[QS_TRWS16_PARTS];
+} reading;
 
-/* Has memory fetched that the pass needs soon. */
-QS_KERNEL void fetch(const state *s, uint32_t site, bool forward)
+/* A row of costs that are made, at their place if they can stand there. */
+static bool read_row(reading *of, uint32_t part, uint32_t y)
 {
-#if QS_HAVE_AVX2
-    enum { AHEAD = 6, LINE = 64 };
-    uint32_t ahead = forward ? site + AHEAD : site - AHEAD;
-    if (ahead < s->sites) {
-        const char *costs = (const char *)(s->costs + (size_t)s->labels * ahead),
-                   *messages = (const char *)(s->messages + 2 * (size_t)s->labels * ahead);
-        for (uint32_t i = 0; i < s->labels; i += LINE) {
-            __builtin_prefetch(costs + i);
-        }
-        for (uint32_t i = 0; i < 4 * s->labels; i += LINE) {
-            __builtin_prefetch(messages + i);
-        }
+    const state *s = of->s;
+    const qs_cost_source *source = &s->problem->source;
+    char *strip = (char *)s->strip + s->strip_size * part;
+    uint8_t *to = s->costs + s->pitch * s->width * y;
+    int32_t *least = (void *)strip;
+    void *costs = costs_stand(s) ? (void *)to : strip + least_size(s);
+    source->row((char *)source->context + source->stride * part, y, costs, least);
+    bool fit = costs_stand(s) || put_costs(s, costs, source->bytes, s->width, to);
+    for (uint32_t x = 0; x < s->width; x++, to += s->pitch) {
+        of->first_sum[part] += to[0];
+        of->least_sum[part] += least[x];
     }
-#else
-    (void)s;
-    (void)site;
-    (void)forward;
-#endif
+    return fit;
 }
 
-QS_KERNEL qs_trws16_rule rule_of(const state *s)
+static void read_rows(void *work, uint32_t part)
 {
-    return (qs_trws16_rule){s->labels, s->reach, (int16_t)(1 << s->shift), s->is_first, s->scratch};
-}
-
-QS_KERNEL int64_t pass_row(const state *s, uint32_t y, bool forward)
-{
-    const qs_trws16_rule rule = rule_of(s);
-    int64_t bound = 0;
-    for (uint32_t i = 0; i < s->width; i++) {
-        uint32_t x = forward ? i : s->width - 1 - i;
-        qs_trws16_visit v = visit_of(s, x, y, forward);
-        fetch(s, y * s->width + x, forward);
-        bound += qs_trws16_visit_site(&rule, &v);
+    reading *of = work;
+    uint64_t height = of->s->height;
+    uint32_t end = (uint32_t)(height * (part + 1) / of->parts);
+    of->least_sum[part] = of->first_sum[part] = 0;
+    of->fit[part] = true;
+    for (uint32_t y = (uint32_t)(height * part / of->parts); of->fit[part] && y < end; y++) {
+        of->fit[part] = read_row(of, part, y);
     }
-    return bound;
 }
 
-static int64_t plain_row(const state *s, uint32_t y, bool forward)
+/* Returns false if a cost takes more than a byte. */
+static bool read_costs(state *s, const qs_solve_options *options)
 {
-    return pass_row(s, y, forward);
-}
-
-QS_AVX2 static int64_t wide_row(const state *s, uint32_t y, bool forward)
-{
-    return pass_row(s, y, forward);
-}
-
-static bool looks_up(const state *s)
-{
-    return qs_look_up(s->look, 2 * (uint64_t)s->width * s->labels);
-}
-
-/* Returns the bound, in units of 1 / 2^shift; there is none if the watch stops the pass. */
-static int64_t pass(state *s, bool forward)
-{
-    int64_t bound = 0;
-    for (uint32_t i = 0; i < s->height && looks_up(s); i++) {
-        uint32_t y = forward ? i : s->height - 1 - i;
-        bound += s->wide ? wide_row(s, y, forward) : plain_row(s, y, forward);
+    reading of = {.s = s, .parts = options && options->together ? readers_of(s) : 1};
+    bool fit = true;
+    if (s->problem->costs) {
+        return read_array(s);
     }
-    return bound;
+    qs_trws16_together(options, read_rows, &of, of.parts);
+    for (uint32_t i = 0; i < of.parts; i++) {
+        fit = fit && of.fit[i];
+        s->least_sum += of.least_sum[i];
+        s->first_sum += of.first_sum[i];
+    }
+    return fit;
 }
 
 static int32_t apart(const state *s, uint16_t a, uint16_t b)
@@ -258,12 +236,13 @@ static int64_t energy_of(const state *s, const uint16_t *labelling)
     int64_t energy = s->least_sum;
     for (uint32_t y = 0, p = 0; y < s->height; y++) {
         for (uint32_t x = 0; x < s->width; x++, p++) {
-            energy += s->costs[(size_t)p * s->labels + labelling[p]];
+            energy += s->costs[p * s->pitch + labelling[p]];
             if (x + 1 < s->width) {
-                energy += right_of(s, x, p) * apart(s, labelling[p], labelling[p + 1]);
+                energy += qs_trws16_right(s, x, p) * apart(s, labelling[p], labelling[p + 1]);
             }
             if (y + 1 < s->height) {
-                energy += below_of(s, y, p) * apart(s, labelling[p], labelling[p + s->width]);
+                energy +=
+                    qs_trws16_below(s, y, p) * apart(s, labelling[p], labelling[p + s->width]);
             }
         }
     }
@@ -281,11 +260,11 @@ static around around_of(const state *s, uint32_t x, uint32_t y, const uint16_t *
 {
     uint32_t site = y * s->width + x;
     const uint16_t *own = labelling + site;
-    return (around){
-        s->costs + (size_t)site * s->labels,
-        {left_of(s, x, site), right_of(s, x, site), above_of(s, y, site), below_of(s, y, site)},
-        {own[x > 0 ? -1 : 0], own[x + 1 < s->width], *(y > 0 ? own - s->width : own),
-         own[y + 1 < s->height ? s->width : 0]}};
+    return (around){s->costs + site * s->pitch,
+                    {qs_trws16_left(s, x, site), qs_trws16_right(s, x, site),
+                     qs_trws16_above(s, y, site), qs_trws16_below(s, y, site)},
+                    {own[x > 0 ? -1 : 0], own[x + 1 < s->width], *(y > 0 ? own - s->width : own),
+                     own[y + 1 < s->height ? s->width : 0]}};
 }
 
 static int32_t cost_beside(const state *s, const around *near, uint16_t label)
@@ -327,42 +306,6 @@ static void improve(const state *s, uint16_t *labelling)
     }
 }
 
-QS_KERNEL void label_row(const state *s, uint32_t y, uint16_t *labelling)
-{
-    const qs_trws16_rule rule = rule_of(s);
-    for (uint32_t x = 0; x < s->width; x++) {
-        uint32_t site = y * s->width + x;
-        const qs_trws16_visit v = visit_of(s, x, y, false);
-        /* In a pass back these are the edges to the left and above: labels that stand already. */
-        uint16_t left = labelling[x > 0 ? site - 1 : site],
-                 above = labelling[y > 0 ? site - s->width : site];
-        labelling[site] = qs_trws16_label(&rule, &v, left, above);
-    }
-}
-
-static void plain_labels(const state *s, uint32_t y, uint16_t *labelling)
-{
-    label_row(s, y, labelling);
-}
-
-QS_AVX2 static void wide_labels(const state *s, uint32_t y, uint16_t *labelling)
-{
-    label_row(s, y, labelling);
-}
-
-/* A labelling in the order of the sites, each with the labels of those before it and the messages
- * of those after it. */
-static void make_labels(const state *s, uint16_t *labelling)
-{
-    for (uint32_t y = 0; y < s->height; y++) {
-        if (s->wide) {
-            wide_labels(s, y, labelling);
-        } else {
-            plain_labels(s, y, labelling);
-        }
-    }
-}
-
 static void raise_bound(const state *s, int64_t bound, qs_solution *solution)
 {
     int64_t unit = (int64_t)1 << s->shift, whole = bound / unit;
@@ -371,11 +314,11 @@ static void raise_bound(const state *s, int64_t bound, qs_solution *solution)
 }
 
 /* A pass forward and one back. Returns false if the watch has stopped them. */
-static bool iterate(state *s, qs_solution *solution)
+static bool iterate(state *s, const qs_solve_options *options, qs_solution *solution)
 {
     for (int way = 0; way < 2; way++) {
         s->is_first = way == 0 && solution->iterations == 0;
-        int64_t bound = pass(s, way == 0);
+        int64_t bound = qs_trws16_pass(s, options, way == 0);
         if (s->look->stopped) {
             return false;
         }
@@ -385,15 +328,25 @@ static bool iterate(state *s, qs_solution *solution)
     return true;
 }
 
+/* The messages of edges that there are not. */
+static void clear_ends(const state *s)
+{
+    size_t row = s->pitch * s->width;
+    for (uint32_t y = 0; y < s->row_count; y++) {
+        memset(s->rows + (row + s->pitch) * y, 0, sizeof *s->rows * s->pitch);
+    }
+    memset(s->columns - row, 0, sizeof *s->columns * row);
+}
+
 static void solve(state *s, const qs_solve_options *options, uint16_t *labelling,
                   qs_solution *solution)
 {
     bool go = true;
-    while (go && iterate(s, solution)) {
+    while (go && iterate(s, options, solution)) {
         go = qs_report_progress(options, solution) &&
              !qs_limit_reached(options, solution, DEFAULT_ITERATIONS);
     }
-    make_labels(s, labelling);
+    qs_trws16_label(s, options, labelling);
     improve(s, labelling);
     solution->energy = energy_of(s, labelling);
     solution->converged = solution->energy == solution->lower_bound;
@@ -403,20 +356,20 @@ static void solve(state *s, const qs_solve_options *options, uint16_t *labelling
 qs_status qs_trws16(const qs_problem *problem, const qs_solve_options *options, void *workspace,
                     size_t workspace_size, uint16_t *labelling, qs_solution *solution)
 {
-    if (!problem || !workspace || !labelling || !solution) {
-        return QS_E_ARGUMENT;
+    qs_status status = qs_straight_check(problem, workspace, labelling, solution);
+    if (status != QS_OK) {
+        return status;
     }
-    qs_status status = qs_problem_check(problem);
-    if (status != QS_OK || !is_for_us(problem)) {
-        return status != QS_OK ? status : QS_E_ENCODING;
-    }
-    state s = state_of(problem);
+    state s = state_of(problem, options ? options->iterations : 0);
     size_t size = take_parts(&s, workspace);
     if (workspace_size < size || size == SIZE_MAX) {
         return QS_E_WORKSPACE;
     }
-    s.wide = qs_lanes_avx2();
-    if (!choose_shift(&s) || !read_costs(&s)) {
+    s.wide = is_wide(&s);
+    if (s.is_once) {
+        s.row_count = qs_min_u32(s.row_count, qs_trws16_flight(&s, options));
+    }
+    if (!choose_shift(&s) || !read_costs(&s, options)) {
         return QS_E_OVERFLOW;
     }
     fill_scratch(&s);
@@ -425,8 +378,7 @@ qs_status qs_trws16(const qs_problem *problem, const qs_solve_options *options, 
     qs_reporter reporter = {options, &so_far};
     qs_look look = {.going = qs_report_now, .context = &reporter};
     s.look = &look;
-    size_t before = 2 * (size_t)s.width * s.labels;
-    memset(s.messages - before, 0, sizeof *s.messages * before);
+    clear_ends(&s);
     solve(&s, options, labelling, &so_far);
     *solution = so_far;
     return QS_OK;

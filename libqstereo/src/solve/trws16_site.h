@@ -5,7 +5,7 @@
 
 #include "../base/simd.h"
 
-enum { QS_TRWS16_ROWS = 3 };
+enum { QS_TRWS16_ROWS = 3, QS_TRWS16_MOST = 1 << 14 };
 
 typedef struct qs_trws16_rule {
     uint32_t labels;
@@ -22,12 +22,21 @@ typedef struct qs_trws16_visit {
     int16_t row_weight, column_weight; /* of the edges that messages are sent along, shifted */
     int16_t row_share; /* all bits 1: the row takes a part; 0: the column takes all */
     bool both; /* each takes a half */
+    bool row_only; /* column_out is neither read nor written */
+    int16_t *sums; /* out: costs and the messages that come in; may be column_in. NULL = unwanted */
 } qs_trws16_visit;
 
 /* Numbers in a row of scratch: the labels, and as many at both ends. */
 static inline uint64_t qs_trws16_row(uint32_t labels)
 {
-    return 3 * (uint64_t)labels;
+    enum { LEAST = 16 }; /* one run of the wide registers */
+    return 3 * (uint64_t)labels + LEAST;
+}
+
+/* Numbers of scratch for one thread. */
+static inline uint64_t qs_trws16_scratch(uint32_t labels)
+{
+    return QS_TRWS16_ROWS * qs_trws16_row(labels);
 }
 
 QS_KERNEL int16_t qs_less16(int16_t a, int16_t b)
@@ -94,6 +103,14 @@ QS_KERNEL void qs_trws16_charge(const qs_trws16_rule *rule, const qs_trws16_visi
     }
 }
 
+/* Keeps what the labelling needs of the messages. */
+QS_KERNEL void qs_trws16_keep(const qs_trws16_rule *rule, const qs_trws16_visit *v)
+{
+    for (uint32_t d = 0; v->sums && d < rule->labels; d++) {
+        v->sums[d] = (int16_t)(v->costs[d] * rule->unit + v->row_in[d] + v->column_in[d]);
+    }
+}
+
 /* Sends the messages of a site to its later neighbours. Returns what that adds to the bound. */
 QS_KERNEL int64_t qs_trws16_visit_site(const qs_trws16_rule *rule, const qs_trws16_visit *v)
 {
@@ -110,25 +127,32 @@ QS_KERNEL int64_t qs_trws16_visit_site(const qs_trws16_rule *rule, const qs_trws
     } else {
         qs_trws16_charge(rule, v, false, false, row, column);
     }
+    qs_trws16_keep(rule, v);
     int64_t bound = qs_trws16_send(rule, v->row_weight, row, other, v->row_out);
-    return bound + qs_trws16_send(rule, v->column_weight, column, other, v->column_out);
+    return v->row_only
+               ? bound
+               : bound + qs_trws16_send(rule, v->column_weight, column, other, v->column_out);
 }
 
-/* The first of the cheapest labels of a site, beside the labels of the neighbours that messages
- * would be sent to. */
-QS_KERNEL uint16_t qs_trws16_label(const qs_trws16_rule *rule, const qs_trws16_visit *v,
-                                   uint16_t beside, uint16_t above)
+/* The labels of the neighbours that messages would be sent to, with the weights of the edges. */
+typedef struct qs_trws16_beside {
+    uint16_t row, column;
+    int16_t row_weight, column_weight;
+} qs_trws16_beside;
+
+/* The first of the cheapest labels of a site. */
+QS_KERNEL uint16_t qs_trws16_cheapest(const qs_trws16_rule *rule, const int16_t *sums,
+                                      const qs_trws16_beside *near)
 {
     uint32_t labels = rule->labels, first = 0;
     int16_t *restrict costs = rule->scratch + labels;
-    int16_t reach = (int16_t)rule->reach, unit = rule->unit, least = INT16_MAX;
+    int16_t reach = (int16_t)rule->reach, least = INT16_MAX;
     for (uint32_t d = 0; d < labels; d++) {
-        int16_t off = (int16_t)((int16_t)d - (int16_t)beside),
-                over = (int16_t)((int16_t)d - (int16_t)above);
+        int16_t off = (int16_t)((int16_t)d - (int16_t)near->row),
+                over = (int16_t)((int16_t)d - (int16_t)near->column);
         off = qs_less16((int16_t)(off < 0 ? -off : off), reach);
         over = qs_less16((int16_t)(over < 0 ? -over : over), reach);
-        costs[d] = (int16_t)(v->costs[d] * unit + v->row_in[d] + v->column_in[d] +
-                             off * v->row_weight + over * v->column_weight);
+        costs[d] = (int16_t)(sums[d] + off * near->row_weight + over * near->column_weight);
     }
     for (uint32_t d = 0; d < labels; d++) {
         least = qs_less16(least, costs[d]);

@@ -209,12 +209,11 @@ void qs_trws_graph_marginals(const qs_trws_state *state, qs_natural *marginals, 
     }
 }
 
-#if QS_BITS == 32 /* a witness takes shares of 32 bits */
 static void split_site(const qs_trws_state *state, const qs_witness *witness, uint32_t site)
 {
     const qs_model *model = state->model;
     uint32_t labels = model->labels, lower, higher, end = model->link_start[site + 1];
-    int32_t *total = state->scratch, *part = total + labels, *rest = part + labels;
+    qs_number *total = state->scratch, *part = total + labels, *rest = part + labels;
     uint32_t before = next_link(model, model->link_start[site], end), after = before;
     count_chains(model, site, &lower, &higher);
     uint32_t chains = lower > higher ? lower : higher;
@@ -223,13 +222,13 @@ static void split_site(const qs_trws_state *state, const qs_witness *witness, ui
     }
     add_all(state, site, total);
     for (uint32_t i = 0; i < chains; i++) {
-        const int32_t *came = i < lower ? message_of(state, &model->links[before]) : NULL;
-        int32_t *sent = i < higher ? message_of(state, &model->links[after]) : NULL;
+        const qs_number *came = i < lower ? message_of(state, &model->links[before]) : NULL;
+        qs_number *sent = i < higher ? message_of(state, &model->links[after]) : NULL;
         take_part(total, labels, i, chains, part);
         for (uint32_t d = 0; d < labels; d++) {
             part[d] -= (came ? came[d] : 0) + (sent ? sent[d] : 0);
         }
-        witness->share(witness->context, model, site, i, part);
+        witness->share(witness->context, model, site, i, part, sizeof *part);
         for (uint32_t d = 0; d < labels && came; d++) {
             part[d] += came[d];
         }
@@ -249,7 +248,6 @@ void qs_trws_graph_split(const qs_trws_state *state, const qs_witness *witness)
         split_site(state, witness, qs_trws_site(state, at, true));
     }
 }
-#endif
 
 /* What each label of a site costs, given the labels of its earlier neighbours and the messages from
  * the later ones. */

@@ -6,13 +6,13 @@
 /* Tells of one chain at a site. What it is charged is `costs`, less the message that comes along
  * it. Leaves `costs` as they were. */
 static void tell(const qs_trws_state *state, const qs_witness *witness, uint32_t site,
-                 uint32_t chain, int32_t *costs, const int32_t *came)
+                 uint32_t chain, qs_number *costs, const qs_number *came)
 {
     uint32_t labels = state->model->labels;
     for (uint32_t d = 0; d < labels; d++) {
         costs[d] -= came[d];
     }
-    witness->share(witness->context, state->model, site, chain, costs);
+    witness->share(witness->context, state->model, site, chain, costs, sizeof *costs);
     for (uint32_t d = 0; d < labels; d++) {
         costs[d] += came[d];
     }
@@ -22,7 +22,7 @@ static void split_grid(const qs_trws_state *state, const qs_witness *witness)
 {
     const qs_model *model = state->model;
     uint32_t labels = model->labels;
-    int32_t *row = state->scratch, *column = row + labels, *rest = column + labels;
+    qs_number *row = state->scratch, *column = row + labels, *rest = column + labels;
     for (uint32_t at = 0; at < qs_trws_visits(state); at++) {
         uint32_t p = qs_trws_site(state, at, true);
         qs_visit v = qs_visit_of(state, p, labels, true);

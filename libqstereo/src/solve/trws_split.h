@@ -4,8 +4,6 @@
 
 #include "trws_passes.h"
 
-#if QS_BITS == 32
-
 /* Tells the witness how the costs are shared among the chains. It is a forward pass; afterwards the
  * messages are those after one. Every bound of a pass that is rounded up is proven by such a split.
  *
@@ -16,25 +14,5 @@ void qs_trws_split(const qs_trws_state *state, const uint16_t *labelling,
 /* The same for the witness of a solver's options, if there is one; no label leaves. */
 void qs_witness_split(const qs_trws_state *state, const qs_solve_options *options,
                       const uint16_t *labelling);
-
-#else /* shares do not fit the 32 bits that a witness takes: it is told nothing */
-
-static inline void qs_trws_split(const qs_trws_state *state, const uint16_t *labelling,
-                                 const qs_witness *witness)
-{
-    (void)state;
-    (void)labelling;
-    (void)witness;
-}
-
-static inline void qs_witness_split(const qs_trws_state *state, const qs_solve_options *options,
-                                    const uint16_t *labelling)
-{
-    (void)state;
-    (void)options;
-    (void)labelling;
-}
-
-#endif
 
 #endif

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "../base/minmax.h"
+#include "../base/simd.h"
 #include "match_term.h"
 #include "window.h"
 
@@ -17,6 +18,7 @@ typedef struct matcher {
     qs_match_needs needs;
     uint32_t x, y, width, height, labels; /* of the grid */
     size_t rows_read; /* 1 + the row of the pictures that these hold; 0 = none */
+    bool packed; /* the words of these rows have been made */
     qs_match_row left, right[PARTS]; /* right[1] holds the samples between pixels */
     uint16_t *sums; /* labels x TILE; where costs fit bytes they stand here as bytes */
     int32_t *edges_right, *edges_down; /* NULL = all edges have the same weight */
@@ -90,12 +92,12 @@ static bool is_matching(const qs_matching *matching)
     return most >= 1 && most <= UINT16_MAX && matching->parts >= 1 && matching->parts <= PARTS &&
            matching->disparity_min <= matching->disparity_max &&
            matching->disparity_min > INT32_MIN && matching->scale >= 1 && matching->weight >= 0 &&
-           contrast;
+           matching->copies <= QS_MATCH_COPIES && contrast;
 }
 
 static qs_match_needs needs_of(const qs_matching *matching)
 {
-    qs_match_needs needs = {.range = false};
+    qs_match_needs needs = {.wide = qs_lanes_avx2()};
     for (unsigned i = 0; i < matching->term_count && i < QS_MATCH_TERMS; i++) {
         const qs_match_term *term = &matching->terms[i];
         needs.range = needs.range || term->cost == QS_MATCH_BT;
@@ -134,27 +136,44 @@ static uint32_t reach_right_of(const qs_matching *matching)
     return least < 0 ? (uint32_t)-least : 0;
 }
 
-static matcher *take(qs_arena *arena, const qs_matching *matching, const qs_grid *grid)
+static uint32_t copies_of(const qs_matching *matching)
 {
-    matcher plan = {.matching = *matching, .needs = needs_of(matching)};
-    matcher *made = qs_arena_take(arena, 1, sizeof *made);
+    return qs_max_u32(matching->copies, 1);
+}
+
+/* What a copy needs for itself. */
+static void take_copy(qs_arena *arena, matcher *plan)
+{
+    const qs_matching *matching = &plan->matching;
     size_t across = matching->left.width, pad = qs_min_u32(reach_of(matching), (uint32_t)across);
     size_t behind = TILE + qs_min_u32(reach_right_of(matching), (uint32_t)across);
-    plan.labels = labels_of(matching);
-    plan.width = grid->width;
-    plan.height = grid->height;
-    plan.left = qs_match_row_take(arena, &plan.needs, across, 0, TILE);
+    plan->left = qs_match_row_take(arena, &plan->needs, across, 0, TILE);
     for (uint32_t i = 0; i < matching->parts && i < PARTS; i++) {
-        plan.right[i] = qs_match_row_take(arena, &plan.needs, across, pad, behind);
+        plan->right[i] = qs_match_row_take(arena, &plan->needs, across, pad, behind);
     }
-    plan.sums = qs_arena_take(arena, plan.labels, TILE * sizeof *plan.sums);
+    plan->sums = qs_arena_take(arena, plan->labels, TILE * sizeof *plan->sums);
+}
+
+/* The copies, one behind the other. */
+static matcher *take(qs_arena *arena, const qs_matching *matching, const qs_grid *grid)
+{
+    uint32_t copies = copies_of(matching);
+    matcher plan = {.matching = *matching,
+                    .needs = needs_of(matching),
+                    .width = grid->width,
+                    .height = grid->height,
+                    .labels = labels_of(matching)};
+    matcher *made = qs_arena_take(arena, copies, sizeof *made);
     if (matching->contrast_below > 0) {
         uint64_t cells = (uint64_t)grid->width * grid->height;
         plan.edges_right = qs_arena_take(arena, cells, sizeof *plan.edges_right);
         plan.edges_down = qs_arena_take(arena, cells, sizeof *plan.edges_down);
     }
-    if (made) {
-        *made = plan;
+    for (uint32_t i = 0; i < copies; i++) {
+        take_copy(arena, &plan);
+        if (made) {
+            made[i] = plan;
+        }
     }
     return made;
 }
@@ -223,7 +242,12 @@ static void sum_label(const matcher *m, uint32_t d, uint32_t x, uint32_t count, 
     size_t from = matches_at(right, x, pixels);
     memset(sum, 0, TILE * sizeof *sum);
     for (unsigned i = 0; i < matching->term_count; i++) {
-        qs_match_term_add(&matching->terms[i], &m->left, x, right, from, sum);
+        const qs_match_term *term = &matching->terms[i];
+        if (m->needs.wide) {
+            qs_match_term_add_avx2(term, &m->left, x, right, from, sum);
+        } else {
+            qs_match_term_add(term, &m->left, x, right, from, sum);
+        }
     }
     price_outside(m, label, x, count, sum);
 }
@@ -284,37 +308,64 @@ static void read_row(matcher *m, uint32_t row)
         return;
     }
     m->rows_read = y + 1;
+    m->packed = false;
     qs_match_row_read(&m->left, &m->needs, &matching->left, y, false);
     for (uint32_t i = 0; i < matching->parts; i++) {
         qs_match_row_read(&m->right[i], &m->needs, &matching->right, y, i == 1);
     }
 }
 
-/* The cost of a label at column x of the picture. */
-static uint32_t cost_at(const matcher *m, int64_t x, int64_t label)
+/* Makes the words of the rows that were read. */
+static void pack_rows(matcher *m)
+{
+    if (m->packed) {
+        return;
+    }
+    qs_match_row_pack(&m->left);
+    for (uint32_t i = 0; i < m->matching.parts; i++) {
+        qs_match_row_pack(&m->right[i]);
+    }
+    m->packed = true;
+}
+
+/* Where the match of a label at column x of the picture is. Returns false if it is outside. */
+static bool place_match(const qs_matching *matching, int64_t x, int64_t label, size_t pad,
+                        qs_match_place *place)
+{
+    int64_t part = matching->parts > 1 ? label & 1 : 0;
+    int64_t at = x - (matching->parts > 1 ? (label - part) / PARTS : label);
+    bool inside = at >= part && at < (int64_t)matching->right.width;
+    *place = (qs_match_place){(uint32_t)part, (uint32_t)(inside ? at : 0) + (uint32_t)pad};
+    return inside;
+}
+
+/* The costs of up to TILE pixels from column x of the picture. */
+static void pick_tile(const matcher *m, uint32_t x, uint32_t count, const uint16_t *labels,
+                      int32_t *costs)
 {
     const qs_matching *matching = &m->matching;
-    int64_t pixels = whole_of(matching, label);
-    const qs_match_row *right = &m->right[label - pixels * matching->parts];
-    qs_columns matched = matched_by(matching, label);
-    uint32_t cost = 0;
-    if (x < matched.begin || x >= matched.end) {
-        return outside_cost(matching);
+    qs_match_place places[TILE];
+    uint32_t sum[TILE] = {0};
+    bool inside[TILE];
+    for (uint32_t i = 0; i < count; i++) {
+        int64_t label = (int64_t)matching->disparity_min + labels[i];
+        inside[i] = place_match(matching, (int64_t)x + i, label, m->right[0].pad, &places[i]);
     }
     for (unsigned i = 0; i < matching->term_count; i++) {
-        cost += qs_match_term_one(&matching->terms[i], &m->left, (size_t)x, right,
-                                  (size_t)((int64_t)right->pad + x - pixels));
+        qs_match_term_pick(&matching->terms[i], &m->left, x, m->right, places, count, sum);
     }
-    return cost;
+    for (uint32_t i = 0; i < count; i++) {
+        costs[i] = (int32_t)((inside[i] ? sum[i] : outside_cost(matching)) * matching->scale);
+    }
 }
 
 static void pick_row(void *context, uint32_t row, const uint16_t *labels, int32_t *costs)
 {
     matcher *m = context;
     read_row(m, row);
-    for (uint32_t x = 0; x < m->width; x++) {
-        int64_t label = (int64_t)m->matching.disparity_min + labels[x];
-        costs[x] = (int32_t)(cost_at(m, (int64_t)m->x + x, label) * m->matching.scale);
+    pack_rows(m);
+    for (uint32_t x = 0; x < m->width; x += TILE) {
+        pick_tile(m, m->x + x, qs_min_u32(m->width - x, TILE), labels + x, costs + x);
     }
 }
 
@@ -397,9 +448,16 @@ qs_status qs_matching_problem(const qs_matching *matching, void *workspace, size
     }
     qs_arena arena = {workspace, 0, false};
     matcher *m = take(&arena, matching, &made.grid);
-    m->x = made.frame.x;
-    m->y = made.frame.y;
-    made.source = (qs_cost_source){cost_row, m, fits_bytes(matching) ? 1 : 4, pick_row};
+    for (uint32_t i = 0; i < copies_of(matching); i++) {
+        m[i].x = made.frame.x;
+        m[i].y = made.frame.y;
+    }
+    made.source = (qs_cost_source){.row = cost_row,
+                                   .context = m,
+                                   .bytes = fits_bytes(matching) ? 1 : 4,
+                                   .pick = pick_row,
+                                   .copies = matching->copies,
+                                   .stride = sizeof *m};
     made.grid.right = m->edges_right;
     made.grid.down = m->edges_down;
     if (m->edges_right) {

@@ -6,8 +6,10 @@
 #include <string.h>
 
 #include "base/bytes.h"
+#include "certificate/record_book.h"
 #include "files/crc32c.h"
 #include "model/convexity.h"
+#include "solve/messages.h"
 #include "solve/pack.h"
 
 enum { FILE_SIZE = 1 << 18, COUNT_AT = 28, BOUND_AT = 32, ENERGY_AT = 40, HEADER = 64 };
@@ -43,6 +45,26 @@ static uint32_t left_count(uint32_t site)
 static uint32_t site_count(void)
 {
     return qs_problem_sites(&t.problem);
+}
+
+/* The file of the whole problem, as the library writes it. */
+static void encode_whole(qs_encoding encoding)
+{
+    static uint64_t memory[1 << 14];
+    qs_encode_options options = {.encoding = encoding, .gap = 1};
+    qs_buffer buffer = {written.file, sizeof written.file, 0};
+    qs_sink sink = qs_buffer_sink(&buffer);
+    assert_true(qs_encode_workspace(&t.problem) <= sizeof memory);
+    assert_int_equal(
+        qs_encode(&t.problem, &options, &sink, memory, qs_encode_workspace(&t.problem), NULL),
+        QS_OK);
+    written.size = buffer.size;
+    slow_open(&written);
+    request = (slow_request){.problem = &t.problem, .encoding = encoding, .gap = 1};
+    memset(request.kept, 1, sizeof request.kept);
+    assert_int_equal(
+        qs_model_build(&written.index, model_memory, qs_model_workspace(&written.qubo), &model),
+        QS_OK);
 }
 
 /* ---- Checking. ---- */
@@ -145,11 +167,12 @@ static qs_status by_reduce(const qs_witness *witness, uint64_t iterations)
     return status;
 }
 
-static bool is_too_wide(void *context, const uint32_t *sites, uint32_t count)
+static bool is_too_wide(void *context, const uint32_t *sites, uint32_t count, bool labels)
 {
     (void)context;
     (void)sites;
     (void)count;
+    (void)labels;
     return false;
 }
 
@@ -163,11 +186,10 @@ static qs_status by_trials(const qs_witness *witness, uint64_t iterations)
 
 /* All sites that are undecided as one part, whose edges lead nowhere else. The labelling is not the
  * best: what is proven is a bound. */
-static qs_status by_part(const qs_witness *witness, uint64_t iterations)
+static qs_status by_one_part(const qs_witness *witness, bool labels)
 {
     int site[TINY_SITES];
     uint32_t part[TINY_SITES], count = 0;
-    (void)iterations;
     sites_of_model(site);
     for (uint32_t p = 0; p < model.sites; p++) {
         if (site[p] >= 0 && left_count((uint32_t)site[p]) > 1) {
@@ -176,9 +198,24 @@ static qs_status by_part(const qs_witness *witness, uint64_t iterations)
     }
     qs_model_winner(&model, c.labelling);
     c.energy = qs_model_energy(&model, c.labelling);
-    assert_true(witness->part(witness->context, part, count));
-    assert_false(witness->part(witness->context, part, count)); /* it is settled */
+    assert_true(witness->part(witness->context, part, count, labels));
+    assert_false(witness->part(witness->context, part, count, labels)); /* it is settled */
     return QS_OK;
+}
+
+static qs_status by_part(const qs_witness *witness, uint64_t iterations)
+{
+    (void)iterations;
+    return by_one_part(witness, true);
+}
+
+/* Tables have used up what they may have. */
+static qs_status by_search(const qs_witness *witness, uint64_t iterations)
+{
+    const qs_recorder *recorder = witness->context;
+    (void)iterations;
+    recorder->book->exact_cells = QS_EXACT_ALL_CELLS;
+    return by_one_part(witness, false);
 }
 
 /* Makes the certificate of the model. Returns false if the solver cannot write one. */
@@ -308,6 +345,32 @@ static void descents_prove_the_optimum(void **unused)
     assert_true(descents > ROUNDS / 2);
 }
 
+/* Two labels, and for each edge a table of its own that a cut can hold. */
+static void make_submodular_tables(uint64_t *state)
+{
+    static int32_t tables[4 * TINY_EDGES];
+    do {
+        tiny_make(&t, state, BITS, true);
+    } while (t.problem.labels != 2 || t.problem.edge_count < 3);
+    for (size_t i = 0; i < 4 * t.problem.edge_count; i++) {
+        tables[i] = (int32_t)tiny_random(state, 9) + (i % 4 == 1 || i % 4 == 2 ? 8 : 0);
+    }
+    t.problem.pairwise.smoothness = QS_TABLES;
+    t.problem.tables = tables;
+    encode_whole(QS_ONE_HOT);
+}
+
+static void cuts_of_tables_prove_the_optimum(void **unused)
+{
+    (void)unused;
+    uint64_t state = 18;
+    for (int round = 0; round < ROUNDS / 4; round++) {
+        make_submodular_tables(&state);
+        assert_true(certify(by_cut, 0));
+        proves_the_optimum(&state);
+    }
+}
+
 /* The certificate leaves exactly what the reduction does. */
 static void leaves_as_reduced(uint64_t *state)
 {
@@ -324,6 +387,42 @@ static void leaves_as_reduced(uint64_t *state)
         }
     }
     assert_true(qs_certificate_covers(&written.qubo, c.left, &written.qubo));
+}
+
+/* Costs so large that messages take 64 bits, and that some do not fold into others. */
+static void make_large(uint64_t *state)
+{
+    enum { LARGE = 100000000 };
+    do {
+        tiny_make(&t, state, BITS / 2, false);
+        t.problem.weight = LARGE * (1 + (int32_t)tiny_random(state, 8));
+        for (uint32_t i = 0; i < TINY_SITES; i++) {
+            t.right[i] = LARGE * (int32_t)tiny_random(state, 8);
+            t.down[i] = LARGE * (int32_t)tiny_random(state, 8);
+        }
+        for (size_t e = 0; e < t.problem.edge_count; e++) {
+            t.edges[e].weight *= LARGE;
+        }
+        for (uint32_t i = 0; i < TINY_SITES * TINY_LABELS; i++) {
+            t.costs[i] = (int32_t)tiny_random(state, 20 * LARGE);
+        }
+        encode_whole(QS_ONE_HOT);
+    } while (written.qubo.groups == 0 || qs_messages_fit(&model, true));
+}
+
+static void large_costs_have_certificates(void **unused)
+{
+    (void)unused;
+    made_by *const makers[] = {by_trws, by_best, by_reduce};
+    uint64_t state = 28;
+    lower = 0;
+    for (int round = 0; round < ROUNDS / 2; round++) {
+        make_large(&state);
+        made_by *make = makers[round % 3];
+        assert_true(certify(make, 1 + tiny_random(&state, 12)));
+        make == by_reduce ? leaves_as_reduced(&state) : holds(&state);
+    }
+    assert_true(lower < ROUNDS / 20);
 }
 
 static void reductions_hold(void **unused)
@@ -449,6 +548,15 @@ static bool is_in_one_of(int64_t energy, uint32_t site, uint32_t label)
     return found;
 }
 
+static bool is_the_least(int64_t energy)
+{
+    bool found = false;
+    for (uint32_t d = 0; d < t.problem.labels; d++) {
+        found = found || is_in_one_of(energy, 0, d);
+    }
+    return found; /* `holds` has seen that none is lower */
+}
+
 /* The bound is the optimum, and exactly the labels of optima are left. */
 static void is_solved(uint64_t *state)
 {
@@ -475,6 +583,24 @@ static void parts_are_solved(void **unused)
 {
     (void)unused;
     each_certificate(by_part, 10, is_solved);
+}
+
+/* The bound is the optimum, and all labels are left. */
+static void is_searched(uint64_t *state)
+{
+    uint32_t labels = 0;
+    holds(state);
+    assert_true(is_the_least(c.verdict.lower_bound));
+    for (uint32_t p = 0; p < site_count(); p++) {
+        labels += left_count(p) > 1 ? left_count(p) : 0;
+    }
+    assert_int_equal(c.verdict.labels, labels);
+}
+
+static void parts_are_searched(void **unused)
+{
+    (void)unused;
+    each_certificate(by_search, 19, is_searched);
 }
 
 /* A reduced problem that lacks a label which is left is not covered. */
@@ -547,9 +673,22 @@ static void too_much_is_refuted(void **unused)
     each_certificate(by_trws, 5, states_too_much);
     each_certificate(by_cut, 11, states_too_much);
     each_certificate(by_part, 12, states_too_much);
+    each_certificate(by_search, 21, states_too_much);
 }
 
 static int valid, refuted, malformed;
+
+/* Checks the file as it is now: what holds is true. */
+static void note_what_is_true(void)
+{
+    qs_status status = check();
+    malformed += status != QS_OK;
+    refuted += status == QS_OK && !c.verdict.valid;
+    valid += status == QS_OK && c.verdict.valid;
+    if (status == QS_OK && c.verdict.valid) {
+        assert_true_of_all_labellings((int64_t)qs_load_u64(c.file + BOUND_AT));
+    }
+}
 
 /* Bytes changed at random, CRCs mended: what still holds is true. */
 static void stays_true(uint64_t *state)
@@ -570,24 +709,51 @@ static void stays_true(uint64_t *state)
         size_t best = (size_t)qs_load_u64(whole + begin + 8);
         memcpy(c.file + begin + 20 + best, whole + begin + 20 + best, 16);
         mend();
-        qs_status status = check();
-        malformed += status != QS_OK;
-        refuted += status == QS_OK && !c.verdict.valid;
-        valid += status == QS_OK && c.verdict.valid;
-        if (status == QS_OK && c.verdict.valid) {
-            assert_true_of_all_labellings((int64_t)qs_load_u64(c.file + BOUND_AT));
-        }
+        note_what_is_true();
     }
 }
 
 static void no_certificate_lies(void **unused)
 {
     (void)unused;
-    made_by *const makers[] = {by_reduce, by_trws, by_cut, by_part};
+    made_by *const makers[] = {by_reduce, by_trws, by_cut, by_part, by_search};
     for (uint64_t i = 0; i < sizeof makers / sizeof makers[0]; i++) {
         valid = refuted = malformed = 0;
         each_certificate(makers[i], 6 + i, stays_true);
         assert_true(valid > 10 && refuted > 10 && malformed > 10);
+    }
+}
+
+/* Every bit of the labelling and of the stages of one file, CRCs mended. */
+static void stays_true_bit_by_bit(made_by *make, uint64_t seed)
+{
+    uint64_t state = seed;
+    do {
+        make_reduced(&state, QS_ONE_HOT);
+    } while (written.qubo.groups < 4 || written.qubo.couplings < 4 || !certify(make, 3));
+    qs_certificate view;
+    assert_int_equal(qs_certificate_open(c.file, c.size, &view, NULL), QS_OK);
+    uint8_t *const parts[] = {c.file + (view.labelling - c.file),
+                              c.file + (view.stage_bytes - c.file)};
+    const uint64_t sizes[] = {view.sites * (uint64_t)view.label_bytes, view.stage_size};
+    valid = refuted = malformed = 0;
+    for (int i = 0; i < 2; i++) {
+        for (uint64_t bit = 0; bit < 8 * sizes[i]; bit++) {
+            parts[i][bit / 8] ^= (uint8_t)(1u << bit % 8);
+            mend();
+            note_what_is_true();
+            parts[i][bit / 8] ^= (uint8_t)(1u << bit % 8);
+        }
+    }
+    assert_true(refuted > 0 && malformed > 0);
+}
+
+static void no_bit_makes_a_lie(void **unused)
+{
+    (void)unused;
+    made_by *const makers[] = {by_reduce, by_trws, by_trials, by_part, by_search};
+    for (uint64_t i = 0; i < sizeof makers / sizeof makers[0]; i++) {
+        stays_true_bit_by_bit(makers[i], 22 + i);
     }
 }
 
@@ -637,6 +803,7 @@ static void damage_is_noticed(void **unused)
     is_noticed(by_reduce);
     is_noticed(by_cut);
     is_noticed(by_part);
+    is_noticed(by_search);
 }
 
 /* A stage of one part, whose fields are changed. */
@@ -681,6 +848,49 @@ static void malformed_parts(void **unused)
     }
 }
 
+/* A stage of one searched part. */
+static void malformed_searches(void **unused)
+{
+    (void)unused;
+    uint64_t state = 27;
+    do {
+        make_reduced(&state, QS_ONE_HOT);
+    } while (written.qubo.groups < 3 || written.qubo.couplings < 3 || !certify(by_search, 0));
+    qs_certificate view;
+    assert_int_equal(qs_certificate_open(c.file, c.size, &view, NULL), QS_OK);
+    uint8_t *stage = c.file + (view.stage_bytes - c.file);
+    size_t sites = COUNT + 4, count = written.qubo.groups, bounds = sites + 4 * count;
+    for (size_t i = 0; i < count; i++) { /* each is the least there is */
+        add_to((size_t)(stage - c.file) + bounds + 8 * i, 1);
+        assert_false(c.verdict.valid);
+        add_to((size_t)(stage - c.file) + bounds + 8 * i, -1);
+        assert_true(c.verdict.valid);
+    }
+    const struct {
+        size_t at;
+        uint32_t number;
+    } wrong[] = {
+        {0, 9},
+        {0, 12},
+        {0, 16},
+        {8, 1},
+        {COUNT, 0},
+        {COUNT, (uint32_t)count - 1},
+        {COUNT, (uint32_t)count + 1},
+        {sites, (uint32_t)count},
+        {sites, qs_load_u32(stage + sites + 4)},
+        {bounds + 4, 0x7fffffff},
+        {bounds + 4, 0x80000000},
+    };
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        uint32_t was = qs_load_u32(stage + wrong[i].at);
+        qs_store_u32(stage + wrong[i].at, wrong[i].number);
+        mend();
+        assert_int_equal(check(), QS_E_CORRUPT);
+        qs_store_u32(stage + wrong[i].at, was);
+    }
+}
+
 static void arguments(void **unused)
 {
     (void)unused;
@@ -713,17 +923,22 @@ int main(void)
         cmocka_unit_test(bounds_hold),
         cmocka_unit_test(cuts_prove_the_optimum),
         cmocka_unit_test(descents_prove_the_optimum),
+        cmocka_unit_test(cuts_of_tables_prove_the_optimum),
         cmocka_unit_test(reductions_hold),
         cmocka_unit_test(trials_hold),
         cmocka_unit_test(ends_when_nothing_is_gained),
         cmocka_unit_test(packed_ones_have_certificates),
+        cmocka_unit_test(large_costs_have_certificates),
         cmocka_unit_test(parts_are_solved),
+        cmocka_unit_test(parts_are_searched),
         cmocka_unit_test(reduced_problems_are_compared),
         cmocka_unit_test(too_much_is_refuted),
         cmocka_unit_test(no_certificate_lies),
         cmocka_unit_test(no_certificate_of_trials_lies),
+        cmocka_unit_test(no_bit_makes_a_lie),
         cmocka_unit_test(damage_is_noticed),
         cmocka_unit_test(malformed_parts),
+        cmocka_unit_test(malformed_searches),
         cmocka_unit_test(arguments),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -395,6 +395,9 @@ static void meanings(void **unused)
         {"mean", 12, 65536, QS_E_CORRUPT},
         {"mean", 20, (1 << 24) + 1, QS_E_CORRUPT},
         {"mean", 16, (uint32_t)-(1 << 24) - 1, QS_E_CORRUPT},
+        {"mean", 4, 65535, QS_OK},
+        {"mean", 8, 65535, QS_OK},
+        {"mean", 12, 65535, QS_OK},
         {"labl", 56, 3, QS_OK},
         {"labl", 56, (uint32_t)-3, QS_E_CORRUPT}, /* only disparities are below 0 */
     };
@@ -414,6 +417,10 @@ static void meanings(void **unused)
     assert_int_equal(qs_problem_check(&t.problem), QS_E_ARGUMENT);
     t.problem.frame.first = 0;
     t.problem.meaning.unit = 1;
+    assert_int_equal(qs_problem_check(&t.problem), QS_E_ARGUMENT);
+    t.problem.meaning.unit = 65535; /* parts of a pixel */
+    assert_int_equal(qs_problem_check(&t.problem), QS_OK);
+    t.problem.meaning.unit = 65536;
     assert_int_equal(qs_problem_check(&t.problem), QS_E_ARGUMENT);
 }
 
@@ -783,8 +790,10 @@ static void wide_fixed_labels(void **unused)
         if (width == 2) {
             const breach breaches[] = {{"kept", 8, 299, QS_OK},
                                        {"kept", 8, 300, QS_E_CORRUPT},
-                                       {"kept", 8, 0xffff, QS_E_CORRUPT}};
-            expect_breaches(file, at, breaches, 3, open_qubo);
+                                       {"kept", 8, 0xffff, QS_E_CORRUPT},
+                                       {"labl", 12, 65535, QS_OK},
+                                       {"labl", 12, 65536, QS_E_CORRUPT}};
+            expect_breaches(file, at, breaches, 5, open_qubo);
         }
     }
 }

@@ -173,12 +173,41 @@ static void nonsense_is_refused(void **unused)
     assert_int_equal(qs_displace_problem(&bad, memory, sizeof memory, &p), QS_E_GEOMETRY);
 }
 
+/* The largest value of each field is taken: then only room for labels or memory is missing. A
+ * little more is refused. */
+static void largest_values_are_taken(void **unused)
+{
+    (void)unused;
+    uint64_t state = 2, memory;
+    const struct {
+        size_t offset;
+        uint32_t most;
+    } cases[] = {
+        {offsetof(qs_displace, step), 65535},     {offsetof(qs_displace, window), 255},
+        {offsetof(qs_displace, unit), 16},        {offsetof(qs_displace, radius_x), 65536},
+        {offsetof(qs_displace, radius_y), 65536},
+    };
+    qs_problem p;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        for (uint32_t more = 0; more <= 2; more += 2) { /* a window is odd */
+            qs_displace d = pictures(&state);
+            d.window = d.unit = d.scale = 1;
+            uint32_t value = cases[i].most + more;
+            memcpy((char *)&d + cases[i].offset, &value, sizeof value);
+            qs_status status = qs_displace_problem(&d, &memory, sizeof memory, &p);
+            assert_true(more ? status == QS_E_ARGUMENT
+                             : status == QS_E_LIMIT || status == QS_E_WORKSPACE);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(costs_are_mean_differences),
         cmocka_unit_test(field_is_bilinear),
         cmocka_unit_test(nonsense_is_refused),
+        cmocka_unit_test(largest_values_are_taken),
     };
     return cmocka_run_group_tests_name("displace", tests, NULL, NULL);
 }

@@ -213,6 +213,20 @@ static void nonsense_is_refused(void **unused)
     free(memory);
 }
 
+/* One less than what is refused is taken: then only memory is missing. */
+static void largest_values_are_taken(void **unused)
+{
+    (void)unused;
+    uint64_t state = 4, memory;
+    qs_segment s = picture(&state, 3);
+    qs_problem p;
+    s.classes = QS_CLASSES_MAX;
+    s.scale = 1000000;
+    assert_int_equal(qs_segment_problem(&s, &memory, sizeof memory, &p), QS_E_WORKSPACE);
+    s.scale++;
+    assert_int_equal(qs_segment_problem(&s, &memory, sizeof memory, &p), QS_E_ARGUMENT);
+}
+
 /* A plain picture has no contrast: every edge has the weight lambda. */
 static void plain_pictures_have_full_weights(void **unused)
 {
@@ -257,6 +271,7 @@ int main(void)
         cmocka_unit_test(classes_without_strokes_have_the_rest),
         cmocka_unit_test(refitting_counts_the_labelling),
         cmocka_unit_test(nonsense_is_refused),
+        cmocka_unit_test(largest_values_are_taken),
         cmocka_unit_test(plain_pictures_have_full_weights),
         cmocka_unit_test(logarithms_are_right),
     };

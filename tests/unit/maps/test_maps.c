@@ -240,6 +240,7 @@ static void refusals(void **unused)
     assert_int_equal(qs_map_check(map, NULL, WIDTH, HEIGHT, 1, 1), QS_E_ARGUMENT);
     assert_int_equal(qs_map_check(map, other, WIDTH, HEIGHT, 0, 1), QS_E_ARGUMENT);
     assert_int_equal(qs_map_check(map, other, WIDTH, HEIGHT, 65537, 1), QS_E_ARGUMENT);
+    assert_int_equal(qs_map_check(map, map, WIDTH, HEIGHT, 65536, 1), QS_OK);
     assert_int_equal(qs_map_fill(NULL, WIDTH, HEIGHT), QS_E_ARGUMENT);
     assert_int_equal(qs_map_median(map, WIDTH, HEIGHT, map), QS_E_ARGUMENT);
     assert_int_equal(qs_map_median(map, WIDTH, HEIGHT, NULL), QS_E_ARGUMENT);

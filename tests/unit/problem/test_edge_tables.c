@@ -525,6 +525,31 @@ static void reductions_keep_the_optimum(void **unused)
     assert_true(gone > ROUNDS / 2);
 }
 
+/* An energy of 2^53 is the largest: one unit more, of either kind of cost, is too much. */
+static void largest_energy(void **unused)
+{
+    (void)unused;
+    int32_t costs[2] = {0}, tables[1] = {1 << 30};
+    uint16_t labelling[2] = {0};
+    int64_t energy;
+    qs_edge edge = {0, 1, 1 << 23};
+    qs_problem p = {.sites = 2,
+                    .labels = 1,
+                    .scale = 1,
+                    .edges = &edge,
+                    .edge_count = 1,
+                    .costs = costs,
+                    .tables = tables,
+                    .pairwise = {.smoothness = QS_TABLES}};
+    assert_int_equal(qs_problem_energy(&p, labelling, NULL, 0, &energy), QS_OK);
+    assert_int_equal(energy, QS_ENERGY_MAX);
+    costs[1] = 1;
+    assert_int_equal(qs_problem_energy(&p, labelling, NULL, 0, &energy), QS_E_OVERFLOW);
+    costs[1] = -1;
+    tables[0]++;
+    assert_int_equal(qs_problem_energy(&p, labelling, NULL, 0, &energy), QS_E_OVERFLOW);
+}
+
 static void refusals(void **unused)
 {
     (void)unused;
@@ -604,6 +629,7 @@ int main(void)
         cmocka_unit_test(tables_of_walls_are_not_too_large),
         cmocka_unit_test(solvers_take_tables_and_sets),
         cmocka_unit_test(reductions_keep_the_optimum),
+        cmocka_unit_test(largest_energy),
         cmocka_unit_test(refusals),
         cmocka_unit_test(made_tables_are_checked),
     };

@@ -234,12 +234,32 @@ static void refusals(void **unused)
     assert_int_equal(s.energy, qs_model_energy(&model, x));
 }
 
+/* 32 bits are enough for costs and edges up to here, and for no more. */
+static void range_of_32_bits(void **unused)
+{
+    (void)unused;
+    int32_t costs[4] = {0, INT32_MAX / 4, 0, 0}, right[2] = {(1 << 27) - 1, 0}, down[2] = {0};
+    qs_model two = {.sites = 2,
+                    .labels = 2,
+                    .unary = costs,
+                    .pairwise_max = 1,
+                    .width = 2,
+                    .height = 1,
+                    .right = right,
+                    .down = down};
+    assert_true(qs_fusion_fits(&two));
+    costs[1]++;
+    assert_false(qs_fusion_fits(&two));
+    costs[1]--;
+    right[0]++;
+    assert_false(qs_fusion_fits(&two));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(moves_are_choices),
-        cmocka_unit_test(labels_that_are_out_are_not_taken),
-        cmocka_unit_test(moves_end),
+        cmocka_unit_test(moves_are_choices), cmocka_unit_test(labels_that_are_out_are_not_taken),
+        cmocka_unit_test(moves_end),         cmocka_unit_test(range_of_32_bits),
         cmocka_unit_test(refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

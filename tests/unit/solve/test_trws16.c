@@ -2,9 +2,10 @@
  * labelling. */
 #include "../tiny.h"
 
+#include <stdlib.h>
 #include <string.h>
 
-enum { WIDTH = 4, HEIGHT = 3, SITES = WIDTH * HEIGHT, LABELS = 21, ROUNDS = 300 };
+enum { WIDTH = 4, HEIGHT = 3, SITES = WIDTH * HEIGHT, LABELS = 70, FEW = 21, ROUNDS = 300 };
 
 static uint64_t memory[1 << 16];
 
@@ -21,7 +22,7 @@ static uint32_t below(uint64_t *state, uint32_t end)
 static void make_task(uint64_t *state, task *made)
 {
     uint32_t width = 1 + below(state, WIDTH), height = 1 + below(state, HEIGHT);
-    uint32_t labels = 1 + below(state, LABELS);
+    uint32_t labels = 1 + below(state, below(state, 8) == 0 ? LABELS : FEW);
     bool potts = below(state, 3) == 0, weighed = below(state, 2) == 0;
     memset(made, 0, sizeof *made);
     for (int i = 0; i < SITES * LABELS; i++) {
@@ -37,7 +38,7 @@ static void make_task(uint64_t *state, task *made)
                                  .grid = {.width = width, .height = height},
                                  .costs = made->costs};
     made->problem.pairwise.smoothness = potts ? QS_POTTS : QS_TRUNCATED_LINEAR;
-    made->problem.pairwise.truncation = potts ? 0 : below(state, LABELS + 2);
+    made->problem.pairwise.truncation = potts ? 0 : below(state, FEW + 2);
     if (weighed) {
         made->problem.grid.right = made->right;
         made->problem.grid.down = made->down;
@@ -48,7 +49,7 @@ static qs_status solve(const task *given, uint64_t iterations, uint16_t *labelli
                        qs_solution *found)
 {
     qs_solve_options options = {.iterations = iterations};
-    size_t size = qs_trws16_workspace(&given->problem);
+    size_t size = qs_trws16_workspace(&given->problem, iterations);
     assert_true(size > 0 && size <= sizeof memory);
     memset(memory, 0xA5, size);
     return qs_trws16(&given->problem, &options, memory, size, labelling, found);
@@ -294,7 +295,7 @@ static void it_refuses_what_does_not_fit(void **unused)
         make_task(&state, &given);
     } while (given.problem.grid.right || given.problem.grid.width < 2 || given.problem.labels < 3 ||
              given.problem.pairwise.smoothness == QS_POTTS);
-    size_t size = qs_trws16_workspace(&given.problem);
+    size_t size = qs_trws16_workspace(&given.problem, 0);
     assert_int_equal(qs_trws16(&given.problem, NULL, memory, size - 1, labelling, &found),
                      QS_E_WORKSPACE);
     given.costs[1] = given.costs[0] + 256;
@@ -309,10 +310,118 @@ static void it_refuses_what_does_not_fit(void **unused)
     assert_int_equal(solve(&given, 1, labelling, &found), QS_E_OVERFLOW);
     given.problem.weight = 1;
     given.problem.pairwise.smoothness = QS_TRUNCATED_QUADRATIC;
-    assert_int_equal(qs_trws16_workspace(&given.problem), 0);
+    assert_int_equal(qs_trws16_workspace(&given.problem, 0), 0);
     assert_int_equal(qs_trws16(&given.problem, NULL, memory, size, labelling, &found),
                      QS_E_ENCODING);
     assert_int_equal(qs_trws16(NULL, NULL, memory, size, labelling, &found), QS_E_ARGUMENT);
+}
+
+/* ---- A larger problem, whose costs are made. */
+
+enum { ACROSS = 150, DOWN = 90, MANY = 64 };
+
+static void make_row(void *context, uint32_t row, void *costs, int32_t *least)
+{
+    uint8_t *out = costs;
+    uint32_t labels = *(const uint32_t *)context;
+    for (uint32_t x = 0; x < ACROSS; x++, out += labels) {
+        for (uint32_t d = 0; d < labels; d++) {
+            out[d] = (uint8_t)((x * 7919u + row * 104729u + d * 31u) * 2654435761u >> 26);
+        }
+        out[(x / 20 + row / 20) % labels] = 0;
+        least[x] = (int32_t)(x % 3) - 1;
+    }
+}
+
+static qs_problem large_problem(const uint32_t *labels, uint32_t copies)
+{
+    return (qs_problem){
+        .labels = *labels,
+        .scale = 1,
+        .weight = 20,
+        .grid = {.width = ACROSS, .height = DOWN},
+        .pairwise = {.smoothness = QS_TRUNCATED_LINEAR, .truncation = 3},
+        .source = {
+            .row = make_row, .context = (void *)(uintptr_t)labels, .bytes = 1, .copies = copies}};
+}
+
+/* fill  what the workspace holds before: it must not matter */
+static void solve_large(const qs_problem *problem, const qs_solve_options *options, int fill,
+                        uint16_t *labelling, qs_solution *found)
+{
+    size_t size = qs_trws16_workspace(problem, options->iterations);
+    void *workspace = malloc(size);
+    int64_t energy;
+    assert_non_null(workspace);
+    memset(workspace, fill, size);
+    assert_int_equal(qs_trws16(problem, options, workspace, size, labelling, found), QS_OK);
+    assert_int_equal(qs_problem_energy(problem, labelling, workspace, size, &energy), QS_OK);
+    assert_int_equal(energy, found->energy);
+    assert_true(found->lower_bound <= energy);
+    free(workspace);
+}
+
+/* Does the parts from the last one to the first. */
+static void backwards(void *helpers, qs_part *part, void *work, uint32_t parts)
+{
+    uint32_t *most = helpers;
+    *most = parts > *most ? parts : *most;
+    while (parts-- > 0) {
+        part(work, parts);
+    }
+}
+
+static void parts_in_any_order_give_the_same(void **unused)
+{
+    (void)unused;
+    static uint16_t alone[ACROSS * DOWN], labelling[ACROSS * DOWN];
+    static const uint32_t sizes[] = {MANY, 21};
+    for (uint32_t round = 0; round < 12; round++) {
+        uint32_t most = 0, workers = 1 + 3 * (round / 4);
+        qs_problem problem = large_problem(&sizes[round % 2], 3);
+        qs_solve_options options = {.iterations = 1 + round / 2 % 2};
+        qs_solution expected, found;
+        solve_large(&problem, &options, 0x5A, alone, &expected);
+        options.together = backwards;
+        options.helpers = &most;
+        options.workers = workers;
+        solve_large(&problem, &options, 0x5A, labelling, &found);
+        assert_true(most >= workers && most >= problem.source.copies);
+        assert_memory_equal(labelling, alone, sizeof alone);
+        assert_int_equal(found.lower_bound, expected.lower_bound);
+        assert_int_equal(found.iterations, expected.iterations);
+    }
+}
+
+static bool stop_later(void *context, const qs_progress *progress)
+{
+    (void)progress;
+    int *left = context;
+    return (*left)-- > 0;
+}
+
+/* Wherever the watch stops it, there is a labelling, and its energy. */
+static void it_stops_within_a_pass(void **unused)
+{
+    (void)unused;
+    static uint16_t labelling[2][ACROSS * DOWN];
+    static const uint32_t labels = MANY;
+    uint32_t most = 0;
+    qs_problem problem = large_problem(&labels, 0);
+    for (int calls = 0; calls < 12; calls++) {
+        for (int again = 0; again < 2; again++) {
+            int left = calls / 2;
+            qs_solution found;
+            qs_solve_options options = {.iterations = 1 + (uint64_t)calls % 2,
+                                        .watch = stop_later,
+                                        .context = &left,
+                                        .together = calls % 4 < 2 ? backwards : NULL,
+                                        .helpers = &most,
+                                        .workers = 3};
+            solve_large(&problem, &options, again ? 0x11 : 0x5A, labelling[again], &found);
+        }
+        assert_memory_equal(labelling[0], labelling[1], sizeof labelling[0]);
+    }
 }
 
 int main(void)
@@ -322,6 +431,8 @@ int main(void)
         cmocka_unit_test(a_chain_is_solved),
         cmocka_unit_test(a_watch_sees_the_end),
         cmocka_unit_test(it_refuses_what_does_not_fit),
+        cmocka_unit_test(parts_in_any_order_give_the_same),
+        cmocka_unit_test(it_stops_within_a_pass),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

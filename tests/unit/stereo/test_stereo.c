@@ -187,6 +187,8 @@ static void windows(void **unused)
         {0xffffffff, 0, 2, 1, 15, 0, QS_E_GEOMETRY},
         {20, 1, 5, 0, 15, 0, QS_E_GEOMETRY},
         {0, 0, 0, 0, 70000, 0, QS_E_LIMIT},
+        {0, 0, 0, 0, 65535, 0, QS_E_LIMIT},
+        {0, 0, 0, 0, 65534, 0, QS_E_WORKSPACE}, /* the memory of this test is too small for it */
         {0, 0, 1, 4, -1, -149, QS_OK},
         {0, 0, 0, 0, -1, -150, QS_E_GEOMETRY},
         {134, 0, 16, 4, 0, -15, QS_OK},

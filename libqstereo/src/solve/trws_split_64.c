@@ -1,0 +1,2 @@
+#include "in_64_bits.h"
+#include "trws_split.c"
