@@ -62,6 +62,7 @@ static int run_reduction(const laid_out *problem, const reducing *asked, budget 
     made->microseconds = progress_end(&watched);
     made->out_of_time = watched.out_of_time;
     made->target = asked->target;
+    made->most = asked->iterations > 0 ? asked->iterations : QS_REDUCE_ITERATIONS;
     if (ran != QS_OK) {
         return fail_status(name, ran);
     }
@@ -115,6 +116,28 @@ static bool at_target(const reduced *made, const problem_file *after)
     return after->qubo.variables <= made->target;
 }
 
+/* Why the reduction ended. Where the proof is complete it may still have gone on to tell ties
+ * apart, but that is not what anybody waits for. */
+typedef struct ending {
+    const char *word, *sentence;
+} ending;
+
+static ending ending_of(const reduced *made)
+{
+    if (is_proven(made)) {
+        return (ending){"proven", "the best labelling is proven"};
+    }
+    if (made->out_of_time) {
+        return (ending){"time", "the time limit"};
+    }
+    if (made->target > 0 && made->found.variables <= made->target) {
+        return (ending){"target", "so few variables are left as were asked for"};
+    }
+    return made->found.iterations >= made->most
+               ? (ending){"iterations", "the limit of iterations"}
+               : (ending){"no-gain", "half of all iterations have gained nothing"};
+}
+
 void reduced_json(const reduced *made, const laid_out *before, const problem_file *after)
 {
     const qs_labels *all = &before->labels, *left = &after->qubo.labels;
@@ -134,6 +157,8 @@ void reduced_json(const reduced *made, const laid_out *before, const problem_fil
         json_null("target");
         json_null("target_reached");
     }
+    const char *ended = ending_of(made).word;
+    json_text("ended", ended, strlen(ended));
     json_count("iterations", made->found.iterations);
     json_units("seconds", made->microseconds, 1000000);
 }
@@ -215,6 +240,7 @@ void reduced_print(const reduced *made, const laid_out *before, const char *form
     if (made->target > 0 && !at_target(made, after)) {
         print_target(made);
     }
+    printf("ended       %s\n", ending_of(made).sentence);
     printf("%" PRIu64 " iteration%s, %.3f s\n", made->found.iterations,
            plural(made->found.iterations), (double)made->microseconds / 1e6);
 }

@@ -31,6 +31,7 @@ int reducing_read(const char *const *values, qs_encoding into, reducing *asked);
 typedef struct reduced {
     qs_reduction found; /* if only one labelling is left, its energy is the lower bound too */
     uint64_t target; /* as asked; 0 = none */
+    uint64_t most; /* iterations that it might do */
     bool out_of_time; /* the time limit stopped it */
     int64_t microseconds;
     uint8_t *kept; /* as of qs_reduce; the budget owns it */

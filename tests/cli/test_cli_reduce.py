@@ -32,6 +32,7 @@ KEYS = {
     "proven_optimal",
     "target",
     "target_reached",
+    "ended",
     "iterations",
     "seconds",
 }
@@ -310,6 +311,8 @@ def test_a_missed_target(folder, case):
     facts = call("reduce", folder / "p.qcf", "-o", folder / "s.qcf", "--target", "1", *options)
     assert (facts["target"], facts["target_reached"]) == (1, False) and facts["variables_after"] > 1
     assert facts["proven_optimal"] == (case == "ties")
+    ended = {"ties": "proven", "time": "time"}
+    assert facts["ended"] == ended.get(case, "iterations")
     done = run("reduce", folder / "p.qcf", "-o", folder / "s.qcf", "--target", "1", *options)
     assert (done.status, done.out.decode().count(f"\ntarget      1 not reached: {words}\n")) == (
         0,

@@ -24,11 +24,13 @@ typedef struct qs_reduction {
  * until then stays. */
 typedef bool qs_reduce_watch(void *context, const qs_reduction *so_far);
 
+enum { QS_REDUCE_ITERATIONS = 2000 };
+
 /* All zero = go on until the best labelling is proven. */
 typedef struct qs_reduce_options {
-    uint64_t iterations; /* of TRW-S, at most; 0 = 2000. Without a
-                            target it ends before where half of them, 512 or
-                            more, have gained nothing */
+    uint64_t iterations; /* of TRW-S, at most; 0 = QS_REDUCE_ITERATIONS.
+                            Without a target it ends before where half of them,
+                            512 or more, have gained nothing */
     uint64_t target; /* stop at the first problem of at most this many
                         variables; 0 = none */
     bool walls; /* a site with n labels counts n - 1 variables (domain walls);

@@ -322,9 +322,8 @@ size_t qs_pack_workspace(const qs_model *model);
  * the best labelling, or when half of all iterations, 512 or more, have gained
  * nothing. What a cut decides quickly is left to qs_min_cut: two labels, convex
  * costs, and linear costs on a grid. Where qs_pack can be used it goes first,
- * with a limit of its own. Works with every
- * pairwise cost. An iteration is one of TRW-S, or of qs_min_cut, or of qs_pack;
- * default 2000.
+ * with a limit of its own. Works with every pairwise cost. An iteration is one
+ * of TRW-S, or of qs_min_cut, or of qs_pack; default 2000.
  *
  * Returns QS_E_ARGUMENT also if options->start has a label that there is not */
 QS_MUST_CHECK qs_status qs_best(const qs_model *model,

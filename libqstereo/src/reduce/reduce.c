@@ -17,7 +17,6 @@
 #include "windows.h"
 
 enum {
-    ITERATIONS = 2000,
     FIRST = 8, /* the first iteration to find marginals after */
     /* No marginal is above WIDEST times the largest cost: on its chains a label costs no more than
      * that above the others. So with a larger gap no label can leave. */
@@ -244,8 +243,14 @@ static bool try_labels(reducer *r, qs_trws_state *state, const qs_solution *so_f
     bool changed = qs_probes_take_out(&probes);
     r->work -= share - left;
     r->trials = probes.most;
-    left = share / SEARCH_SHARE;
-    return changed || qs_parts_improve(&r->sets, r->marginals, r->parts_size, &left);
+    if (changed) {
+        return true;
+    }
+    share = qs_min_u64(r->work, share / SEARCH_SHARE);
+    left = share;
+    changed = qs_parts_improve(&r->sets, r->marginals, r->parts_size, &left);
+    r->work -= share - left;
+    return changed;
 }
 
 /* Takes out what it can. Returns how far the scaled bound was below the best energy. */
@@ -579,7 +584,7 @@ qs_status qs_reduce_as(const qs_model *model, const qs_reduce_options *options,
     if (workspace_size < size || size == SIZE_MAX) {
         return QS_E_WORKSPACE;
     }
-    r.iterations = options && options->iterations > 0 ? options->iterations : ITERATIONS;
+    r.iterations = options && options->iterations > 0 ? options->iterations : QS_REDUCE_ITERATIONS;
     r.target = options ? options->target : 0;
     qs_eliminate_lay(&r.sets, model, options && options->walls, kept, labelling);
     r.sets.answer = aim->answer;
