@@ -122,21 +122,28 @@ static int read_work(const char *const *values, request *asked)
     return DONE;
 }
 
-/* The range may be that of the cameras. */
-static int read_calibration(job *at, request *asked)
+/* Whether the range is that of the cameras, if they know one. */
+static bool range_comes_later(const job *at)
 {
     size_t next = 0;
-    bool has_range = options_next(at->given, PAIR + PAIR_DISPARITY, &next) != NULL;
+    return at->values[CALIBRATION] != NULL &&
+           options_next(at->given, PAIR + PAIR_DISPARITY, &next) == NULL;
+}
+
+static int read_calibration(job *at, request *asked)
+{
     if (at->values[CALIBRATION] == NULL) {
         return DONE;
     }
     TRY(calibration_read(at, CALIBRATION, &at->limit, &asked->cameras));
     asked->frames.by = &asked->cameras;
     asked->frames.whole = &at->limit;
-    if (has_range || asked->cameras.labels == 0) {
+    if (!range_comes_later(at)) {
         return DONE;
     }
-    TRY(pair_set_labels(&at->values[PAIR], asked->cameras.labels, &asked->pair));
+    if (asked->cameras.labels > 0) {
+        TRY(pair_set_labels(&at->values[PAIR], asked->cameras.labels, &asked->pair));
+    }
     return read_work(at->values, asked);
 }
 
@@ -185,7 +192,9 @@ static int read_request(job *at, request *asked)
     asked->scored = values[TRUTH] != NULL;
     TRY(pair_read(at->given->operands, &values[PAIR], &asked->pair));
     TRY(number_read("--threads", values[THREADS], 1, THREADS_MOST, &asked->threads));
-    TRY(read_work(values, asked));
+    if (!range_comes_later(at)) {
+        TRY(read_work(values, asked));
+    }
     TRY(truth_form_read(values[TRUTH_SCALE], values[TRUTH_NO_VALUE], &asked->truth_form));
     TRY(read_map(at, values[OUTPUT], asked));
     TRY(read_inputs(at, asked));
@@ -196,12 +205,12 @@ static int read_request(job *at, request *asked)
     if (values[TRACE] != NULL && asked->frames.is_sequence) {
         return fail_usage("--trace goes with one pair, not with a sequence");
     }
+    TRY(read_calibration(at, asked));
     if ((asked->after.confidence != NULL || asked->after.mask != NULL) &&
         asked->frames.is_sequence) {
         return fail_usage("%s goes with one pair, not with a sequence",
                           asked->after.mask != NULL ? "--mask" : "--confidence");
     }
-    TRY(read_calibration(at, asked));
     return choose_solver(values, asked);
 }
 

@@ -385,6 +385,16 @@ def test_a_preset_knows_the_range_of_a_calibration(work, preset):
     assert (work / "d.pfm").read_bytes() == (work / "e.pfm").read_bytes()
 
 
+def test_halves_go_with_the_range_of_a_calibration(work):
+    """The preset fast has whole pixels for its 40 disparities, and half ones for the default."""
+    path = write_calib(work / "calib.txt", size=(14, 6), ndisp=40)
+    write_numbered(work, pictures(1))
+    line = ["match", "l_000.pgm", "r_000.pgm", "-o", "d.pfm", "--preset", "fast", "--after",
+            "halves"]
+    succeed(*line, "--calibration", path)
+    assert run(*line).status == 2
+
+
 @pytest.mark.parametrize("option", ["--mask", "--confidence"])
 def test_pictures_of_one_map_are_refused_for_a_sequence(work, option):
     write_numbered(work, pictures(1))
