@@ -35,7 +35,7 @@ static bool read_steps(const char *text, bool wanted[STEPS])
 static const char *preset_steps(const pair *asked)
 {
     static const char first[] = "halves,";
-    const char *steps = asked->from->after;
+    const char *steps = asked->range->after;
     bool have_halves = strncmp(steps, first, strlen(first)) == 0;
     return asked->stereo.parts > 1 && have_halves ? steps + strlen(first) : steps;
 }
@@ -47,7 +47,7 @@ static int check_halves(const pair *asked, const after *read)
         return DONE;
     }
     if (asked->stereo.parts > 1) {
-        return fail_usage("--after halves goes with whole pixels: give --disparity no step, or "
+        return fail_usage("--after halves goes with whole pixels: give --disparity MIN:MAX:1, or "
                           "--after without halves");
     }
     if (asked->pairwise.smoothness == QS_TRUNCATED_QUADRATIC) {

@@ -34,12 +34,17 @@ static const char *or_else(const char *given, const char *otherwise)
     return given != NULL ? given : otherwise;
 }
 
-/* The argument of each option: what is given, else what the preset says. */
-static pair_settings settle(const char *const *values, const preset *from, const qs_matching *range)
+static const preset_range *range_of(const preset *from, const qs_matching *stereo)
 {
-    bool is_wide =
-        (range->disparity_max - range->disparity_min) / (int32_t)range->parts >= PRESET_WIDE;
-    const preset_smoothness *strength = &from->strength[is_wide][range->parts - 1];
+    int32_t pixels = (stereo->disparity_max - stereo->disparity_min) / (int32_t)stereo->parts;
+    return &from->ranges[pixels >= PRESET_WIDE];
+}
+
+/* The argument of each option: what is given, else what the preset says. */
+static pair_settings settle(const char *const *values, const preset *from,
+                            const preset_range *range, uint32_t parts)
+{
+    const preset_smoothness *strength = &range->strength[parts - 1];
     const char *smoothness = or_else(values[PAIR_SMOOTHNESS], from->smoothness);
     bool as_preset = strcmp(smoothness, from->smoothness) == 0;
     bool potts = strcmp(smoothness, "potts") == 0;
@@ -48,7 +53,7 @@ static pair_settings settle(const char *const *values, const preset *from, const
         .contrast = or_else(values[PAIR_CONTRAST], from->contrast),
         .border = or_else(values[PAIR_BORDER], from->border),
         .smoothness = smoothness,
-        .lambda = or_else(values[PAIR_LAMBDA], potts ? from->potts_lambda : strength->lambda),
+        .lambda = or_else(values[PAIR_LAMBDA], potts ? range->potts_lambda : strength->lambda),
         .truncation = or_else(values[PAIR_TRUNCATION], as_preset ? strength->truncation : NULL),
     };
 }
@@ -58,7 +63,7 @@ static int read_settings(const char *const *values, pair *asked)
 {
     qs_matching *stereo = &asked->stereo;
     pair_settings *set = &asked->settings;
-    *set = settle(values, asked->from, stereo);
+    *set = settle(values, asked->from, asked->range, stereo->parts);
     TRY(lambda_read(set->lambda, DECIMAL_DENOMINATOR_MAX, &stereo->scale, &stereo->weight));
     TRY(cost_read(set->cost, stereo));
     TRY(contrast_read(set->contrast, stereo));
@@ -66,23 +71,31 @@ static int read_settings(const char *const *values, pair *asked)
     return smoothness_read(set->smoothness, set->truncation, &asked->pairwise);
 }
 
+/* Reads MIN:MAX[:STEP]. The step of the preset depends on MIN and MAX. */
+static int read_range(const char *text, pair *asked)
+{
+    TRY(disparity_range_read(text, "1", &asked->stereo));
+    asked->range = range_of(asked->from, &asked->stereo);
+    return disparity_range_read(text, asked->range->step, &asked->stereo);
+}
+
 int pair_set_labels(const char *const *values, uint32_t pixels, pair *asked)
 {
-    asked->stereo.disparity_min = 0;
-    asked->stereo.disparity_max = (int32_t)((pixels - 1) * asked->stereo.parts);
+    char text[sizeof "0:4294967295"];
+    (void)snprintf(text, sizeof text, "0:%" PRIu32, pixels - 1);
+    TRY(read_range(text, asked));
     return read_settings(values, asked);
 }
 
 int pair_read(const char *const *operands, const char *const *values, void *state)
 {
     pair *asked = state;
-    qs_matching *stereo = &asked->stereo;
     uint32_t bits = 0;
     memset(asked, 0, sizeof *asked);
     asked->left = operands[0];
     asked->right = operands[1];
     TRY(preset_read(values[PAIR_PRESET], &asked->from));
-    TRY(disparity_range_read(values[PAIR_DISPARITY], asked->from->step, stereo));
+    TRY(read_range(values[PAIR_DISPARITY], asked));
     TRY(read_settings(values, asked));
     TRY(read_roi(values[PAIR_ROI], asked));
     if (values[PAIR_BITS] != NULL) {

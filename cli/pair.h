@@ -66,6 +66,7 @@ typedef struct pair {
     qs_matching stereo;
     qs_pairwise pairwise;
     const preset *from;
+    const preset_range *range; /* of from */
     pair_settings settings;
 } pair;
 

@@ -4,21 +4,25 @@
 
 #include <stddef.h>
 
-/* Those that depend on the range of disparities, and on the labels in a pixel. Of linear costs
- * lambda and truncation count labels, so half pixels halve one and double the other. */
+/* Those that depend on the labels in a pixel, too. Of linear costs lambda and truncation count labels, so half pixels halve one and double the other. */
 typedef struct preset_smoothness {
     const char *lambda, *truncation; /* NULL = none */
 } preset_smoothness;
 
-typedef struct preset {
-    const char *name;
+typedef struct preset_range {
     const char *step; /* from one label to the next, in pixels */
-    const char *cost, *contrast, *border, *smoothness; /* contrast NULL = none */
-    /* [the range has more than PRESET_WIDE pixels][labels in a pixel - 1] */
-    preset_smoothness strength[2][2];
+    preset_smoothness strength[2]; /* [labels in a pixel - 1] */
     const char *potts_lambda; /* where --smoothness potts is given */
     /* Of match alone: */
-    const char *solver, *iterations, *after;
+    const char *iterations; /* NULL = the solver's own limit */
+    const char *after;
+} preset_range;
+
+typedef struct preset {
+    const char *name;
+    const char *cost, *contrast, *border, *smoothness; /* contrast NULL = none */
+    const char *solver; /* of match alone */
+    preset_range ranges[2]; /* [the range has more than PRESET_WIDE pixels] */
 } preset;
 
 enum { PRESET_WIDE = 32, PRESETS = 3 };

@@ -100,6 +100,29 @@ static int read_inputs(const job *at, request *asked)
     return frames_open(left, right, asked->map.output, &asked->frames);
 }
 
+/* Iterations are those of the preset unless they are given. A solver that is given has its own
+ * limit. */
+static int read_search(const char *const *values, request *asked)
+{
+    const char *limit = asked->pair.range->iterations;
+    TRY(search_read(&values[SEARCH], &asked->how));
+    bool own = values[SOLVER] == NULL && values[SEARCH + SEARCH_ITERATIONS] == NULL;
+    return own && limit != NULL
+               ? number64_read("--iterations", limit, 1, UINT32_MAX, &asked->how.iterations)
+               : DONE;
+}
+
+/* Reads how a pair is solved and what follows. A preset says it for the pair's range. */
+static int read_work(const char *const *values, request *asked)
+{
+    TRY(read_search(values, asked));
+    TRY(after_read(&values[AFTER], &asked->pair, &asked->after));
+    TRY(stopping_read(&values[STOPPING], &asked->how));
+    asked->how.follow_up = asked->after.check && asked->threads == 1;
+    return DONE;
+}
+
+/* The range may be that of the cameras. */
 static int read_calibration(job *at, request *asked)
 {
     size_t next = 0;
@@ -110,9 +133,11 @@ static int read_calibration(job *at, request *asked)
     TRY(calibration_read(at, CALIBRATION, &at->limit, &asked->cameras));
     asked->frames.by = &asked->cameras;
     asked->frames.whole = &at->limit;
-    return !has_range && asked->cameras.labels > 0
-               ? pair_set_labels(&at->values[PAIR], asked->cameras.labels, &asked->pair)
-               : DONE;
+    if (has_range || asked->cameras.labels == 0) {
+        return DONE;
+    }
+    TRY(pair_set_labels(&at->values[PAIR], asked->cameras.labels, &asked->pair));
+    return read_work(at->values, asked);
 }
 
 static int read_map(job *at, const char *path, request *asked)
@@ -154,28 +179,13 @@ static int choose_solver(const char *const *values, request *asked)
     return pair_solver_read(given != NULL ? given : preset_solver(&asked->pair), &asked->by);
 }
 
-/* Iterations are those of the preset unless they are given. A solver that is given has its own
- * limit. */
-static int read_search(const char *const *values, request *asked)
-{
-    const preset *from = asked->pair.from;
-    TRY(search_read(&values[SEARCH], &asked->how));
-    bool own = values[SOLVER] == NULL && values[SEARCH + SEARCH_ITERATIONS] == NULL;
-    return own && from->iterations != NULL ? number64_read("--iterations", from->iterations, 1,
-                                                           UINT32_MAX, &asked->how.iterations)
-                                           : DONE;
-}
-
 static int read_request(job *at, request *asked)
 {
     const char *const *values = at->values;
     asked->scored = values[TRUTH] != NULL;
     TRY(pair_read(at->given->operands, &values[PAIR], &asked->pair));
-    TRY(read_search(values, asked));
-    TRY(after_read(&values[AFTER], &asked->pair, &asked->after));
-    TRY(stopping_read(&values[STOPPING], &asked->how));
     TRY(number_read("--threads", values[THREADS], 1, THREADS_MOST, &asked->threads));
-    asked->how.follow_up = asked->after.check && asked->threads == 1;
+    TRY(read_work(values, asked));
     TRY(truth_form_read(values[TRUTH_SCALE], values[TRUTH_NO_VALUE], &asked->truth_form));
     TRY(read_map(at, values[OUTPUT], asked));
     TRY(read_inputs(at, asked));

@@ -139,14 +139,27 @@ def moving(folder):
     return truth, paths
 
 
-@pytest.mark.parametrize("preset, step, after", [("accurate", .5, "check,fill"),
-                                                 ("fast", 1, "halves,check,fill")])
+@pytest.mark.parametrize("preset, most, step, after, iterations", [
+    ("accurate", 8, .5, "check,fill", 8), ("accurate", 32, .5, "check,fill", 8),
+    ("fast", 8, .5, "check,fill", 5), ("fast", 32, 1, "halves,check,fill", 1)])
+def test_what_a_preset_takes_follows_the_range(tmp_path, preset, most, step, after, iterations):
+    paths = random_pair(tmp_path, 40, 6)[2:]
+    facts = json.loads(succeed("match", *paths, "-o", tmp_path / "m.pfm", "--disparity",
+                               f"0:{most}", "--preset", preset, "--json").out)
+    assert (facts["disparity_step"], facts["after"]) == (step, after)
+    assert facts["iterations"] == iterations
+
+
+@pytest.mark.parametrize("preset, step, after", [("accurate", ":0.5", "check,fill"),
+                                                 ("fast", ":0.5", "check,fill"),
+                                                 ("fast", ":1", "halves,check,fill")])
 def test_presets_find_a_square(tmp_path, preset, step, after):
     truth, paths = moving(tmp_path)
     made, mask, sure = (tmp_path / name for name in ("m.pfm", "mask.pgm", "sure.pgm"))
-    facts = json.loads(succeed("match", *paths, "-o", made, "--disparity", "0:8", "--preset",
-                               preset, "--mask", mask, "--confidence", sure, "--json").out)
-    assert (facts["preset"], facts["disparity_step"], facts["after"]) == (preset, step, after)
+    facts = json.loads(succeed("match", *paths, "-o", made, "--disparity", f"0:8{step}", "--preset",
+                               preset, "--after", after, "--mask", mask, "--confidence", sure,
+                               "--json").out)
+    assert (facts["preset"], facts["disparity_step"]) == (preset, float(step[1:]))
     found = read_pfm(made.read_bytes())
     assert np.isfinite(found).all()
     assert (np.abs(found - truth)[:, 8:] < 1).mean() > .97
@@ -239,7 +252,7 @@ def test_a_window_alone_is_filled(tmp_path, preset):
     assert found[6:15, 10:26].all() and found.sum() == 16 * 9
 
 
-HALF = ["--preset", "fast", "--disparity", "0:8", "--after"]
+HALF = ["--preset", "fast", "--disparity", "0:8:1", "--after"]
 
 
 def test_half_pixels_after_the_labels(tmp_path):
@@ -260,10 +273,10 @@ def test_half_pixels_after_the_labels(tmp_path):
 
 
 def test_fast_with_half_pixel_labels_has_no_halves_after(tmp_path):
-    paths = random_pair(tmp_path, 20, 6)[2:]
-    for step, after in (("", "halves,check,fill"), (":0.5", "check,fill")):
+    paths = random_pair(tmp_path, 40, 6)[2:]
+    for step, after in ("", "halves,check,fill"), (":0.5", "check,fill"):
         done = succeed("match", *paths, "-o", tmp_path / "m.pfm", "--preset", "fast",
-                       "--disparity", f"0:3{step}", "--json")
+                       "--disparity", f"0:32{step}", "--json")
         assert json.loads(done.out)["after"] == after
 
 
@@ -282,7 +295,7 @@ def test_halves_that_cannot_be(tmp_path, options, message):
 
 @pytest.mark.parametrize("options", [["--cost", "ad:40"], ["--smoothness", "potts"],
                                      ["--lambda", "7.5"], ["--border", "leave-out"],
-                                     ["--disparity", "-3:5"], ["--roi", "9,2,20,8"]])
+                                     ["--disparity", "-3:5:1"], ["--roi", "9,2,20,8"]])
 def test_halves_with_other_settings(tmp_path, options):
     """The map has halves, none more than half a pixel from the map of whole pixels."""
     paths = random_pair(tmp_path, 40, 12)[2:]

@@ -379,7 +379,8 @@ def test_a_preset_knows_the_range_of_a_calibration(work, preset):
     known = json.loads(succeed(*line, "-o", "d.pfm").out)
     given = json.loads(succeed(*line, "-o", "e.pfm", "--disparity", "0:39").out)
     narrow = json.loads(succeed(*line, "-o", "f.pfm", "--disparity", "0:20").out)
-    assert (known["lambda"], known["truncation"]) == (given["lambda"], given["truncation"])
+    for key in "lambda", "truncation", "disparity_step", "after", "iterations":
+        assert known[key] == given[key]
     assert known["lambda"] != narrow["lambda"]
     assert (work / "d.pfm").read_bytes() == (work / "e.pfm").read_bytes()
 

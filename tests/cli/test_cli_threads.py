@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from cli_tools import ROOT, random_pair, run, succeed, write_pgm
 
-FAST = ["--preset", "fast", "--disparity", "0:7"]
+FAST = ["--preset", "fast", "--disparity", "0:7:1", "--after", "halves,check,fill"]
 
 
 @pytest.fixture

@@ -55,7 +55,7 @@ def match_commands():
     for number, words in enumerate(
         [
             "--disparity 0:5 --preset accurate --confidence sure.pgm --mask made.pgm",
-            "--disparity 0:5 --preset fast",
+            "--disparity 0:5:1 --preset fast --after halves,check,fill",
             "--disparity 0:3:0.5 --preset accurate",
             "--disparity -3:2 --preset fast --color --palette viridis --scale-bar",
             "--disparity -2:2:0.5 --smoothness quadratic --solver trws --iterations 20",
