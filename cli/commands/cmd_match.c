@@ -285,7 +285,7 @@ static int begin_teams(request *asked)
     asked->workers[LEFT] = asked->threads - right;
     asked->workers[RIGHT] = right;
     for (int i = LEFT; i <= RIGHT; i++) {
-        if (asked->workers[i] > 1 && is_straight(asked)) {
+        if (asked->workers[i] > 1 && asked->by->run_straight != NULL) {
             TRY(team_begin(asked->workers[i] - 1, &asked->teams[i]));
         }
     }

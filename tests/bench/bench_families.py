@@ -159,7 +159,8 @@ def main():
     options = arguments(__doc__, only="one family alone", limits=f"seconds (default {LIMITS})")
     limits = [float(limit) for limit in (options.limits or LIMITS).split(",")]
     chosen = [make for make in FAMILIES if options.only in (None, make.__name__)]
-    with tempfile.TemporaryDirectory() as folder, Figures(options.figures, "families") as figures:
+    with tempfile.TemporaryDirectory() as folder, Figures(
+            options.figures, "families", "python tests/bench/bench_families.py") as figures:
         figures["families"] = [family(make, limits, options.qstereo, folder) for make in chosen]
 
 

@@ -35,6 +35,7 @@ def matched(paths, output, *options, **how):
     FAST, [*FAST, "--after", "check"], [*FAST, "--after", "none"],
     [*FAST, "--roi", "20,5,30,20"], [*FAST, "--after", "refine,check,fill,median"],
     ["--preset", "accurate", "--disparity", "0:7"],
+    ["--preset", "accurate", "--disparity", "0:7", "--after", "refine,check"],
     *([*FAST, "--solver", solver, "--iterations", 6, "--seed", 3]
       for solver in ("icm", "anneal", "expansion", "bp", "best")),
 ], ids=str)

@@ -18,6 +18,8 @@ LINES = {
     "solve": ["solve", "p.qcf", "-o", "s.qsf", "--solver", "anneal"],
     "reduce": ["reduce", "p.qcf", "-o", "c.qcf"],
 }
+
+
 def iterations(folder, name, limit, spent):
     *_, left, right = random_pair(folder, 20, 6)
     succeed("encode", left, right, "-o", folder / "p.qcf", "--disparity", "0:3", "--lambda", 90)
