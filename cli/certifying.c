@@ -48,6 +48,11 @@ int certifying_begin(const laid_out *problem, budget *limit, output *out, certif
                     "couples the same two sites more than once, which a certificate cannot hold: "
                     "leave --certificate out");
     }
+    if (status == QS_E_LIMIT) {
+        return fail(BAD_INPUT, problem->name,
+                    "has a site with more than 65536 neighbours, which a certificate cannot hold: "
+                    "leave --certificate out");
+    }
     made->witness = qs_recorder_witness(&made->recorder);
     return status == QS_OK ? DONE : fail_status(problem->name, status);
 }

@@ -4,12 +4,13 @@
 
 #include <stddef.h>
 
-/* Those that depend on the labels in a pixel, too. Of linear costs lambda and truncation count
- * labels, so half pixels halve one and double the other. */
+/* Of linear costs lambda and truncation count labels, so half pixels halve one and double the
+ * other. */
 typedef struct preset_smoothness {
     const char *lambda, *truncation; /* NULL = none */
 } preset_smoothness;
 
+/* What depends on the range of disparities. */
 typedef struct preset_range {
     const char *step; /* from one label to the next, in pixels */
     preset_smoothness strength[2]; /* [labels in a pixel - 1] */

@@ -27,7 +27,7 @@ MOST_COSTS, MOST_SHARES = 2**59, 2**58
 MOST_SITES, PART_CELLS, ALL_CELLS = 4096, 2**23, 2**26  # of solved parts
 SEARCH_SITES, SEARCH_LABELS, SEARCH_EDGES, SEARCH_WORK = 256, 2**11, 2**15, 2**27  # of searched
 OUT = 2**61  # the cost of a label that has left: above all sums
-CHUNK = 1 << 20  # numbers of a temporary array
+CHUNK, PIECE = 1 << 20, 1 << 16  # numbers of a temporary array, and of a search's
 
 
 class Invalid(Exception):
@@ -312,7 +312,7 @@ def _search_part(p, stages, count):
         costs = p.weight[arc] * p.tables[p.table[arc]][np.ix_(label[own], label[far])]
         edges_least += int(costs.min())
         pair[own, far] += costs - costs.min()
-    least = np.append(stages.array("<i8", count), 0)
+    least, most = np.append(stages.array("<i8", count), 0), int(np.diff(begin).max())
     stages.need(((-MAX_ENERGY <= least) & (least <= MAX_ENERGY)).all(), "a bound of a search")
 
     def bound(ahead, i):
@@ -332,15 +332,15 @@ def _search_part(p, stages, count):
             i, cost, ahead = work.pop()
             if i == count:
                 raise Invalid("a part costs less than the least that it states")
-            p.looked += cost.size * int(begin[i + 1] - begin[i]) * site.size
+            own = slice(*begin[i:i + 2])
+            cost = (cost[:, None] + unary[own] + ahead[:, own]).ravel()
+            p.looked += cost.size * site.size
             stages.need(p.looked <= SEARCH_WORK, "a search that takes too long")
-            for a in range(begin[i], begin[i + 1]):
-                costs, then = cost + unary[a] + ahead[:, a], ahead + pair[a]
-                stays = costs + bound(then, i + 1) < least[first]
-                for some in np.array_split(np.flatnonzero(stays),
-                                           1 + int(stays.sum()) * site.size // CHUNK):
-                    if some.size:
-                        work.append((i + 1, costs[some], then[some]))
+            ahead = (ahead[:, None] + pair[own]).reshape(-1, site.size)
+            stays = np.flatnonzero(cost + bound(ahead, i + 1) < least[first])
+            for some in np.array_split(stays, 1 + stays.size * site.size * most // PIECE):
+                if some.size:
+                    work.append((i + 1, cost[some], ahead[some]))
     p.constant += int(least[0]) + edges_least
     p.open[sites] = False
 

@@ -179,18 +179,19 @@ def solve(costs, count, rules, best, low, seconds):
     unit = max(1, int(np.gcd.reduce(costs)))
     cost, reach = costs / unit, max(abs(best), abs(low), unit) / unit
     margin = DUAL_TOLERANCE * cost.size + ROUNDING * float(np.abs(cost).sum())
-    gap = max(0.0, 1 - 2 * margin)
+    gap = max(0.0, 1 - 2 * margin) / reach
     # Presolve makes these programs two to twelve times slower, and would leave out what is not
     # better by 1, to a tolerance of its own.
     found = milp(cost, integrality=np.arange(cost.size) < count, bounds=Bounds(0, 1),
                  constraints=rules, options={
-                     "presolve": False, "mip_rel_gap": gap / reach,
+                     "presolve": False, "mip_rel_gap": gap,
                      "time_limit": min(max(0.0, seconds), 1e9)})
     if found.status not in (0, 1):
         raise SolverError(f"HiGHS fails ({found.message}); please report this")
-    # What it left out was no less than its best solution less the gap.
-    proven = [bound for bound in (found.mip_dual_bound,
-                                  None if found.fun is None else found.fun - gap)
+    # What it left out was no less than its best solution less the gap, which is a share of that
+    # solution, however bad.
+    proven = [bound for bound in (found.mip_dual_bound, None if found.fun is None else
+                                  found.fun - gap * max(reach, abs(found.fun)))
               if bound is not None and math.isfinite(bound)]
     if proven:
         low = max(low, unit * math.ceil(min(proven) - margin))
@@ -237,7 +238,8 @@ class Search:
             sites = np.flatnonzero(part == k)
             self.text = f"program {number:,} of {order.size:,}, {sites.size:,} sites"
             # No better labelling has a label that costs more than what is between best and bound.
-            there = belief[sites] - least[sites, None] <= room[k] + scale * best[k]
+            there = p.there[sites] & (
+                belief[sites] - least[sites, None] <= room[k] + scale * best[k])
             costs, rules = program(p, sites, there, problem.memory_limit)
             values, bounds[k] = solve(costs, there.sum(), rules, int(best[k]), int(bounds[k]),
                                       self.stop - time.monotonic())

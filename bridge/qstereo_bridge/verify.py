@@ -105,7 +105,7 @@ def command(options):
     scale = facts.pop("scale")
     for key in ("energy", "lower_bound"):
         facts[key] = runner.real(facts[key], scale)
-    count = f"{found.stages} stage{'' if found.stages == 1 else 's'}"
-    runner.show(options, f"valid: energy {facts['energy']}, lower bound {facts['lower_bound']}, "
-                f"{count}" if found.valid else f"not valid: {found.why}", facts)
+    text = (f"valid: energy {facts['energy']}, lower bound {facts['lower_bound']}, "
+            f"{found.stages} stage{'s' * (found.stages != 1)}")
+    runner.show(options, text if found.valid else f"not valid: {found.why}", facts)
     return OK if found.valid else NO

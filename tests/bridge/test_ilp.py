@@ -3,6 +3,7 @@
 import argparse
 import itertools
 import json
+import math
 import sys
 import threading
 
@@ -318,6 +319,18 @@ def test_gap_is_below_what_bounds_may_be_wrong(monkeypatch):
         values, bound = ilp.solve(np.array([3, 5, -8]), 3, None, -8, -40, 1.0)
         assert values.tolist() == [0, 0, 1] and bound == -8
         assert 0.9 < asked["mip_rel_gap"] * 40 < 1
+
+
+def test_a_bad_solution_proves_little(monkeypatch):
+    """HiGHS's gap is a share of its own solution: of one that is far above the best known, all
+    labellings down to the bound may be left out."""
+    found = argparse.Namespace(status=0, mip_dual_bound=100.0, fun=100.0, message="",
+                               x=np.array([0.0, 0.0, 1.0]))
+    monkeypatch.setattr(ilp, "milp", lambda *arguments, **options: found)
+    for best, least in ((1, 0), (-1, -2), (2, 0), (50, 49)):
+        values, bound = ilp.solve(np.array([3, 5, 100]), 3, None, best, least, 1.0)
+        assert values.tolist() == [0, 0, 1] and least <= bound <= 100 - math.floor(
+            100 / max(abs(best), abs(least))) + 1
 
 
 def dearest(costs, count, rules):

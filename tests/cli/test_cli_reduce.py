@@ -762,6 +762,32 @@ def test_a_core_is_no_larger_than_the_problem(tmp_path):
     assert call("solve", core, *answer)["energy"] >= facts["lower_bound"]
 
 
+def test_a_core_that_could_only_be_larger_is_the_problem_itself(tmp_path):
+    """Costs of single sites that are decided raise those of their neighbours above one byte."""
+    costs = np.zeros((390, 390, 8), dtype=np.int32)
+    costs[..., 7] = 220
+    decided = costs[3::9, 3::9]
+    decided[:] = 255
+    labels = np.random.default_rng(3).integers(0, 7, decided.shape[:2])
+    np.put_along_axis(decided, labels[..., None], 0, axis=2)
+    np.save(tmp_path / "costs.npy", costs)
+    problem, core, other = (tmp_path / name for name in ("p.qcf", "core.qcf", "other.qcf"))
+    samples, answer = tmp_path / "s.qsf", tmp_path / "a.qsf"
+    succeed("encode", "--problem", "label", tmp_path / "costs.npy", "-o", problem, "--lambda", "60")
+    line = ["reduce", problem, "--iterations", "1", "-o"]
+    facts = call(*line, other, "--encoding", "one-hot-sparse")
+    assert facts["sites_after"] < facts["sites_before"]
+    assert other.stat().st_size > problem.stat().st_size > 2**20
+    done = run(*line, core, "--samples", samples, "--answer", answer)
+    assert done.status == 0, done.err
+    assert "the file is P.qcf as it came" in done.out.decode()
+    assert core.read_bytes() == problem.read_bytes()
+    facts = call("reduce", problem, "--iterations", "1", "-o", other)
+    assert facts["sites_after"] == facts["sites_before"]
+    for found in (samples, answer):
+        assert call("validate", core, found)["best_energy"] == facts["upper_bound"]
+
+
 def test_samples_are_needed_where_something_is_left(folder, solved):
     done = run("decode", solved.problem, "-o", folder / "m.pgm")
     assert (done.status, done.out) == (2, b"")

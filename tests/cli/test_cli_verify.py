@@ -227,6 +227,23 @@ def test_what_takes_packing_too_long_is_in_no_certificate(tmp_path):
     assert done.status == 0 and facts["lower_bound"] == said["lower_bound"]
 
 
+def test_a_site_with_too_many_neighbours(tmp_path):
+    """Its slots have numbers of two bytes."""
+    most = 2**16
+    lines = ["MARKOV", str(most + 2), "2 " * (most + 2), str(most + 1)]
+    lines += [f"2 0 {other}" for other in range(1, most + 2)]
+    lines += ["4 .8 .2 .2 .8"] * (most + 1)
+    (tmp_path / "star.uai").write_text("\n".join(lines) + "\n")
+    done = run("encode", "--problem", "uai", tmp_path / "star.uai", "-o", tmp_path / "p.qcf")
+    assert done.status == 0, done.err
+    line = ["solve", tmp_path / "p.qcf", "-o", tmp_path / "s.qsf", "--solver", "trws"]
+    done = run(*line, "--certificate", tmp_path / "c.qpf")
+    assert done.status == 3
+    assert "p.qcf: has a site with more than 65536 neighbours" in done.err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["p.qcf", "star.uai"]
+    assert run(*line).status == 0
+
+
 def test_files_of_other_kinds(folder):
     solve(folder)
     done, _ = verify(folder, certificate="s.qsf")

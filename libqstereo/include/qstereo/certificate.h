@@ -130,7 +130,9 @@ size_t qs_recorder_workspace(const qs_index *index, const qs_model *model);
  *   QS_E_ARGUMENT   a null pointer
  *   QS_E_WORKSPACE
  *   QS_E_ENCODING   two couplings join the same two groups: their chains would
- *                   not be told apart */
+ *                   not be told apart
+ *   QS_E_LIMIT      a site of a graph has more than 65536 neighbours before it,
+ *                   or behind it: a file numbers them by 2 bytes */
 QS_MUST_CHECK qs_status qs_recorder_begin(
     qs_recorder *recorder, const qs_index *index, const qs_model *model,
     void *workspace, size_t workspace_size, const qs_sink *stages);

@@ -118,6 +118,18 @@ static bool has_double_edges(const qs_record_book *b)
     return false;
 }
 
+/* The slots of a site of a graph, which are numbered in a file by 2 bytes at most. */
+static bool slots_fit(const qs_model *model)
+{
+    uint32_t most = 0;
+    for (uint32_t p = 0; model->width == 0 && p < model->sites; p++) {
+        uint32_t earlier, later;
+        count_links(model, p, &earlier, &later);
+        most = qs_max_u32(most, qs_max_u32(earlier, later));
+    }
+    return most <= UINT16_MAX + 1u;
+}
+
 qs_status qs_recorder_begin(qs_recorder *recorder, const qs_index *index, const qs_model *model,
                             void *workspace, size_t workspace_size, const qs_sink *stages)
 {
@@ -133,6 +145,9 @@ qs_status qs_recorder_begin(qs_recorder *recorder, const qs_index *index, const 
     qs_stated_read(&book->stated);
     if (has_double_edges(book)) {
         return QS_E_ENCODING;
+    }
+    if (!slots_fit(model)) {
+        return QS_E_LIMIT;
     }
     qs_stated_fold(&book->stated);
     place_sites(book, model);

@@ -16,8 +16,8 @@ typedef struct qs_merger {
 /* Takes memory. */
 void qs_merger_take(qs_merger *merger, const qs_model *model, qs_arena *arena);
 
-/* Takes over from `other` the parts that lower F. Both have kept labels only. Returns by how much F
- * has fallen. */
+/* Takes over from `other` the parts that do not raise F: those of the same cost too, so that a
+ * search moves on. Both have kept labels only. Returns by how much F has fallen. */
 int64_t qs_merge(qs_merger *merger, uint16_t *labelling, const uint16_t *other);
 
 #endif

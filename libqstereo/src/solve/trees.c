@@ -34,22 +34,33 @@ static bool is_in(const qs_trees *t, uint32_t site)
     return t->tree[site] != NONE;
 }
 
-/* A site comes into the forest if no two edges lead to the same tree. */
-static void offer(qs_trees *t, uint32_t p)
+/* Whether two edges of a site lead to the same tree. Each tree that one leads to is marked at the
+ * site that stands for it: the sites of a forest that is being drawn have no degrees yet. */
+static bool makes_circle(qs_trees *t, uint32_t p)
 {
-    const qs_model *model = t->model;
-    qs_edge_seen edge, other;
-    for (uint32_t at = 0; qs_see_edge(model, p, at, &edge); at++) {
-        for (uint32_t n = 0; n < at && edge.weight > 0 && is_in(t, edge.site); n++) {
-            (void)qs_see_edge(model, p, n, &other);
-            if (other.weight > 0 && is_in(t, other.site) &&
-                qs_set_of(t->tree, other.site) == qs_set_of(t->tree, edge.site)) {
-                return;
+    qs_edge_seen edge;
+    for (uint32_t at = 0; qs_see_edge(t->model, p, at, &edge); at++) {
+        if (edge.weight > 0 && is_in(t, edge.site)) {
+            uint32_t *mark = &t->degree[qs_set_of(t->tree, edge.site)];
+            if (*mark == p + 1) {
+                return true;
             }
+            *mark = p + 1;
         }
     }
+    return false;
+}
+
+/* A site comes into the forest if that makes no circle. */
+static void offer(qs_trees *t, uint32_t p)
+{
+    qs_edge_seen edge;
+    if (makes_circle(t, p)) {
+        return;
+    }
     t->tree[p] = p;
-    for (uint32_t at = 0; qs_see_edge(model, p, at, &edge); at++) {
+    t->degree[p] = 0;
+    for (uint32_t at = 0; qs_see_edge(t->model, p, at, &edge); at++) {
         if (edge.weight > 0 && is_in(t, edge.site)) {
             qs_set_join(t->tree, p, edge.site);
         }

@@ -103,15 +103,16 @@ static void mean(void **unused)
     uint64_t state = 4;
     for (int round = 0; round < 200; round++) {
         uint16_t map[CELLS], out[CELLS];
-        for (int i = 0; i < CELLS; i++) {
+        int width = 1 + round % WIDTH, height = 1 + round / WIDTH % HEIGHT, cells = width * height;
+        for (int i = 0; i < cells; i++) {
             bool none = tiny_random(&state, 4) == 0;
             map[i] = (uint16_t)(none ? 0 : UINT16_MAX - tiny_random(&state, round % 2 ? 9 : 65535));
         }
-        assert_int_equal(qs_map_mean(map, WIDTH, HEIGHT, out), QS_OK);
-        for (int i = 0; i < CELLS; i++) {
+        assert_int_equal(qs_map_mean(map, (size_t)width, (size_t)height, out), QS_OK);
+        for (int i = 0; i < cells; i++) {
             int64_t count = 0, sum = 0;
-            for (int j = 0; j < CELLS; j++) {
-                bool near = abs(j % WIDTH - i % WIDTH) <= 1 && abs(j / WIDTH - i / WIDTH) <= 1;
+            for (int j = 0; j < cells; j++) {
+                bool near = abs(j % width - i % width) <= 1 && abs(j / width - i / width) <= 1;
                 count += near;
                 sum += near ? map[j] : 0;
             }
