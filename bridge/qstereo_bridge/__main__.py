@@ -19,6 +19,9 @@ def _stop(number, frame):
     try:
         signal.signal(number, lambda number, frame: os._exit(128 + number))
         Output.abandon()
+        embedding = sys.modules.get(f"{__package__}.embedding")
+        for child in list(getattr(embedding, "searching", ())):
+            child.kill()
         if not Output.kept:
             clear = "\r\033[K" if os.isatty(2) else ""
             jobs = sys.modules.get(f"{__package__}.jobs")

@@ -36,6 +36,7 @@ SUBGRAPH = """
 import sys
 sys.path = [place for place in sys.path if place]
 import json, networkx, resource
+resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 resource.setrlimit(resource.RLIMIT_CPU, (20, 20))
 from minorminer.subgraph import find_subgraph
 *graphs, options = json.load(sys.stdin)
@@ -47,6 +48,8 @@ print(json.dumps(list(find_subgraph(*(graph(*one) for one in graphs), **options)
 """
 HEAD = {"schema": 1, "format": "qstereo-embedding"}
 SMALLEST, LARGEST = 2, 32
+# Processes that search. They end with the command: a signal's handler kills them.
+searching = set()
 
 
 class NoEmbedding(Error):
@@ -248,12 +251,15 @@ def subgraph(source, chip, seed, timeout, progress=lambda text: None):
                         {"seed": seed, "timeout": max(1, math.ceil(timeout))}])
     with subprocess.Popen([sys.executable, "-c", SUBGRAPH], stdin=subprocess.PIPE,
                           stdout=subprocess.PIPE, start_new_session=True) as child:
+        searching.add(child)
         try:
             said, _ = interruptible(lambda: child.communicate(given.encode()),
                                     lambda: progress("chains of one"))
         except BaseException:
             child.kill()
             raise
+        finally:
+            searching.discard(child)
     return {variable: [qubit] for variable, qubit in json.loads(said or "[]")}
 
 

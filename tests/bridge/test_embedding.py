@@ -187,6 +187,18 @@ def test_chains_of_one_where_there_are_some():
     assert embedding.find(source_of(nx.complete_graph(6)), chip, seed=1).method == "minorminer"
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_leaves_no_search_behind(number):
+    """The child holds the pipe open that the command was given: its end is that of both."""
+    code = ("import os, signal, subprocess, sys\n"
+            "from qstereo_bridge import __main__, embedding\n"
+            "child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(1000)'])\n"
+            "embedding.searching.add(child)\n"
+            f"__main__._stop({int(number)}, None)\n")
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, timeout=600)
+    assert ended.returncode == 128 + number and ended.stderr == b"qstereo-bridge: interrupted\n"
+
+
 def test_ctrl_c_ends_the_search_for_chains_of_one(monkeypatch):
     children = []
 
