@@ -87,7 +87,7 @@ run: all $(ENV) ## encode, solve, decode, validate and score a sample pair
 check: check-style check-c check-python check-trust ## run every test
 
 check-style: $(ENV)
-	@scripts/check-style $(BIN)/clang-format
+	@scripts/check-style $(BIN)
 
 check-c: $(UNIT) $(BUILD)/libqstereo.a
 	@for test in $(UNIT); do $$test || exit 1; done

@@ -284,7 +284,8 @@ def page_of(sections, title, before=()):
 def command(options):
     parts = {}
     try:
-        sections = sections_of(load(options.results))
+        problems = load(options.results)
+        sections = sections_of(problems)
     except Error:
         raise
     except (ValueError, TypeError, AttributeError, KeyError) as error:

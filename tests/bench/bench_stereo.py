@@ -107,13 +107,14 @@ def hh_wls(left, right, facts):
 
 def uniqueness(left, right, facts):
     """(StereoSGBM's map without rejection, of each pixel the largest ratio that it survives)."""
-    sure = np.full(left.shape[:2], -1)
+    whole, sure = None, np.full(left.shape[:2], -1)
     for ratio in range(0, 100, 3):
         matcher = cv2.StereoSGBM_create(0, labels_of_sgbm(facts), 5, 200, 800,
                                         uniquenessRatio=ratio)
         found = padded(matcher, *greys(left, right), facts)
         sure = np.where(found >= 0, ratio, sure)
-        whole = found if ratio == 0 else whole
+        if ratio == 0:
+            whole = found
     return whole, sure
 
 

@@ -39,7 +39,7 @@ def test_no_summary_of_a_command_is_cut_short(main):
 
 def test_solve_writes_samples(problem_file, tmp_path, main):
     samples = tmp_path / "s.qsf"
-    status, out, err = main("solve", problem_file, *FAST, "-o", samples)
+    status, out, err = main("solve", problem_file, *FAST, "--no-postprocess", "-o", samples)
     assert (
         (status, err) == (0, "")
         and "5 samples, best energy" in out
@@ -133,8 +133,8 @@ def test_stdin_and_stdout(problem_file, command):
     )
     assert b"best energy" in found.stderr
     found = command(
-        "solve", "-", "-o", "/dev/stdout", *FAST, "--quiet", input=problem_file.read_bytes()
-    )
+        "solve", "-", "-o", "/dev/stdout", *FAST, "--no-postprocess", "--quiet",
+        input=problem_file.read_bytes())
     assert qsf.parse_qsf(found.stdout).bits.shape == (5, 12)
 
 

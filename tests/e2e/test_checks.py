@@ -114,6 +114,8 @@ def test_symbols(tmp_path, source, said):
     ("docs/A.md", "https://" + "x" * 81, True),
     ("cli/text/a.c", "int  a;", False),
     ("cli/text/a.c", "int a;", True),
+    ("bridge/a.py", "b", False),
+    ("bridge/a.py", "import os", True),
 ])
 def test_style(tmp_path, name, line, good):
     path = tmp_path / name
@@ -122,7 +124,7 @@ def test_style(tmp_path, name, line, good):
     for settings in (".clang-format", "libqstereo/include/.clang-format"):
         (tmp_path / settings).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / settings, tmp_path / settings)
-    status, text = run("check-style", Path(sys.executable).with_name("clang-format"), tmp_path)
+    status, text = run("check-style", Path(sys.executable).parent, tmp_path)
     assert (status == 0) == good, text
     assert good or f"{name}:1:" in text
 
