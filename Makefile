@@ -273,7 +273,8 @@ $(BUILD)/pack_problem: tests/bench/pack_problem.c $(BUILD)/libqstereo.a
 	$(call say,CC,$@)
 	$(Q)$(CC) $(C_FLAGS) $(INCLUDE) $< $(BUILD)/libqstereo.a -o $@
 
-$(BUILD)/bench_encode $(BUILD)/bench_passes: $(BUILD)/%: tests/bench/%.c $(BUILD)/libqstereo.a
+$(BUILD)/bench_encode $(BUILD)/bench_passes: $(BUILD)/%: tests/bench/%.c tests/bench/bench.h \
+    $(BUILD)/libqstereo.a
 	$(call say,CC,$@)
 	$(Q)$(CC) $(C_FLAGS) -D_POSIX_C_SOURCE=200809L $(INCLUDE) $< $(BUILD)/libqstereo.a -o $@
 

@@ -5,7 +5,7 @@
 #include <string.h>
 #include <time.h>
 
-#include <qstereo.h>
+#include "bench.h"
 
 enum { RUNS = 101 };
 
@@ -26,25 +26,6 @@ static double median(double *times)
 {
     qsort(times, RUNS, sizeof *times, ascending);
     return times[RUNS / 2];
-}
-
-static void *memory(size_t size)
-{
-    void *bytes = malloc(size);
-    if (!bytes) {
-        fprintf(stderr, "bench_encode: no memory\n");
-        exit(4);
-    }
-    memset(bytes, 0, size); /* so that no run pays for first touching it */
-    return bytes;
-}
-
-static void demand(qs_status status)
-{
-    if (status != QS_OK) {
-        fprintf(stderr, "bench_encode: %s\n", qs_status_text(status));
-        exit(3);
-    }
 }
 
 /* A pair of random grey pictures: the time does not depend on what they show. */

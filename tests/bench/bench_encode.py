@@ -3,18 +3,7 @@
     python tests/bench/bench_encode.py [--figures DIR]
 """
 
-import json
-import subprocess
-
-from scenes import Figures, arguments
-
-
-def main():
-    options = arguments(__doc__)
-    with Figures(options.figures, "encode") as figures:
-        done = subprocess.run([options.build / "bench_encode"], check=True, capture_output=True)
-        figures["runs"] = json.loads(done.stdout)
-
+from scenes import figures_of_program
 
 if __name__ == "__main__":
-    main()
+    figures_of_program("encode", __doc__)

@@ -2,10 +2,9 @@
  * labellings are made. One core, the least of RUNS. Prints a JSON list. */
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 #include <time.h>
 
-#include <qstereo.h>
+#include "bench.h"
 
 enum { RUNS = 3, FIRST = 2, LAST = 7, WEIGHT = 20, NOISE = 60, WRONG = 15 };
 
@@ -14,25 +13,6 @@ typedef struct kind {
     uint32_t labels;
     qs_pairwise pairwise;
 } kind;
-
-static void *memory(size_t size)
-{
-    void *bytes = malloc(size);
-    if (!bytes) {
-        fprintf(stderr, "bench_passes: no memory\n");
-        exit(4);
-    }
-    memset(bytes, 0, size); /* so that no run pays for first touching it */
-    return bytes;
-}
-
-static void demand(qs_status status)
-{
-    if (status != QS_OK) {
-        fprintf(stderr, "bench_passes: %s\n", qs_status_text(status));
-        exit(3);
-    }
-}
 
 /* When the iterations FIRST and LAST had been done, in CPU time. */
 typedef struct moments {

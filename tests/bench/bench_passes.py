@@ -4,18 +4,7 @@
     python tests/bench/bench_passes.py [--figures DIR]
 """
 
-import json
-import subprocess
-
-from scenes import Figures, arguments
-
-
-def main():
-    options = arguments(__doc__)
-    with Figures(options.figures, "passes") as figures:
-        done = subprocess.run([options.build / "bench_passes"], check=True, capture_output=True)
-        figures["runs"] = json.loads(done.stdout)
-
+from scenes import figures_of_program
 
 if __name__ == "__main__":
-    main()
+    figures_of_program("passes", __doc__)

@@ -108,3 +108,11 @@ class Figures:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             text = json.dumps({**self.head, "figures": self.values}, indent=1)
             self.path.write_text(text + "\n")
+
+
+def figures_of_program(name, description):
+    """A benchmark whose program build/bench_NAME prints its runs as JSON."""
+    options = arguments(description)
+    with Figures(options.figures, name) as figures:
+        done = subprocess.run([options.build / f"bench_{name}"], check=True, capture_output=True)
+        figures["runs"] = json.loads(done.stdout)

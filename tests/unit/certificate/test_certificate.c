@@ -1,5 +1,7 @@
 /* Certificates against all labellings of tiny problems: those that solvers write hold, and none
  * that holds, whoever has written it, states what is not so. */
+#include "solve/messages.h" /* first: its parameters have the name of a variable of modelled.h */
+
 #include "modelled.h"
 
 #include <stdlib.h>
@@ -9,7 +11,6 @@
 #include "certificate/record_book.h"
 #include "files/crc32c.h"
 #include "model/convexity.h"
-#include "solve/messages.h"
 #include "solve/pack.h"
 
 enum { FILE_SIZE = 1 << 18, COUNT_AT = 28, BOUND_AT = 32, ENERGY_AT = 40, HEADER = 64 };
@@ -806,29 +807,48 @@ static void damage_is_noticed(void **unused)
     is_noticed(by_search);
 }
 
+/* The only stage of a certificate of a problem with three sites or more. */
+static uint8_t *certified_stage(made_by *make, uint64_t seed)
+{
+    qs_certificate view;
+    do {
+        make_reduced(&seed, QS_ONE_HOT);
+    } while (written.qubo.groups < 3 || written.qubo.couplings < 3 || !certify(make, 0));
+    assert_int_equal(qs_certificate_open(c.file, c.size, &view, NULL), QS_OK);
+    return c.file + (view.stage_bytes - c.file);
+}
+
+typedef struct field {
+    size_t at; /* byte of a stage */
+    uint32_t number;
+} field;
+
+/* Each one makes the stage malformed. */
+static void are_refused(uint8_t *stage, const field *wrong, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        uint32_t was = qs_load_u32(stage + wrong[i].at);
+        qs_store_u32(stage + wrong[i].at, wrong[i].number);
+        mend();
+        assert_int_equal(check(), QS_E_CORRUPT);
+        qs_store_u32(stage + wrong[i].at, was);
+    }
+}
+
 /* A stage of one part, whose fields are changed. */
 enum { COUNT = 16, VALUE = 20, SITES = 28 };
 
 static void malformed_parts(void **unused)
 {
     (void)unused;
-    uint64_t state = 13;
-    do {
-        make_reduced(&state, QS_ONE_HOT);
-    } while (written.qubo.groups < 3 || written.qubo.couplings < 3 || !certify(by_part, 0));
-    qs_certificate view;
-    assert_int_equal(qs_certificate_open(c.file, c.size, &view, NULL), QS_OK);
-    uint8_t *stage = c.file + (view.stage_bytes - c.file);
+    uint8_t *stage = certified_stage(by_part, 13);
     uint32_t count = qs_load_u32(stage + COUNT);
     assert_int_equal(count, written.qubo.groups);
     add_to((size_t)(stage + VALUE - c.file), 1);
     assert_false(c.verdict.valid);
     add_to((size_t)(stage + VALUE - c.file), -1);
     assert_true(c.verdict.valid);
-    const struct {
-        size_t at;
-        uint32_t number;
-    } wrong[] = {
+    const field wrong[] = {
         {COUNT, 0},
         {COUNT, count - 1},
         {COUNT, count + 1},
@@ -839,26 +859,14 @@ static void malformed_parts(void **unused)
         {0, 6},
         {4, 1},
     };
-    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
-        uint32_t was = qs_load_u32(stage + wrong[i].at);
-        qs_store_u32(stage + wrong[i].at, wrong[i].number);
-        mend();
-        assert_int_equal(check(), QS_E_CORRUPT);
-        qs_store_u32(stage + wrong[i].at, was);
-    }
+    are_refused(stage, wrong, sizeof wrong / sizeof wrong[0]);
 }
 
 /* A stage of one searched part. */
 static void malformed_searches(void **unused)
 {
     (void)unused;
-    uint64_t state = 27;
-    do {
-        make_reduced(&state, QS_ONE_HOT);
-    } while (written.qubo.groups < 3 || written.qubo.couplings < 3 || !certify(by_search, 0));
-    qs_certificate view;
-    assert_int_equal(qs_certificate_open(c.file, c.size, &view, NULL), QS_OK);
-    uint8_t *stage = c.file + (view.stage_bytes - c.file);
+    uint8_t *stage = certified_stage(by_search, 27);
     size_t sites = COUNT + 4, count = written.qubo.groups, bounds = sites + 4 * count;
     for (size_t i = 0; i < count; i++) { /* each is the least there is */
         add_to((size_t)(stage - c.file) + bounds + 8 * i, 1);
@@ -866,10 +874,7 @@ static void malformed_searches(void **unused)
         add_to((size_t)(stage - c.file) + bounds + 8 * i, -1);
         assert_true(c.verdict.valid);
     }
-    const struct {
-        size_t at;
-        uint32_t number;
-    } wrong[] = {
+    const field wrong[] = {
         {0, 9},
         {0, 12},
         {0, 16},
@@ -882,13 +887,7 @@ static void malformed_searches(void **unused)
         {bounds + 4, 0x7fffffff},
         {bounds + 4, 0x80000000},
     };
-    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
-        uint32_t was = qs_load_u32(stage + wrong[i].at);
-        qs_store_u32(stage + wrong[i].at, wrong[i].number);
-        mend();
-        assert_int_equal(check(), QS_E_CORRUPT);
-        qs_store_u32(stage + wrong[i].at, was);
-    }
+    are_refused(stage, wrong, sizeof wrong / sizeof wrong[0]);
 }
 
 static void arguments(void **unused)
