@@ -9,6 +9,7 @@ import tempfile
 import time
 from pathlib import Path
 
+import qstereo_bridge as qb
 from scenes import LAMBDA, SAMPLES, Figures, arguments, call
 
 FORMS = [("one-hot", "paper"), ("one-hot", "local"), ("one-hot-sparse", "paper"),
@@ -26,9 +27,12 @@ def anneal(pair, roi, labels, form, options, folder):
     begin = time.perf_counter()
     solved = call(options.bridge, "solve", problem, "-o", samples, "--num-reads", READS,
                   "--num-sweeps", SWEEPS, "--seed", 1)
+    took = time.perf_counter() - begin
+    read = qb.load_samples(samples)
+    reads = read.records["energy"][:read.info["result"]["reads"]]
     return {"encoding": encoding, "penalty": penalty, "terms": info["quadratic_terms"],
             "pair_penalty_max": info["pair_penalty_max"], "feasible": solved["feasible"],
-            "energy": solved["best_energy"], "seconds": time.perf_counter() - begin}
+            "best_read": int(reads.min()), "energy": solved["best_energy"], "seconds": took}
 
 
 def window(pair, corner, size, labels, options):
