@@ -168,6 +168,6 @@ int labelling_open_costs(labelling_request *asked, budget *limit, qs_problem *pr
     bool bytes = npy_is_plain(costs, asked->cost_units.by) && costs->kind == NPY_UNSIGNED &&
                  costs->bytes == 1;
     problem->source =
-        (qs_cost_source){bytes ? make_byte_row : make_row, asked, bytes ? 1 : 4, NULL, 0, 0};
+        (qs_cost_source){bytes ? make_byte_row : make_row, asked, bytes ? 1 : 4, 0, 0, NULL};
     return DONE;
 }

@@ -78,12 +78,12 @@ typedef void qs_cost_pick(void *context, uint32_t row, const uint16_t *labels,
 typedef struct qs_cost_source {
     qs_cost_row *row;
     void *context; /* of row and pick */
-    unsigned bytes; /* of a cost that `row` writes: 1 or 4 */
-    qs_cost_pick *pick; /* NULL = none; it makes energies quicker to compute */
+    uint8_t bytes; /* of a cost that `row` writes: 1 or 4 */
     /* Rows may be made at the same time, each with a copy of the context of its
      * own. 0 or 1 = there is only one */
-    uint32_t copies;
-    size_t stride; /* bytes from a copy to the next */
+    uint8_t copies;
+    uint16_t stride; /* bytes from a copy to the next */
+    qs_cost_pick *pick; /* NULL = none; it makes energies quicker to compute */
 } qs_cost_source;
 
 /* Computes the tables of the edges that begin in a row of a grid: V of the

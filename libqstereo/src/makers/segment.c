@@ -247,7 +247,7 @@ static qs_problem problem_of(segmenter *s)
         .meaning = {.kind = QS_MEANS_CLASS},
     };
     if (!segment->costs) {
-        made.source = (qs_cost_source){segment_row, s, sizeof *s->costs, NULL, 0, 0};
+        made.source = (qs_cost_source){segment_row, s, sizeof *s->costs, 0, 0, NULL};
     }
     return made;
 }

@@ -137,7 +137,7 @@ qs_status qs_stereo_problem(const qs_stereo *stereo, void *workspace, size_t wor
     *m = (matcher){*stereo,         made.frame.x, made.frame.y,
                    made.grid.width, made.labels,  (uint8_t *)(m + 1)};
     bool bytes = stereo->scale == 1;
-    made.source = (qs_cost_source){bytes ? ad_row : scaled_ad_row, m, bytes ? 1 : 4, NULL, 0, 0};
+    made.source = (qs_cost_source){bytes ? ad_row : scaled_ad_row, m, bytes ? 1 : 4, 0, 0, NULL};
     status = qs_problem_check(&made);
     if (status == QS_OK) {
         *problem = made;

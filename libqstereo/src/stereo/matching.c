@@ -456,7 +456,7 @@ qs_status qs_matching_problem(const qs_matching *matching, void *workspace, size
                                    .context = m,
                                    .bytes = fits_bytes(matching) ? 1 : 4,
                                    .pick = pick_row,
-                                   .copies = matching->copies,
+                                   .copies = (uint8_t)matching->copies,
                                    .stride = sizeof *m};
     made.grid.right = m->edges_right;
     made.grid.down = m->edges_down;

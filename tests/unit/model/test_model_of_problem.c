@@ -163,7 +163,7 @@ static void as_the_model_of_the_file(void **unused)
         if (t.problem.grid.width > 0) {
             qs_problem problem = t.problem;
             problem.costs = NULL;
-            problem.source = (qs_cost_source){make_row, &bytes, bytes, NULL, 0, 0};
+            problem.source = (qs_cost_source){make_row, &bytes, (uint8_t)bytes, 0, 0, NULL};
             both_ways(&problem);
             made++;
         }
