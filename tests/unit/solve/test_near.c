@@ -44,7 +44,7 @@ static void make_task(uint64_t *state, task *made)
         .scale = 1,
         .weight = (int32_t)tiny_random(state, 15),
         .grid = {.width = 1 + tiny_random(state, WIDTH), .height = 1 + tiny_random(state, HEIGHT)},
-        .source = {no_row, made, 4, pick}};
+        .source = {.row = no_row, .context = made, .bytes = 4, .pick = pick}};
     made->problem.pairwise.smoothness = potts ? QS_POTTS : QS_TRUNCATED_LINEAR;
     made->problem.pairwise.truncation = potts ? 0 : tiny_random(state, LABELS + 1);
     if (weighed) {

@@ -333,7 +333,7 @@ static void make_row(void *context, uint32_t row, void *costs, int32_t *least)
     }
 }
 
-static qs_problem large_problem(const uint32_t *labels, uint32_t copies)
+static qs_problem large_problem(const uint32_t *labels, uint8_t copies)
 {
     return (qs_problem){
         .labels = *labels,
