@@ -51,8 +51,9 @@ class Journal(jobs.Held):
         try:
             self.head, *self.lines = map(parse, (self.take() or b"").splitlines() or [
                 json.dumps(head)])
+            _charge(self.lines)  # this and the next raise on lines that are not of a journal
             for line in self.lines:
-                _bits(line, 0), line["charge_seconds"] + 0
+                _bits(line, 0)
         except (ValueError, KeyError, TypeError):
             self.head = None
         if self.head != head:

@@ -773,3 +773,17 @@ bool slow_next(const slow_request *request, uint16_t *labelling)
     }
     return false;
 }
+
+bool slow_is_kept(const qs_model *model, uint32_t site, uint32_t label)
+{
+    return !model->kept || model->kept[site * model->labels + label];
+}
+
+void slow_random_labels(const qs_model *model, uint64_t *state, uint16_t *labelling)
+{
+    for (uint32_t p = 0; p < model->sites; p++) {
+        do {
+            labelling[p] = (uint16_t)tiny_random(state, model->labels);
+        } while (!slow_is_kept(model, p, labelling[p]));
+    }
+}

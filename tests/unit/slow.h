@@ -50,4 +50,10 @@ int64_t slow_energy(const qs_problem *problem, const uint16_t *labelling);
 bool slow_next(const slow_request *request, uint16_t *labelling);
 void slow_first(const slow_request *request, uint16_t *labelling);
 
+/* Whether a site of a model has the label. */
+bool slow_is_kept(const qs_model *model, uint32_t site, uint32_t label);
+
+/* Random labels, of those that the sites of a model have. */
+void slow_random_labels(const qs_model *model, uint64_t *state, uint16_t *labelling);
+
 #endif

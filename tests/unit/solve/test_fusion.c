@@ -26,21 +26,6 @@ static void make(uint64_t *state, bool all)
     assert_int_equal(qs_model_build(&qubo.index, model_memory, sizeof model_memory, &model), QS_OK);
 }
 
-static bool is_kept(uint32_t site, uint16_t label)
-{
-    return !model.kept || model.kept[site * model.labels + label];
-}
-
-/* Any labels, but those that are not left. */
-static void random_labels(uint64_t *state, uint16_t *labelling)
-{
-    for (uint32_t p = 0; p < model.sites; p++) {
-        do {
-            labelling[p] = (uint16_t)tiny_random(state, model.labels);
-        } while (!is_kept(p, labelling[p]));
-    }
-}
-
 /* The weight of the edge of two sites, p < q; 0 = there is none. */
 static int64_t weight_of(uint32_t p, uint32_t q)
 {
@@ -126,8 +111,8 @@ static void moves_are_choices(void **unused)
         qs_solution solution = {0};
         int64_t gain;
         make(&state, round % 2 == 0);
-        random_labels(&state, before);
-        random_labels(&state, proposal);
+        slow_random_labels(&model, &state, before);
+        slow_random_labels(&model, &state, proposal);
         memcpy(x, before, sizeof x);
         begin(&fusion, x);
         fusion.solution = &solution;
@@ -167,7 +152,7 @@ static void labels_that_are_out_are_not_taken(void **unused)
         qs_solution solution = {0};
         int64_t gain;
         make(&state, false);
-        random_labels(&state, x);
+        slow_random_labels(&model, &state, x);
         begin(&fusion, x);
         fusion.solution = &solution;
         for (uint32_t p = 0; p < model.sites; p++) {
@@ -175,7 +160,7 @@ static void labels_that_are_out_are_not_taken(void **unused)
         }
         assert_true(qs_fuse(&fusion, &gain));
         for (uint32_t p = 0; p < model.sites; p++) {
-            assert_true(is_kept(p, x[p]));
+            assert_true(slow_is_kept(&model, p, x[p]));
         }
     }
 }
@@ -191,7 +176,7 @@ static void moves_end(void **unused)
         qs_fusion fusion;
         qs_solution s, solution = {0};
         make(&state, round % 2 == 0);
-        random_labels(&state, x);
+        slow_random_labels(&model, &state, x);
         int64_t before = qs_model_energy(&model, x), gain;
         assert_int_equal(
             qs_fusion_moves(QS_FUSION_JUMPS, &model, NULL, memory, sizeof memory, x, &s), QS_OK);

@@ -16,20 +16,6 @@ static uint64_t model_memory[MEMORY / 8], memory[MEMORY / 8];
 static qs_model model;
 static uint16_t x[TINY_SITES], y[TINY_SITES];
 
-static bool is_kept(uint32_t site, uint32_t label)
-{
-    return !model.kept || model.kept[site * model.labels + label];
-}
-
-static void any_labels(uint64_t *state, uint16_t *labelling)
-{
-    for (uint32_t p = 0; p < model.sites; p++) {
-        do {
-            labelling[p] = (uint16_t)tiny_random(state, model.labels);
-        } while (!is_kept(p, labelling[p]));
-    }
-}
-
 /* A problem with some of its labels, and two labellings. */
 static void make(uint64_t *state)
 {
@@ -38,8 +24,8 @@ static void make(uint64_t *state)
     slow_choose_labels(&request, state);
     slow_encode(&request, &qubo);
     assert_int_equal(qs_model_build(&qubo.index, model_memory, sizeof model_memory, &model), QS_OK);
-    any_labels(state, x);
-    any_labels(state, y);
+    slow_random_labels(&model, state, x);
+    slow_random_labels(&model, state, y);
     memset(memory, 0xa5, sizeof memory);
 }
 
@@ -114,12 +100,12 @@ static bool step(const qs_trees *trees, uint16_t *labelling)
     for (uint32_t i = 0; i < trees->count; i++) {
         uint32_t p = trees->order[i];
         for (uint16_t d = (uint16_t)(labelling[p] + 1); d < model.labels; d++) {
-            if (is_kept(p, d)) {
+            if (slow_is_kept(&model, p, d)) {
                 labelling[p] = d;
                 return true;
             }
         }
-        for (labelling[p] = 0; !is_kept(p, labelling[p]); labelling[p]++) {
+        for (labelling[p] = 0; !slow_is_kept(&model, p, labelling[p]); labelling[p]++) {
         }
     }
     return false;
@@ -133,7 +119,7 @@ static void check_move(const qs_trees *trees)
     memcpy(z, x, sizeof z);
     for (uint32_t i = 0; i < trees->count; i++) {
         uint32_t p = trees->order[i];
-        for (z[p] = 0; !is_kept(p, z[p]); z[p]++) {
+        for (z[p] = 0; !slow_is_kept(&model, p, z[p]); z[p]++) {
         }
     }
     do {
@@ -162,7 +148,7 @@ static void moves_on_trees_are_exact(void **unused)
         moved += trees.count;
         sites += model.sites;
         for (uint32_t p = 0; p < model.sites; p++) {
-            assert_true(is_kept(p, x[p]));
+            assert_true(slow_is_kept(&model, p, x[p]));
         }
     }
     print_message("sites in a forest: %u of %u\n", moved, sites);
@@ -182,7 +168,7 @@ static int64_t least_of_all(void)
     qs_trees all = {.order = (uint32_t[TINY_SITES]){0}, .count = model.sites};
     for (uint32_t p = 0; p < model.sites; p++) {
         all.order[p] = p;
-        for (y[p] = 0; !is_kept(p, y[p]); y[p]++) {
+        for (y[p] = 0; !slow_is_kept(&model, p, y[p]); y[p]++) {
         }
     }
     do {
@@ -213,7 +199,7 @@ static void kicks_never_raise(void **unused)
         assert_true(gain >= 0);
         assert_int_equal(qs_model_energy(&model, x), before - gain);
         for (uint32_t p = 0; p < model.sites; p++) {
-            assert_true(is_kept(p, x[p]));
+            assert_true(slow_is_kept(&model, p, x[p]));
         }
         solved += !patient || size < sizeof memory || before - gain == least_of_all();
     }
