@@ -4,6 +4,7 @@
 
 #include "../base/bytes.h"
 #include "../base/minmax.h"
+#include "../base/sets.h"
 #include "../qubo/qcf_runs.h"
 
 #define NEVER ((int64_t)1 << 61) /* the cost of a label that has left: above all sums */
@@ -76,16 +77,6 @@ static bool count_slots(qs_split *split, const uint8_t *slots, unsigned bytes)
     return true;
 }
 
-/* The first site of a part as far as is known. */
-static uint32_t first_of(uint32_t *part, uint32_t site)
-{
-    while (part[site] != site) {
-        part[site] = part[part[site]];
-        site = part[site];
-    }
-    return site;
-}
-
 static void find_parts(qs_split *split)
 {
     const qs_stated *stated = split->stated;
@@ -94,12 +85,11 @@ static void find_parts(qs_split *split)
     }
     for (uint32_t i = 0; i < stated->alive_count; i++) {
         const qs_stated_edge *edge = &stated->edges[stated->alive[i]];
-        uint32_t a = first_of(split->part, edge->first), b = first_of(split->part, edge->second);
-        split->part[qs_max_u32(a, b)] = qs_min_u32(a, b);
+        qs_set_join(split->part, edge->first, edge->second);
     }
     for (uint32_t i = 0; i < stated->open_count; i++) {
         uint32_t p = stated->open[i];
-        split->part[p] = first_of(split->part, p);
+        split->part[p] = qs_set_of(split->part, p); /* the first site of the part */
     }
 }
 
