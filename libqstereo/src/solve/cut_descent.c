@@ -31,7 +31,8 @@ size_t qs_descent_workspace(const qs_model *model)
  * these labels; and so does each site, if its slopes add up to a number between two bounds. To find
  * such slopes is a flow: from p to q it lowers the slope of their edge, and what p is charged. */
 
-enum { UNBOUNDED = 1 << 29 }; /* above all that the edges of a site can have in slopes */
+/* Above all that the edges of a site can have in slopes (qs_fusion_fits). */
+#define UNBOUNDED (QS_NUMBER_MAX / 4 + 1)
 
 /* The largest slope of an edge, and the smallest: what V rises by from the difference of the labels
  * on, and up to it. */
