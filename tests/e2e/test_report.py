@@ -110,7 +110,7 @@ def test_parts(folder):
 
 
 def test_maps_are_cut_and_coloured_in_one_scale(folder):
-    from qstereo_bridge import drawing, report
+    from qstereo_bridge.desk import drawing, report
 
     (problem,) = report.load(folder / "out" / "<p> & co.json")
     found, truth, pair = report.all_maps(problem)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
-from . import command, models, solvers
+from . import answers, command, models
 from .container import DEFAULT_LIMIT, FormatError
 from .failure import InputError, io
 from .output import save
@@ -151,5 +151,5 @@ class Problem(Coefficients):
 
         Raises SolverError for other variables or values.
         """
-        answer = solvers.from_sampleset(sampleset, len(self), info=plain(dict(sampleset.info)))
-        return solvers.samples_of(self, solver, answer)
+        answer = answers.from_sampleset(sampleset, len(self), info=plain(dict(sampleset.info)))
+        return answers.samples_of(self, solver, answer)

@@ -5,8 +5,9 @@ import os
 
 import numpy as np
 
-from . import models, problem, runner
-from .failure import BAD_INPUT, IO, USAGE, Failure, failing, io
+from ..core import models, problem
+from ..core.failure import BAD_INPUT, IO, USAGE, Failure, failing, io
+from ..runs import runner
 
 
 def bqm(found):
@@ -79,7 +80,7 @@ def inspect(options):
                       "shows those of the solver qpu")
     whole, chains = problem.load(options.problem, options.memory_limit), samples.info.get("chains")
     if options.embedding:
-        from . import embedding
+        from ..ocean import embedding
 
         with failing(options.embedding), io(options.embedding, "read"):
             chains = list(embedding.read(options.embedding).chains.values())

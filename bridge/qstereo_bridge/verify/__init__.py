@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
-from . import models, qcf, runner
+from ..core import models, qcf
+from ..core.container import DEFAULT_LIMIT, read_stream
+from ..core.failure import InputError
+from ..core.problem import File, load, load_samples, opened
+from ..core.qcf import NO_BOUND
 from .certificate import MAGIC, Invalid, Problem, check, parse_qpf
-from .container import DEFAULT_LIMIT, read_stream
-from .failure import NO, OK, InputError
-from .problem import File, load, load_samples, opened
-from .qcf import NO_BOUND
 
 
 @dataclass
@@ -96,16 +96,3 @@ def verify(problem: File, other: File, certificate: File,
         why = str(reason)
     return Verdict(why is None, why, stated if energy is None else energy,
                    None if lower_bound == NO_BOUND else lower_bound, stages, whole.scale)
-
-
-def command(options):
-    """The command `verify`."""
-    found = verify(options.problem, options.other, options.certificate, options.memory_limit)
-    facts = {**asdict(found), "proven_optimal": found.valid and found.energy == found.lower_bound}
-    scale = facts.pop("scale")
-    for key in ("energy", "lower_bound"):
-        facts[key] = runner.real(facts[key], scale)
-    text = (f"valid: energy {facts['energy']}, lower bound {facts['lower_bound']}, "
-            f"{found.stages} stage{'s' * (found.stages != 1)}")
-    runner.show(options, text if found.valid else f"not valid: {found.why}", facts)
-    return OK if found.valid else NO

@@ -8,6 +8,7 @@ characters, marks that turn the direction of writing) as Python would: \\x1b, \\
 import json
 import os
 import re
+import sys
 
 # A shorter "token" is a slip in a configuration; to take it out would take letters out of words.
 SHORTEST = 8
@@ -56,3 +57,8 @@ def line(text):
     """shown() of a text in one line: line ends, tabs and rows of blanks become one blank."""
     # First the tokens: one may hold two blanks in a row.
     return shown(" ".join(_without_tokens(text).split()))
+
+
+def say(options, text):
+    """A message of the command."""
+    print(lines(f"qstereo-bridge {options.command}: {text}"), file=sys.stderr, flush=True)

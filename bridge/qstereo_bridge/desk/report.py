@@ -13,12 +13,13 @@ import jinja2
 import numpy as np
 from PIL import Image
 
-from . import drawing as draw, runner
-from .failure import Error, InputError
-from .failure import io as reading
-from .output import save
-from .qsf import parse_qsf
-from .text import parse
+from ..core.failure import Error, InputError
+from ..core.failure import io as reading
+from ..core.output import save
+from ..core.qsf import parse_qsf
+from ..core.text import parse
+from ..runs import runner
+from . import drawing as draw
 
 COLUMNS = {"solver": "method", "energy": "energy", "gap": "gap", "rms": "rms, pixels",
            "bad_0_5": "bad-0.5, %", "bad_1_0": "bad-1.0, %", "seconds": "seconds",

@@ -9,10 +9,10 @@ from types import SimpleNamespace
 
 import click
 
-from . import __version__
-from .failure import OK, USAGE, Failure, failing
-from .registry import ALIASES, EVERY, SOLVERS, find, name_label
-from .text import lines, parse
+from .. import __version__
+from ..core.failure import OK, USAGE, Failure, failing
+from ..core.text import lines, parse
+from ..runs.registry import ALIASES, EVERY, SOLVERS, find, name_label
 
 
 def _spelt(option):
@@ -251,7 +251,7 @@ def _command(module, file, *options, epilog=STATUS):
                          "-o - would write binary to a terminal; redirect stdout, or give -o a "
                          "file": os.isatty(1)})
             with failing(getattr(given, file or "", None)):
-                found = importlib.import_module(f".{place}", __package__)
+                found = importlib.import_module(f"qstereo_bridge.{place}")
                 return getattr(found, function)(given) or OK
         run.completed = completed
         for option in reversed(options):
@@ -275,7 +275,7 @@ def _refuse(reasons):
             raise Failure(USAGE, message)
 
 
-@_command("remote", "problem", *SOLVE, *COMMON, epilog=SOLVE_EPILOG)
+@_command("runs.remote", "problem", *SOLVE, *COMMON, epilog=SOLVE_EPILOG)
 def solve(options):
     """Solve the QUBO of a .qcf and write samples of it to a .qsf. P.qcf - is standard input. With
     --out-dir several problems are solved, each into a file of its own."""
@@ -309,7 +309,7 @@ def solve(options):
                  getattr(options, option) is not None and not options.windows})
     if options.windows:
         _windows(options)
-        return "calls.dry_run" if options.dry_run else "calls.solve"
+        return "runs.calls.dry_run" if options.dry_run else "runs.calls.solve"
     return "dry_run" if options.dry_run else "solve_all" if several else "solve"
 
 
@@ -324,7 +324,7 @@ def _windows(options):
                  options.output == "-"})
 
 
-@_command("remote", "job", click.argument("job", metavar="S.qsf.job"),
+@_command("runs.remote", "job", click.argument("job", metavar="S.qsf.job"),
           _option("-o --output", str, "S.qsf", "samples file to write, - is standard output "
                   "(default the job file's name without .job)"),
           _option("--problem", str, "P.qcf", "the problem (default the file that was sent)"),
@@ -338,7 +338,7 @@ def collect(options):
              _same(options.output, options.job)})
 
 
-@_command("runner", "problem", PROBLEM,
+@_command("runs.runner", "problem", PROBLEM,
           click.argument("samples", metavar="S.qsf...", nargs=-1, required=True),
           _option("-o --output", str, "M.qsf", "samples file to write, - is standard output",
                   required=True), *COMMON)
@@ -351,7 +351,7 @@ def merge(options):
              any(_same(options.output, name) for name in [options.problem, *options.samples])})
 
 
-@_command("frames", None, click.argument("pairs", metavar="LIST|DIR"),
+@_command("desk.frames", None, click.argument("pairs", metavar="LIST|DIR"),
           _option("--out-dir", str, "D", "folder for the maps, the samples, a .json of each frame, "
                   "and the table of all, summary.json and summary.csv", required=True),
           _option("--scheduler", str, "ADDRESS", "scheduler of dask whose workers do the work "
@@ -376,9 +376,10 @@ def frames(options):
     right_NAME.png and perhaps truth_NAME.png."""
     _refuse({"--workers is for a cluster of this machine; leave it or --scheduler out":
              options.workers and options.scheduler})
+    options.options_of = options_of
 
 
-@_command("embed", "problem", PROBLEM,
+@_command("desk.embed", "problem", PROBLEM,
           _option("-o --output", str, "E.json", "embedding to write, - is standard output",
                   required=True),
           _option("--topology", str, "NAME", "pegasus:16, zephyr:12 or another size (all qubits "
@@ -396,7 +397,7 @@ def embed(options):
              "a picture cannot go to stdout; give --picture a file": options.picture == "-"})
 
 
-@_command("export", "problem", PROBLEM,
+@_command("desk.export", "problem", PROBLEM,
           _option("-o --output", str, "FILE", "file to write; its end names the format: .bqm "
                   "(dimod's own), .coo, .lp (an integer program) or .qubo (qbsolv's)",
                   required=True), *COMMON)
@@ -404,7 +405,7 @@ def export(options):
     """Write the QUBO of a .qcf in a format of other tools, in the integer units of the .qcf."""
 
 
-@_command("export", None, click.argument("samples", metavar="S.qsf"),
+@_command("desk.export", None, click.argument("samples", metavar="S.qsf"),
           _option("--problem", str, "P.qcf", "the problem of the samples", required=True),
           _option("--embedding", str, "E.json", "its embedding (default the one in the samples)"),
           *COMMON)
@@ -412,7 +413,7 @@ def inspect(options):
     """Show samples of a QPU in D-Wave's inspector. The inspector has to be installed."""
 
 
-@_command("report", None, click.argument("results", metavar="RESULTS"),
+@_command("desk.report", None, click.argument("results", metavar="RESULTS"),
           _option("-o --output", str, "R.html", "page to write, - is standard output",
                   required=True),
           _option("--title", str, "TEXT", "title of the page (default Results)",
@@ -425,16 +426,15 @@ def report(options):
     return "command"
 
 
-@_command("verify", "certificate", PROBLEM, click.argument("other", metavar="S.qsf"),
+@_command("desk.verify", "certificate", PROBLEM, click.argument("other", metavar="S.qsf"),
           click.argument("certificate", metavar="C.qpf"), *COMMON)
 def verify(options):
     """Check the certificate of a lower bound of P.qcf, without the library that made it. The best
     sample in S.qsf must be as good as it states. In the place of S.qsf may stand the .qcf that
     `qstereo reduce` has written."""
-    return "command"
 
 
-@_command("remote", None, COMMON[0])
+@_command("runs.remote", None, COMMON[0])
 def solvers(options):
     """List the solvers of your D-Wave account with limits and load."""
 

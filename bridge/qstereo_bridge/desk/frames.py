@@ -17,11 +17,12 @@ import time
 from io import StringIO
 from pathlib import Path
 
-from . import calls, cli, command, registry, remote, runner
-from .failure import BAD_INPUT, NO, OK, SERVICE, USAGE, Error, Failure, failing, io
-from .output import save
-from .problem import load_samples
-from .text import parse
+from ..core import command
+from ..core.failure import BAD_INPUT, NO, OK, SERVICE, USAGE, Error, Failure, failing, io
+from ..core.output import save
+from ..core.problem import load_samples
+from ..core.text import parse
+from ..runs import calls, registry, remote, runner
 
 STEPS = "encode", "reduce", "solve", "decode", "score"
 COLUMNS = ("name", "variables", "variables_left", "energy", "lower_bound", "gap", "proven_optimal",
@@ -147,9 +148,9 @@ def reduced(frame):
     return _step(frame, "reduce", key, (".qcf",), work)
 
 
-def solving(base, words):
+def solving(options, base, words):
     """The options of `solve` for a frame. Raises click.UsageError, Failure."""
-    given = cli.options_of("solve", [f"{base}.qcf", "-o", f"{base}.qsf", "--quiet", *words])
+    given = options.options_of("solve", [f"{base}.qcf", "-o", f"{base}.qsf", "--quiet", *words])
     for option, wrong, why in (
             ("-o", given.output != f"{base}.qsf", "each frame's samples have a name"),
             ("--no-wait", given.no_wait, "each frame's samples are decoded"),
@@ -164,7 +165,7 @@ def solving(base, words):
 @_task
 def planned(frame, before):
     """What solving the frame would send, at most: the frame as the bill has it."""
-    given = solving(frame["base"], frame["words"]["solve"])
+    given = frame["solve"]
     given.dry_run = frame["dry_run"]
     _, done = _known(frame, "solve", _key(before["key"], frame["words"]["solve"]), (".qsf",))
     plans = [] if done else calls.plans(given) if given.windows else remote.plans(given)
@@ -177,7 +178,7 @@ def planned(frame, before):
 @_task
 def solved(frame, before):
     """Solve what is left: the facts of the step. What was sent already is collected."""
-    given = solving(frame["base"], frame["words"]["solve"])
+    given = frame["solve"]
 
     def work(folder):
         if given.windows:
@@ -299,7 +300,7 @@ def frames(options):
     """The command `frames`."""
     began, folder = time.monotonic(), Path(options.out_dir).absolute()
     words = {step: _split(getattr(options, step), f"--{step}") for step in STEPS}
-    solver, found = solving("frame", words["solve"]).solver, pairs(options.pairs)
+    solver, found = solving(options, "frame", words["solve"]).solver, pairs(options.pairs)
     options.solver, paid = solver, bool(registry.find(solver).kind)
     if options.max_charge and not paid:
         raise Failure(USAGE, f"{solver} runs on your workers and charges nothing; leave "
@@ -317,9 +318,10 @@ def frames(options):
     with _client(options, paid and not options.dry_run) as client:
         tell(f"dashboard at {client.dashboard_link}")
         for name, left, right, truth in found:
+            base = str(folder / f"frame_{name}")
             frame = {"name": name, "left": left, "right": right, "truth": truth, "words": words,
-                     "solver": solver, "base": str(folder / f"frame_{name}"),
-                     "dry_run": options.dry_run, **scales}
+                     "solver": solver, "base": base, "dry_run": options.dry_run, **scales,
+                     "solve": solving(options, base, words["solve"])}
             # Pure tasks would be those of another run with this scheduler.
             first[name] = frame, client.submit(reduced, frame, pure=False)
             if options.dry_run or options.max_charge:

@@ -23,11 +23,11 @@ import secrets
 import time
 from datetime import datetime, timezone
 
-from .failure import BAD_INPUT, IO, NO, SERVICE, Error, Failure, SolverError, io
-from .output import sync_folder, temporary
-from .qsf import plain
-from .services import connect, explain
-from .text import line, parse, shown
+from ..core.failure import BAD_INPUT, IO, NO, SERVICE, Error, Failure, SolverError, io
+from ..core.output import sync_folder, temporary
+from ..core.qsf import plain
+from ..core.text import line, parse, shown
+from ..ocean.services import connect, explain
 
 try:
     import fcntl

@@ -7,13 +7,13 @@ import time
 
 import numpy as np
 
-from . import merging, models, problem as api, qsf, registry
-from .container import FormatError, OverLimit
-from .failure import IO, Failure, SolverError, io
-from .output import Output
-from .qcf import DOMAIN_WALL, read_qcf
-from .solvers import Answer, nothing_to_decide, samples_of
-from .text import line, lines
+from ..core import merging, models, problem as api, qsf
+from ..core.answers import Answer, nothing_to_decide, samples_of
+from ..core.container import FormatError, OverLimit
+from ..core.failure import IO, Failure, SolverError, io
+from ..core.output import Output
+from ..core.qcf import DOMAIN_WALL, read_qcf
+from ..core.text import line, lines, say
 
 
 def progress(options):
@@ -39,11 +39,6 @@ def read(options):
     if getattr(options, "alone", False):
         problem.known = problem.stated_bound = None
     return problem
-
-
-def say(options, text):
-    """A message of the command."""
-    print(lines(f"qstereo-bridge {options.command}: {text}"), file=sys.stderr, flush=True)
 
 
 def show(options, text, facts):

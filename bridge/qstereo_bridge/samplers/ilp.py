@@ -11,11 +11,13 @@ import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import coo_array
 
-from . import merging, models, windows
-from .container import check_memory
-from .failure import SolverError
-from .qcf import DOMAIN_WALL
-from .solvers import Answer, interruptible
+from ..core import merging, models
+from ..core.answers import Answer
+from ..core.container import check_memory
+from ..core.failure import SolverError
+from ..core.qcf import DOMAIN_WALL
+from . import windows
+from .solvers import interruptible
 
 # Peak memory for each cost of a pair of labels, and of HiGHS for each entry of the matrix, as
 # measured on programs of 10^5 entries.

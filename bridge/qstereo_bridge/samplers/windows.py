@@ -11,10 +11,10 @@ import itertools
 
 import numpy as np
 
-from . import merging, models
-from .failure import InputError
-from .problem import made
-from .qcf import Coefficients
+from ..core import merging, models
+from ..core.failure import InputError
+from ..core.problem import made
+from ..core.qcf import Coefficients
 
 
 def plan(p, variables, call=0, seed=0):

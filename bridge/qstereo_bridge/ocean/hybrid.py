@@ -11,10 +11,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from . import models
-from .qsf import plain
+from ..core import models
+from ..core.answers import Answer, from_sampleset
+from ..core.failure import SolverError
+from ..core.qsf import plain
 from .services import explain, given
-from .solvers import Answer, SolverError, from_sampleset
 from .upload import bqm_file
 
 SMALLER = "take a smaller window (encode --roi), fewer labels, or what `qstereo reduce` leaves"

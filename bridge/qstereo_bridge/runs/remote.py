@@ -5,12 +5,14 @@ import contextlib
 import copy
 import os
 
-from . import hybrid, jobs, models, registry, runner
-from .container import FormatError
-from .failure import BAD_INPUT, NO, OK, USAGE, Error, Failure, failing, io
-from .qsf import read_qsf
-from .services import NAMES, WANTED, NoAccount, client, configuration, connect, explained
-from .text import line
+from ..core import models
+from ..core.container import FormatError
+from ..core.failure import BAD_INPUT, NO, OK, USAGE, Error, Failure, failing, io
+from ..core.qsf import read_qsf
+from ..core.text import line
+from ..ocean import hybrid
+from ..ocean.services import NAMES, WANTED, NoAccount, client, configuration, connect, explained
+from . import jobs, registry, runner
 
 
 def solve(options, session=None, again=False):

@@ -20,12 +20,15 @@ import time
 
 import numpy as np
 
-from . import embedding, jobs, merging, qcf, registry, remote, runner, windows
-from .failure import BAD_INPUT, NO, Failure, failing, io
-from .output import Output
-from .problem import load_samples, made
-from .qsf import NO_CHAINS, RECORD, Samples
-from .text import parse
+from ..core import merging, qcf
+from ..core.failure import BAD_INPUT, NO, Failure, failing, io
+from ..core.output import Output
+from ..core.problem import load_samples, made
+from ..core.qsf import NO_CHAINS, RECORD, Samples
+from ..core.text import parse
+from ..samplers import windows
+from ..ocean import embedding
+from . import jobs, registry, remote, runner
 
 UNREDUCED = ("windows of a picture that is not reduced gain nothing. Reduce it, then give the "
              "windows of what is left:\n"

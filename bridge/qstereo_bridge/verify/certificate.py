@@ -12,10 +12,10 @@ import struct
 
 import numpy as np
 
-from . import models, qcf
-from .container import Corrupt, check_memory, read_chunks, read_header
-from .failure import InputError
-from .qcf import DOMAIN_WALL, MAX_ENERGY, NO_BOUND, ONE_HOT_ENCODINGS
+from ..core import models, qcf
+from ..core.container import Corrupt, check_memory, read_chunks, read_header
+from ..core.failure import InputError
+from ..core.qcf import DOMAIN_WALL, MAX_ENERGY, NO_BOUND, ONE_HOT_ENCODINGS
 
 MAGIC = b"\x89QPF\r\n\x1a\n"
 FIELDS = struct.Struct("<IIqq12s")

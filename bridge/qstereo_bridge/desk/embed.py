@@ -4,9 +4,10 @@ import io as memory
 
 import networkx as nx
 
-from . import embedding, runner
-from .failure import NO, USAGE, Failure, SolverError, io
-from .output import Output
+from ..core.failure import NO, USAGE, Failure, SolverError, io
+from ..core.output import Output
+from ..ocean import embedding
+from ..runs import runner
 
 # By the encoding that a problem has: those with fewer couplers on a chip.
 SPARSER = {2: None, 3: "one-hot-sparse"}

@@ -6,8 +6,8 @@ import ipaddress
 import os
 from urllib.parse import urlsplit
 
-from . import text
-from .failure import Error, SolverError
+from ..core import text
+from ..core.failure import Error, SolverError
 
 CONFIGURE = ("set up your account with `dwave config create`, or put your token into the "
              "environment variable DWAVE_API_TOKEN")

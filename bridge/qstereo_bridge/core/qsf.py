@@ -21,7 +21,7 @@ from .text import parse
 if TYPE_CHECKING:
     import dimod
 
-    from .problem import Problem
+    from .qcf import Coefficients
 
 MAGIC = b"\x89QSF\r\n\x1a\n"
 FIELDS = struct.Struct("<II28s")
@@ -67,7 +67,7 @@ class Samples:
         """Write a .qsf to a path, whole or not at all, or to a binary stream. Raises FileError."""
         save(file, pack_qsf(self))
 
-    def sampleset(self, problem: Problem) -> dimod.SampleSet:
+    def sampleset(self, problem: Coefficients) -> dimod.SampleSet:
         """dimod's SampleSet over the problem's variables 0 .. n - 1, BINARY, energies in the
         .qcf's integer units. Raises InputError where the samples are of another problem."""
         import dimod

@@ -23,11 +23,12 @@ from dataclasses import asdict, dataclass, fields, replace
 import networkx as nx
 import numpy as np
 
-from . import models, packing, services, tiles
-from .failure import NO, Error, FileError, SolverError
-from .output import save
-from .solvers import interruptible
-from .text import parse
+from ..core import models
+from ..core.failure import NO, Error, FileError, SolverError
+from ..core.output import save
+from ..core.text import parse
+from ..samplers.solvers import interruptible
+from . import packing, services, tiles
 
 TIMEOUT = 100.0
 # Two graphs and options in, pairs of a variable and its qubit out. No module of the user's folder.

@@ -10,7 +10,7 @@ import tempfile
 
 import numpy as np
 
-from . import models
+from ..core import models
 
 LINEAR = np.dtype([("start", "<i4"), ("bias", "<f8")])
 TERM = np.dtype([("other", "<i4"), ("bias", "<f8")])

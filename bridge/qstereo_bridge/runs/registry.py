@@ -20,7 +20,7 @@ class Solver:
     kind: str = None
 
     def run(self, name, *arguments):
-        module = importlib.import_module("." + self.module, __package__)
+        module = importlib.import_module("qstereo_bridge." + self.module)
         return getattr(module, self.kind or ("sample" if ":" in name else name))(*arguments)
 
 
@@ -30,25 +30,25 @@ _HYBRID = {"time_limit": None, **_SERVICE}
 ALIASES = {"stride": "hybrid-nl"}
 ANY = "MODULE:CLASS"
 EVERY = {
-    "anneal": Solver("solvers", "simulated annealing (the default)",
+    "anneal": Solver("samplers.solvers", "simulated annealing (the default)",
                      {"num_reads": 20, "num_sweeps": 1000, "seed": None, "time_limit": None}),
-    "tabu": Solver("solvers", "tabu search; --time-limit is for all reads together",
+    "tabu": Solver("samplers.solvers", "tabu search; --time-limit is for all reads together",
                    {"num_reads": 10, "seed": None, "time_limit": 10.0}),
-    "exact": Solver("solvers", "tries every state of at most 24 variables; writes up to 100 of the "
-                    "best, feasible ones first", {}),
-    "ilp": Solver("ilp", "the proven best labelling, by HiGHS: an integer program for each "
-                  "connected part", {"time_limit": None}),
-    "qpu": Solver("qpu", "D-Wave's quantum annealer, by minor embedding",
+    "exact": Solver("samplers.solvers", "tries every state of at most 24 variables; writes up to "
+                    "100 of the best, feasible ones first", {}),
+    "ilp": Solver("samplers.ilp", "the proven best labelling, by HiGHS: an integer program for "
+                  "each connected part", {"time_limit": None}),
+    "qpu": Solver("ocean.qpu", "D-Wave's quantum annealer, by minor embedding",
                   {"num_reads": 1000, "annealing_time": None, "chain_strength": None,
                    "embedding": None, "copies": 1, "seed": None, "param": None,
                    "spin_reversals": None, **_SERVICE}, "Qpu"),
-    "hybrid-nl": Solver("hybrid", "D-Wave's nonlinear hybrid solver (Stride), with one integer for "
-                        "each site: for whole pictures", _HYBRID, "Nl"),
-    "hybrid-bqm": Solver("hybrid", "D-Wave's hybrid solver for QUBOs, with the penalties",
+    "hybrid-nl": Solver("ocean.hybrid", "D-Wave's nonlinear hybrid solver (Stride), with one "
+                        "integer for each site: for whole pictures", _HYBRID, "Nl"),
+    "hybrid-bqm": Solver("ocean.hybrid", "D-Wave's hybrid solver for QUBOs, with the penalties",
                          _HYBRID, "Bqm"),
-    "hybrid-cqm": Solver("hybrid", "D-Wave's hybrid solver with constraints: one for each one-hot "
-                         "group, and no penalties", _HYBRID, "Cqm"),
-    ANY: Solver("solvers", "any dimod sampler; --param sets its parameters",
+    "hybrid-cqm": Solver("ocean.hybrid", "D-Wave's hybrid solver with constraints: one for each "
+                         "one-hot group, and no penalties", _HYBRID, "Cqm"),
+    ANY: Solver("samplers.solvers", "any dimod sampler; --param sets its parameters",
                 {"num_reads": None, "seed": None, "param": None, "spin_reversals": None})}
 SOLVERS = {name: solver for name, solver in EVERY.items() if name != ANY}
 

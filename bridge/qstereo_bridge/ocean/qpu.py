@@ -2,14 +2,15 @@
 
 import numpy as np
 
-from . import embedding, models, runner
+from ..core import models
+from ..core.answers import Answer, check_occurrences
+from ..core.failure import USAGE, Failure, SolverError, failing, io
+from ..core.qsf import plain
+from ..core.text import line, say
+from . import embedding
 from .embedding import Chip
-from .failure import USAGE, Failure, SolverError, failing, io
 from .hybrid import SMALLER, Request
-from .qsf import plain
 from .services import given
-from .solvers import Answer, check_occurrences
-from .text import line
 
 MEND = "majority vote of the chain's qubits, +1 where they are even"
 # Ocean's warnings by their class, in plain words.
@@ -133,7 +134,7 @@ class Qpu:
         if options.copies == "auto" and not options.quiet:
             progress(None)
             count = len(found.chains) // len(source.graph)
-            runner.say(options, f"{count:,} copies found on {line(chip.name)}: "
+            say(options, f"{count:,} copies found on {line(chip.name)}: "
                                 f"{options.num_reads * count:,} samples from "
                                 f"{options.num_reads:,} reads (searched {found.seconds:.1f} of "
                                 f"{embedding.TIMEOUT:g} s)")
