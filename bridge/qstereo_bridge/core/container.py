@@ -4,6 +4,7 @@ import collections
 import struct
 
 import google_crc32c
+import numpy as np
 
 from .failure import IO, Error
 
@@ -90,10 +91,47 @@ def read_stream(stream, magic, suffix, limit):
     return data
 
 
-def read_chunks(data, header, required):
-    """({type: payload} of the required chunks, [(type, bytes)] of the side chunks), checked.
+class Payload:
+    """Reads one chunk from front to back; all that is wrong is a Corrupt that names the place."""
 
-    `required` lists the upper-case types in their order. Payloads are memoryviews into `data`.
+    def __init__(self, name, view):
+        self.name, self.view, self.at = name, view, 0
+
+    def need(self, sound, reason):
+        if not sound:
+            raise Corrupt(f"chunk {self.name}, byte {self.at}: {reason}")
+
+    def array(self, dtype, count=None):
+        """`count` values, or all that are left."""
+        left, size = len(self.view) - self.at, np.dtype(dtype).itemsize
+        count = left // size if count is None else count
+        self.need(count * size <= left, f"the chunk ends too early for {count} values")
+        values = np.frombuffer(self.view, dtype, count, self.at)
+        self.at += count * size
+        return values
+
+    def unpack(self, layout):
+        return struct.unpack(layout, self.array("u1", struct.calcsize(layout)))
+
+    def width(self):
+        """The width of the integers that follow, checked, with its reserved field."""
+        width, zero = self.unpack("<II")
+        self.need(width in (1, 2, 4, 8) and zero == 0, f"width {width}, or a reserved field in use")
+        return width
+
+    def runs(self, *kinds):
+        """All records that are left, of these kinds of numbers: an i64 array for each kind."""
+        found = self.array([(str(at), kind) for at, kind in enumerate(kinds)])
+        return [found[name].astype(np.int64) for name in found.dtype.names]
+
+    def end(self):
+        self.need(self.at == len(self.view), f"{len(self.view) - self.at} bytes too many")
+
+
+def read_chunks(data, header, required):
+    """({type: Payload} of the required chunks, [(type, bytes)] of the side chunks), checked.
+
+    `required` lists the upper-case types in their order. Payloads are views of `data`.
     """
     view, found, sides, at = memoryview(data), {}, [], HEADER.size
     for number in range(header.chunks):
@@ -115,15 +153,14 @@ def read_chunks(data, header, required):
             sides.append((name, bytes(payload)))
         elif name not in required:
             raise Unsupported(f"byte {at}: chunk {name} is unknown to this program")
-        elif sides or required[len(found):len(found) + 1] != [name]:
+        elif sides or [*found, name] != required[:len(found) + 1]:
             raise Corrupt(f"byte {at}: chunk {name} is repeated or out of order")
         else:
-            found[name] = payload
+            found[name] = Payload(name, payload)
         at = end + CRC.size
-    if at != len(data):
-        raise Corrupt(f"byte {at}: {len(data) - at} bytes follow the last chunk")
-    if len(found) < len(required):
-        raise Corrupt(f"byte {at}: chunk {required[len(found)]} is missing")
+    if at != len(data) or len(found) < len(required):
+        raise Corrupt(f"byte {at}: chunk {required[len(found)]} is missing" if at == len(data) else
+                      f"byte {at}: {len(data) - at} bytes follow the last chunk")
     return found, sides
 
 

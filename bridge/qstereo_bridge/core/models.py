@@ -12,7 +12,7 @@ import numpy as np
 
 from .container import Corrupt, check_memory
 from .failure import InputError
-from .qcf import ENTRY_BYTES, places
+from .qcf import ENTRY_BYTES, before, places
 
 if TYPE_CHECKING:
     import dimod
@@ -35,68 +35,59 @@ class Terms:
     group g are then row i of the pattern of each of g's couplings, one after another in the order
     of the partner groups.
 
-    `count` is their number. With `penalties` false the one-hot penalties are left out. With `both`
-    each term stands there twice, in the row of either of its variables.
+    `count` is their number, `repeated` says whether a (row, column) may stand there more than once.
+    With `penalties` false the one-hot penalties are left out. With `both` each term stands there
+    twice, in the row of either of its variables.
     """
 
     def __init__(self, problem, penalties=True, both=False):
         self.starts, self.limit = problem.starts, problem.memory_limit
         sizes, blocks = problem.sizes, list(problem.blocks)
-        g, h, block, weight = problem.couplings
+        links = problem.couplings[:, problem.couplings[3] != 0]
         if penalties:
             own = np.flatnonzero((problem.b != 0) & (sizes > 1))
-            own_sizes, of_size = np.unique(sizes[own], return_inverse=True)
-            g, h, weight, block = (np.append(*pair) for pair in (
-                (g, own), (h, own), (weight, problem.b[own]), (block, len(blocks) + of_size)))
-            ones = np.int32(1)
-            blocks += [np.broadcast_to(ones, (size, size)) for size in own_sizes.tolist()]
-        # What a block serves as: 0 itself, 1 its part above the diagonal, 2 transposed, 3 mirrored.
-        kind = (g == h).astype(np.int64)
+            of_size, at = np.unique(sizes[own], return_inverse=True)
+            links = np.append(links, [own, own, len(blocks) + at, problem.b[own]], axis=1)
+            blocks += [np.broadcast_to(np.int32(1), (size, size)) for size in of_size.tolist()]
+        # What a block serves as, a place in WAYS.
+        way = (1 + 2 * both) * (links[0] == links[1])
         if both:
-            off = kind == 0
-            g, h, weight, block, kind = (np.concatenate(pair) for pair in (
-                (g, h[off]), (h, g[off]), (weight, weight[off]), (block, block[off]),
-                (3 * kind, np.full(off.sum(), 2))))
+            back = links[:, way == 0][[1, 0, 2, 3]]
+            links, way = np.append(links, back, axis=1), np.append(way, np.full(back.shape[1], 2))
         # Stable sorting merges runs that are sorted already, as couplings usually are in a file.
-        order = np.argsort(g * sizes.size + h, kind="stable")
-        order = order[weight[order] != 0]
-        self.g, self.h, self.weight = g[order], h[order], weight[order]
-        used, self.pattern = np.unique(4 * block[order] + kind[order], return_inverse=True)
+        order = np.argsort(links[0] * sizes.size + links[1], kind="stable")
+        g, self.h, block, self.weight = links[:, order]
+        used, self.pattern = np.unique(4 * block + way[order], return_inverse=True)
         self.blocks = [(blocks[key // 4], key % 4) for key in used.tolist()]
-        again = (self.g[1:] == self.g[:-1]) & (self.h[1:] == self.h[:-1])
-        of_pattern = np.array([_count(*one) for one in self.blocks], int)
-        self.terms_of_coupling = of_pattern[self.pattern]
-        self.count = int(self.terms_of_coupling.sum())
-        self.repeated = self.count > 0 and bool(again.any())
+        # Of each coupling its number of terms; of each group its couplings.
+        self.terms = np.array([_count(*one) for one in self.blocks], int)[self.pattern]
+        self.partners = np.bincount(g, minlength=sizes.size)
+        self.count = int(self.terms.sum())
+        self.repeated = self.count > 0 and bool(((np.diff(g) == 0) & (np.diff(self.h) == 0)).any())
 
     @functools.cached_property
     def _tables(self):
         """Of all patterns' rows one after another: the number of entries, where they begin, their
-        columns and values; then the first row of each coupling, and of each group the number of its
-        couplings and the first of them."""
+        columns and values; then the first row of each coupling, the first coupling of each group.
+        """
         entries = sum(block.size for block, _ in self.blocks)
         check_memory(ENTRY_BYTES * entries, self.limit, f"blocks of {entries:,} entries")
-        ways = (lambda block: block, lambda block: np.triu(block, 1), np.transpose,
-                lambda block: np.triu(block, 1) + np.triu(block, 1).T)
-        patterns = [ways[kind](block) for block, kind in self.blocks]
+        patterns = [WAYS[way](block) for block, way in self.blocks]
         lengths, columns, values = (np.concatenate(parts) for parts in zip(*(
             (np.count_nonzero(block, axis=1), np.nonzero(block)[1].astype(np.int32),
              block[block != 0]) for block in patterns)))
-        rows = np.array([len(block) for block in patterns])
-        first_row = (np.cumsum(rows) - rows)[self.pattern]
-        partners = np.bincount(self.g, minlength=self.starts.size - 1)
-        return (lengths, np.cumsum(lengths) - lengths, columns, values, first_row, partners,
-                np.cumsum(partners) - partners)
+        first_row = before(np.array(list(map(len, patterns))))[self.pattern]
+        return lengths, before(lengths), columns, values, first_row, before(self.partners)
 
     def of_rows(self, row):
         """(at, columns, values): the terms in the rows of the variables `row`, one row after
         another; term k is in that of row[at[k]]."""
         if self.count == 0:
             return (np.empty(0, np.int64),) * 3
-        lengths, first_entry, columns, values, first_row, partners, first_coupling = self._tables
+        lengths, first_entry, columns, values, first_row, first_coupling = self._tables
         group = np.searchsorted(self.starts, row, side="right") - 1
         # A segment is one row of one pattern.
-        segments = partners[group]
+        segments = self.partners[group]
         at, group = np.repeat(np.arange(row.size), segments), np.repeat(group, segments)
         coupling = first_coupling[group] + places(segments)
         entry_row = first_row[coupling] + row[at] - self.starts[group]
@@ -109,26 +100,28 @@ class Terms:
     def chunks(self):
         """Yields (rows, columns, values), integer arrays of about CHUNK terms, in the order of
         (row, column)."""
-        if self.count == 0:
-            return
         # Ranges of variables that have about CHUNK terms each.
-        ends = np.zeros(self.starts.size, np.int64)
-        np.add.at(ends, self.g + 1, self.terms_of_coupling)
-        cuts = np.interp(np.arange(0, self.count, CHUNK), np.cumsum(ends), self.starts)
-        cuts = np.unique(np.concatenate(([0], cuts.astype(np.int64), self.starts[-1:])))
+        terms = np.append(0, np.cumsum(self.terms))[np.append(0, np.cumsum(self.partners))]
+        cuts = np.interp(np.arange(0, self.count, CHUNK), terms, self.starts).astype(np.int64)
+        cuts = np.unique(np.append([0, self.starts[-1]], cuts))
         for low, high in zip(cuts[:-1], cuts[1:]):
             row = np.arange(low, high)
             at, columns, values = self.of_rows(row)
             yield row[at], columns, values
 
 
-def _count(block, kind):
+# Of a block: itself, its part above the diagonal, transposed, that part mirrored.
+WAYS = (lambda block: block, lambda block: np.triu(block, 1), np.transpose,
+        lambda block: np.triu(block, 1) + np.triu(block, 1).T)
+
+
+def _count(block, way):
     """How many entries a pattern has; of a penalty's, whose block is one 1, without its entries."""
-    if kind in (0, 2):
+    if way in (0, 2):
         return np.count_nonzero(block)
     above = (len(block) * (len(block) - 1) // 2 if block.strides == (0, 0) else
              np.count_nonzero(np.triu(block, 1)))
-    return above * (2 if kind == 3 else 1)
+    return above * (2 if way == 3 else 1)
 
 
 def expand(problem, penalties=True):

@@ -13,16 +13,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .container import (DEFAULT_LIMIT, MAX_COUNT, Corrupt, check_memory, read_chunks, read_header,
-                        read_stream)
+from .container import (DEFAULT_LIMIT, MAX_COUNT, Corrupt, Payload, check_memory, read_chunks,
+                        read_header, read_stream)
 
 MAGIC = b"\x89QCF\r\n\x1a\n"
 FIELDS = struct.Struct("<IIQ20s")
 SIDES = ["labl", "mean", "kept", "trnc", "best"]
 REQUIRED = ["GRPS", "BLKS", "CPLS", "LINR", "PNLT", "OFFS"]
 MAX_ENERGY = 2**53
-WIDTHS = (1, 2, 4, 8)
-LABL_SIZE, LABL_ENCODING, LABL_LABELS, LABL_SCALE, LABL_GRID, LABL_MASK = 64, 0, 12, 16, 32, 60
+# Of the 16 numbers of labl: encoding, whether there is a mask, labels, scale, width, height.
+LABL = [0, 15, 3, 4, 8, 9]
 COUPLINGS_PER_BYTE = 16
 # Bytes that the work on an entry of a block takes.
 ENTRY_BYTES = 16
@@ -30,9 +30,14 @@ ONE_HOT_ENCODINGS, DOMAIN_WALL = (1, 2), 3
 NO_BOUND = -2**63
 
 
+def before(lengths):
+    """For each of `lengths` the sum of those before it."""
+    return np.cumsum(lengths) - lengths
+
+
 def places(lengths):
     """0, 1, .. length - 1 for each of `lengths`, one after another."""
-    return np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
+    return np.arange(lengths.sum()) - np.repeat(before(lengths), lengths)
 
 
 @dataclass
@@ -117,43 +122,13 @@ class Coefficients:
                     for weight, block in zip(weights, self.blocks) if weight), total)
 
 
-class Payload:
-    """Reads one chunk from front to back; all that is wrong is a Corrupt that names the place."""
-
-    def __init__(self, name, view):
-        self.name, self.view, self.at = name, view, 0
-
-    def need(self, sound, reason):
-        if not sound:
-            raise Corrupt(f"chunk {self.name}, byte {self.at}: {reason}")
-
-    def array(self, dtype, count=None):
-        """`count` values, or all that are left."""
-        left, size = len(self.view) - self.at, np.dtype(dtype).itemsize
-        count = left // size if count is None else count
-        self.need(count * size <= left, f"the chunk ends too early for {count} values")
-        values = np.frombuffer(self.view, dtype, count, self.at)
-        self.at += count * size
-        return values
-
-    def unpack(self, layout):
-        return struct.unpack(layout, self.array("u1", struct.calcsize(layout)))
-
-    def width(self):
-        """The width of the integers that follow, checked, with its reserved field."""
-        width, zero = self.unpack("<II")
-        self.need(width in WIDTHS and zero == 0, f"width {width}, or a reserved field in use")
-        return width
-
-
 def _groups(part, n, groups):
-    runs = part.array([("count", "<u4"), ("size", "<u4")])
-    count, size = runs["count"].astype(np.int64), runs["size"].astype(np.int64)
-    part.need((count >= 1).all() and (size >= 1).all(), "an empty run, or an empty group")
-    part.need((size[1:] != size[:-1]).all(), "neighbouring runs of the same size")
-    part.need(count.sum() == groups, f"{count.sum()} groups, the header says {groups}")
-    # Counts were first: with at most 2^31 groups the next sum cannot overflow.
-    part.need((count * size).sum() == n, f"the groups do not have the header's {n} variables")
+    count, size = part.runs("<u4", "<u4")
+    part.need((count > 0).all() and (size > 0).all() and (np.diff(size) != 0).all(),
+              "an empty run, an empty group, or neighbouring runs of the same size")
+    # Counts come first: with at most 2^31 groups the other sum cannot overflow.
+    part.need(count.sum() == groups and (count * size).sum() == n,
+              f"not the header's {groups} groups and {n} variables")
     return np.repeat(size, count)
 
 
@@ -220,14 +195,12 @@ def _penalties(part, groups):
     """a and b of each group; the i64 of a number above 2^63 is negative, until magnitude() says
     no."""
     width = part.width()
-    runs = part.array([("count", "<u4"), ("a", f"<u{width}"), ("b", f"<u{width}")])
-    part.need((runs["count"] >= 1).all(), "an empty run")
-    part.need(runs["count"].sum(dtype=np.int64) == groups, f"the runs do not have {groups} groups")
-    part.need((runs[1:][["a", "b"]] != runs[:-1][["a", "b"]]).all(), "the same penalty twice")
-    largest = int(max(runs["a"].max(initial=0), runs["b"].max(initial=0)))
-    part.need(width == next(width for width in WIDTHS if largest < 1 << 8 * width),
-              f"width {width} is not the least")
-    return (np.repeat(runs[key].astype(np.uint64).view(np.int64), runs["count"]) for key in "ab")
+    count, a, b = part.runs("<u4", f"<u{width}", f"<u{width}")
+    part.need((count > 0).all() and count.sum() == groups, f"the runs do not have {groups} groups")
+    part.need(((np.diff(a) != 0) | (np.diff(b) != 0)).all(), "the same penalty twice")
+    largest = int(np.append(a, b).view(np.uint64).max(initial=0))
+    part.need(width == 1 or largest >> 4 * width, f"width {width} is not the least")
+    return np.repeat((a, b), count, axis=1)
 
 
 def _check(problem):
@@ -246,30 +219,23 @@ def _check(problem):
         raise Corrupt("the coefficients add up to more than 2^53, energies would not be exact")
 
 
-def _check_side_order(sides):
-    """The side chunks that FORMAT.md knows stand in its order, each once, and none without labl."""
+def _labl(sides):
+    """(scale, number of the encoding, labels) of the side chunk labl: (1, None, 0) without one. The
+    side chunks that FORMAT.md knows stand in its order, each once, and none without labl."""
     known = [name for name, _ in sides if name in SIDES]
     if known != sorted(set(known), key=SIDES.index) or known[:1] not in ([], SIDES[:1]):
         raise Corrupt(f"the side chunks are {', '.join(known)}: of {', '.join(SIDES)} each may be "
                       "there once, in this order, and none without labl")
-
-
-def _labl(sides):
-    """(scale, number of the encoding, labels) of the side chunk labl: (1, None, 0) without one."""
-    _check_side_order(sides)
-    found = dict(sides).get("labl")
-    if found is None:
+    if not known:
         return 1, None, 0
-    numbers = struct.unpack_from("<16I", found) if len(found) >= LABL_SIZE else 16 * [0]
-    scale, width, height, masked = (numbers[at // 4] for at in (
-        LABL_SCALE, LABL_GRID, LABL_GRID + 4, LABL_MASK))
-    if not scale:
-        raise Corrupt("chunk labl: it is too short, or its scale is 0")
+    part = Payload("labl", dict(sides)["labl"])
+    encoding, masked, labels, scale, width, height = np.array(
+        part.unpack("<16I"))[LABL].tolist()
+    part.need(scale, "a scale of 0")
     cells = width * height
-    if masked == 1 and (not cells or len(found) != LABL_SIZE + (cells + 7) // 8):
-        raise Corrupt("chunk labl, byte 60: a mask without a grid, or of another size than the "
-                      "grid")
-    return scale, numbers[LABL_ENCODING // 4], numbers[LABL_LABELS // 4]
+    part.need(masked != 1 or cells and len(part.view) == part.at + (cells + 7) // 8,
+              "a mask without a grid, or of another size than the grid")
+    return scale, encoding, labels
 
 
 def kept(problem):
@@ -309,7 +275,7 @@ def _best(sides, sizes, encoding, labels):
               and (bound == NO_BOUND or abs(bound) <= MAX_ENERGY),
               "a width or bound out of range, or a reserved field in use")
     label = part.array(f"<u{width}", sizes.size).astype(np.int64)
-    part.need(part.at == len(part.view), f"{len(part.view) - part.at} bytes too many")
+    part.end()
     part.need((label < sizes + wall).all(), "a label that its site does not have")
     place, label = places(sizes), np.repeat(label, sizes)
     return ((place < label if wall else place == label).astype(np.uint8),
@@ -332,9 +298,8 @@ def parse_qcf(data, limit=DEFAULT_LIMIT):
                       "bytes may name")
 
     def read(name, function, *arguments):
-        part = Payload(name, chunks[name])
-        found = function(part, *arguments)
-        part.need(part.at == len(part.view), f"{len(part.view) - part.at} bytes too many")
+        found = function(chunks[name], *arguments)
+        chunks[name].end()
         return found
 
     sizes, blocks = read("GRPS", _groups, n, groups), read("BLKS", _blocks, limit)

@@ -84,34 +84,26 @@ class Samples:
             num_occurrences=self.records["occurrences"].astype(np.int64), sort_labels=False, **more)
 
 
-def _text(chunk, name):
+def _text(part):
     try:
-        return bytes(chunk).decode("utf-8")
+        return bytes(part.view).decode("utf-8")
     except UnicodeDecodeError as error:
-        raise Corrupt(f"chunk {name}, byte {error.start}: not UTF-8") from None
+        raise Corrupt(f"chunk {part.name}, byte {error.start}: not UTF-8") from None
 
 
-def _no_constant(word):
-    raise ValueError(f"{word} is not JSON")
+def _number(text):
+    """A number of JSON that a double holds, of at most 1,000 characters; NaN is none."""
+    if len(text) > 1000 or not math.isfinite(float(text)):
+        raise ValueError("a number that no double holds")
+    return float(text) if set(text) & set(".eE") else int(text)
 
 
-def _number(kind):
-    """A reader of numbers that a double holds, of at most 1,000 characters."""
-    def read(text):
-        if len(text) > 1000 or math.isinf(float(text)):
-            raise ValueError("a number that no double holds")
-        return kind(text)
-    return read
-
-
-def _read_info(chunk):
+def _info(part):
     try:
-        info = parse(_text(chunk, "INFO"), parse_constant=_no_constant, parse_int=_number(int),
-                     parse_float=_number(float))
+        info = parse(_text(part), parse_constant=_number, parse_int=_number, parse_float=_number)
     except ValueError as error:
         raise Corrupt(f"chunk INFO: {error}") from None
-    if not isinstance(info, dict):
-        raise Corrupt("chunk INFO: not a JSON object")
+    part.need(isinstance(info, dict), "not a JSON object")
     return info
 
 
@@ -124,25 +116,26 @@ def parse_qsf(data, limit=DEFAULT_LIMIT):
                       "use")
     check_memory(header.size + n * count, limit, f"{count:,} samples of {n:,} variables")
     chunks, sides = read_chunks(data, header, REQUIRED)
-    row = -(-n // 8)
-    for name, size in (("PROB", 32), ("RECS", RECORD.itemsize * count), ("BITS", row * count)):
-        if len(chunks[name]) != size:
-            raise Corrupt(f"chunk {name}: {len(chunks[name])} bytes, {size} expected")
-    solver = _text(chunks["SOLV"], "SOLV")
-    if not 1 <= len(chunks["SOLV"]) <= 255 or any(unicodedata.category(c) == "Cc" for c in solver):
-        raise Corrupt("chunk SOLV: the solver's name is empty, too long, or has control characters")
-    records = np.frombuffer(chunks["RECS"], RECORD)
-    never = records["occurrences"] < 1
-    if never.any():
-        raise Corrupt(f"chunk RECS: record {never.argmax()} has no occurrences")
-    wrong = (records["broken"] > BROKEN_UNITS) & (records["broken"] != NO_CHAINS)
-    if wrong.any():
-        raise Corrupt(f"chunk RECS: record {wrong.argmax()} has more than all chains broken")
-    packed = np.frombuffer(chunks["BITS"], np.uint8).reshape(count, row)
-    if n % 8 and (packed[:, -1] >> n % 8).any():
-        raise Corrupt("chunk BITS: spare bits are in use")
-    bits = np.unpackbits(packed, axis=1, count=n, bitorder="little")
-    return Samples(bytes(chunks["PROB"]), solver, records, bits, _read_info(chunks["INFO"]), sides)
+    digest, name, info, recs, bits = chunks.values()
+    records, row = recs.array(RECORD, count), -(-n // 8)
+    packed = bits.array(np.uint8, count * row).reshape(count, row)
+    digest.array(np.uint8, 32)
+    for part in (digest, recs, bits):
+        part.end()
+    solver = _text(name)
+    name.need(1 <= len(name.view) <= 255 and not any(map(_is_control, solver)),
+              "the solver's name is empty, too long, or has control characters")
+    recs.need((records["occurrences"] > 0).all(), "a record without occurrences")
+    broken = records["broken"]
+    recs.need(((broken <= BROKEN_UNITS) | (broken == NO_CHAINS)).all(),
+              "a record with more than all chains broken")
+    bits.need(n % 8 == 0 or not (packed[:, -1] >> n % 8).any(), "spare bits are in use")
+    return Samples(bytes(digest.view), solver, records,
+                   np.unpackbits(packed, 1, n, "little"), _info(info), sides)
+
+
+def _is_control(letter):
+    return unicodedata.category(letter) == "Cc"
 
 
 def read_qsf(stream, limit=DEFAULT_LIMIT):

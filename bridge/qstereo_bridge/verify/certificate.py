@@ -42,12 +42,12 @@ def parse_qpf(data):
     if stages > MOST_STAGES or zero != bytes(12):
         raise Corrupt("byte 24: too many stages, or a reserved field in use")
     chunks, _ = read_chunks(data, header, REQUIRED)
-    digest, best = qcf.Payload("PROB", chunks["PROB"]), qcf.Payload("BEST", chunks["BEST"])
+    digest, best = chunks["PROB"], chunks["BEST"]
     digest.need(len(digest.view) == 32, "not 32 bytes")
     (width,) = best.unpack("<I")
     best.need(width in (1, 2) and len(best.view) == 4 + sites * width, "its width or length")
     return (bytes(digest.view), bound, energy, best.array(f"<u{width}"), stages,
-            qcf.Payload("STGS", chunks["STGS"]))
+            chunks["STGS"])
 
 
 class Problem:
