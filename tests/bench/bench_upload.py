@@ -35,7 +35,7 @@ def ours(name, folder):
 
     before, began = memory("VmRSS"), time.perf_counter()
     solver = registry.find(name)
-    file = solver.run(name, problem_in(folder), None).file()
+    file = solver.run(problem_in(folder), None).file()
     print(time.perf_counter() - began, memory("VmHWM") - before, file.seek(0, 2))
 
 

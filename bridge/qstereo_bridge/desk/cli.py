@@ -1,7 +1,6 @@
 """The command qstereo-bridge. Results go to stdout, messages and progress to stderr."""
 
 import difflib
-import importlib
 import os
 import sys
 import textwrap
@@ -12,7 +11,7 @@ import click
 from .. import __version__
 from ..core.failure import OK, USAGE, Failure, failing
 from ..core.text import lines, parse
-from ..runs.registry import ALIASES, EVERY, SOLVERS, find, name_label
+from ..runs.registry import ALIASES, EVERY, SOLVERS, at, find, name_label
 
 
 def _spelt(option):
@@ -233,26 +232,25 @@ def bridge():
     """Solve QUBO files (.qcf) on this machine or with D-Wave's services."""
 
 
-def _command(module, file, *options, epilog=STATUS):
-    """Makes a command of the function below it, which completes the options and may return the name
-    of the function of `module` to run; without, that is the command's. Errors name the file of the
-    option `file`. The module is imported only then: --help need not wait for it."""
+def _command(place, file, *options, epilog=STATUS):
+    """Makes a command of the function below it, which completes the options and may return the
+    place of the function to run, else at `place`. Errors name the file of the option `file`. It is
+    imported only then: --help need not wait for it."""
     def make(complete):
         def completed(values):
             given = SimpleNamespace(**{"command": complete.__name__, "problem": None, **values})
-            place, _, function = (complete(given) or complete.__name__).rpartition(".")
+            other = complete(given)
             given.memory_limit = getattr(given, "memory_limit", 0) << 20
-            return given, place or module, function
+            return given, other or place
 
         def run(**values):
-            given, place, function = completed(values)
+            given, place = completed(values)
             if getattr(given, "output", None) == "-":
                 _refuse({"-o - and --json both write to stdout; give -o a file": given.json,
                          "-o - would write binary to a terminal; redirect stdout, or give -o a "
                          "file": os.isatty(1)})
             with failing(getattr(given, file or "", None)):
-                found = importlib.import_module(f"qstereo_bridge.{place}")
-                return getattr(found, function)(given) or OK
+                return at(place)(given) or OK
         run.completed = completed
         for option in reversed(options):
             run = option(run)
@@ -275,7 +273,7 @@ def _refuse(reasons):
             raise Failure(USAGE, message)
 
 
-@_command("runs.remote", "problem", *SOLVE, *COMMON, epilog=SOLVE_EPILOG)
+@_command("runs.remote:solve", "problem", *SOLVE, *COMMON, epilog=SOLVE_EPILOG)
 def solve(options):
     """Solve the QUBO of a .qcf and write samples of it to a .qsf. P.qcf - is standard input. With
     --out-dir several problems are solved, each into a file of its own."""
@@ -294,7 +292,7 @@ def solve(options):
         "--embedding gives the embedding; leave --seed and --copies out":
             options.embedding and (options.seed is not None or options.copies != 1),
         f"{options.solver} runs locally; --no-wait and --resubmit are for D-Wave's services":
-            (options.no_wait or options.resubmit) and not solver.kind,
+            (options.no_wait or options.resubmit) and not solver.paid,
         "--out-dir does not go with -o": several and options.output is not None,
         "--out-dir names the samples after the problems; stdin has no name":
             several and "-" in options.problems,
@@ -309,8 +307,9 @@ def solve(options):
                  getattr(options, option) is not None and not options.windows})
     if options.windows:
         _windows(options)
-        return "runs.calls.dry_run" if options.dry_run else "runs.calls.solve"
-    return "dry_run" if options.dry_run else "solve_all" if several else "solve"
+        return "runs.calls:dry_run" if options.dry_run else "runs.calls:solve"
+    name = "dry_run" if options.dry_run else "solve_all" if several else "solve"
+    return f"runs.remote:{name}"
 
 
 def _windows(options):
@@ -324,7 +323,7 @@ def _windows(options):
                  options.output == "-"})
 
 
-@_command("runs.remote", "job", click.argument("job", metavar="S.qsf.job"),
+@_command("runs.remote:collect", "job", click.argument("job", metavar="S.qsf.job"),
           _option("-o --output", str, "S.qsf", "samples file to write, - is standard output "
                   "(default the job file's name without .job)"),
           _option("--problem", str, "P.qcf", "the problem (default the file that was sent)"),
@@ -338,7 +337,7 @@ def collect(options):
              _same(options.output, options.job)})
 
 
-@_command("runs.runner", "problem", PROBLEM,
+@_command("runs.runner:merge", "problem", PROBLEM,
           click.argument("samples", metavar="S.qsf...", nargs=-1, required=True),
           _option("-o --output", str, "M.qsf", "samples file to write, - is standard output",
                   required=True), *COMMON)
@@ -351,7 +350,7 @@ def merge(options):
              any(_same(options.output, name) for name in [options.problem, *options.samples])})
 
 
-@_command("desk.frames", None, click.argument("pairs", metavar="LIST|DIR"),
+@_command("desk.frames:frames", None, click.argument("pairs", metavar="LIST|DIR"),
           _option("--out-dir", str, "D", "folder for the maps, the samples, a .json of each frame, "
                   "and the table of all, summary.json and summary.csv", required=True),
           _option("--scheduler", str, "ADDRESS", "scheduler of dask whose workers do the work "
@@ -379,7 +378,7 @@ def frames(options):
     options.options_of = options_of
 
 
-@_command("desk.embed", "problem", PROBLEM,
+@_command("desk.embed:embed", "problem", PROBLEM,
           _option("-o --output", str, "E.json", "embedding to write, - is standard output",
                   required=True),
           _option("--topology", str, "NAME", "pegasus:16, zephyr:12 or another size (all qubits "
@@ -397,7 +396,7 @@ def embed(options):
              "a picture cannot go to stdout; give --picture a file": options.picture == "-"})
 
 
-@_command("desk.export", "problem", PROBLEM,
+@_command("desk.export:export", "problem", PROBLEM,
           _option("-o --output", str, "FILE", "file to write; its end names the format: .bqm "
                   "(dimod's own), .coo, .lp (an integer program) or .qubo (qbsolv's)",
                   required=True), *COMMON)
@@ -405,7 +404,7 @@ def export(options):
     """Write the QUBO of a .qcf in a format of other tools, in the integer units of the .qcf."""
 
 
-@_command("desk.export", None, click.argument("samples", metavar="S.qsf"),
+@_command("desk.export:inspect", None, click.argument("samples", metavar="S.qsf"),
           _option("--problem", str, "P.qcf", "the problem of the samples", required=True),
           _option("--embedding", str, "E.json", "its embedding (default the one in the samples)"),
           *COMMON)
@@ -413,7 +412,7 @@ def inspect(options):
     """Show samples of a QPU in D-Wave's inspector. The inspector has to be installed."""
 
 
-@_command("desk.report", None, click.argument("results", metavar="RESULTS"),
+@_command("desk.report:command", None, click.argument("results", metavar="RESULTS"),
           _option("-o --output", str, "R.html", "page to write, - is standard output",
                   required=True),
           _option("--title", str, "TEXT", "title of the page (default Results)",
@@ -423,10 +422,9 @@ def inspect(options):
 def report(options):
     """Make one page of HTML of results: maps, errors, energies, bounds and sizes. It needs no
     network, and is light or dark as the reader's system is."""
-    return "command"
 
 
-@_command("desk.verify", "certificate", PROBLEM, click.argument("other", metavar="S.qsf"),
+@_command("desk.verify:verify", "certificate", PROBLEM, click.argument("other", metavar="S.qsf"),
           click.argument("certificate", metavar="C.qpf"), *COMMON)
 def verify(options):
     """Check the certificate of a lower bound of P.qcf, without the library that made it. The best
@@ -434,7 +432,7 @@ def verify(options):
     `qstereo reduce` has written."""
 
 
-@_command("runs.remote", None, COMMON[0])
+@_command("runs.remote:solvers", None, COMMON[0])
 def solvers(options):
     """List the solvers of your D-Wave account with limits and load."""
 

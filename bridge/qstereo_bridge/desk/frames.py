@@ -301,7 +301,7 @@ def frames(options):
     began, folder = time.monotonic(), Path(options.out_dir).absolute()
     words = {step: _split(getattr(options, step), f"--{step}") for step in STEPS}
     solver, found = solving(options, "frame", words["solve"]).solver, pairs(options.pairs)
-    options.solver, paid = solver, bool(registry.find(solver).kind)
+    options.solver, paid = solver, registry.find(solver).paid
     if options.max_charge and not paid:
         raise Failure(USAGE, f"{solver} runs on your workers and charges nothing; leave "
                              "--max-charge out")

@@ -173,7 +173,7 @@ def _options_of(options, number):
     call.output = f"{options.output}.call-{number + 1}"
     call.label = options.label and f"{options.label} call {number + 1}"
     # An embedding that is kept serves every run.
-    call.seed = (None if registry.find(options.solver).kind or options.seed is None
+    call.seed = (None if registry.find(options.solver).paid or options.seed is None
                  else (options.seed + number) % 2**31)
     call.max_charge = None
     return call
@@ -265,7 +265,7 @@ def _state(run, journal):
              if run.bound_of else ", bound not known")
     charge = f", charged {_charge(journal.lines):,.3f} s"
     return f"energy {run.real(run.energy)}{bound}" + charge * bool(
-        registry.find(run.options.solver).kind)
+        registry.find(run.options.solver).paid)
 
 
 def _deliver(run, journal, seconds):

@@ -1,27 +1,29 @@
-"""The solvers by their names. No module of a solver is imported before it runs."""
+"""The solvers, an entry each. What a place of the package names is imported when it is used."""
 
 import importlib
 import os
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True)
-class Solver:
-    """Where a solver is, and the options that it takes with defaults.
+def at(place):
+    """What is at a place of the package, "module:name"."""
+    module, _, name = place.partition(":")
+    return getattr(importlib.import_module(f"qstereo_bridge.{module}"), name)
 
-    module, name    where its function (problem, options, progress) -> Answer is
-    kind            the name of the class of one of D-Wave's services in `module`, which takes
-                    (problem, options); None = it runs on this machine
+
+class Solver(NamedTuple):
+    """place       of a function (problem, options, progress) -> Answer; where the solver is `paid`,
+                one of D-Wave's services, of a class (problem, options) as in ocean/hybrid.py
+    options     those that it takes, with their defaults
     """
 
-    module: str
+    place: str
     summary: str
     options: dict
-    kind: str = None
+    paid: bool = False
 
-    def run(self, name, *arguments):
-        module = importlib.import_module("qstereo_bridge." + self.module)
-        return getattr(module, self.kind or ("sample" if ":" in name else name))(*arguments)
+    def run(self, *arguments):
+        return at(self.place)(*arguments)
 
 
 _SERVICE = {"solver_name": None, "label": None, "max_charge": None}
@@ -30,25 +32,25 @@ _HYBRID = {"time_limit": None, **_SERVICE}
 ALIASES = {"stride": "hybrid-nl"}
 ANY = "MODULE:CLASS"
 EVERY = {
-    "anneal": Solver("samplers.solvers", "simulated annealing (the default)",
+    "anneal": Solver("samplers.solvers:anneal", "simulated annealing (the default)",
                      {"num_reads": 20, "num_sweeps": 1000, "seed": None, "time_limit": None}),
-    "tabu": Solver("samplers.solvers", "tabu search; --time-limit is for all reads together",
+    "tabu": Solver("samplers.solvers:tabu", "tabu search; --time-limit is for all reads together",
                    {"num_reads": 10, "seed": None, "time_limit": 10.0}),
-    "exact": Solver("samplers.solvers", "tries every state of at most 24 variables; writes up to "
-                    "100 of the best, feasible ones first", {}),
-    "ilp": Solver("samplers.ilp", "the proven best labelling, by HiGHS: an integer program for "
+    "exact": Solver("samplers.solvers:exact", "tries every state of at most 24 variables; writes "
+                    "up to 100 of the best, feasible ones first", {}),
+    "ilp": Solver("samplers.ilp:ilp", "the proven best labelling, by HiGHS: an integer program for "
                   "each connected part", {"time_limit": None}),
-    "qpu": Solver("ocean.qpu", "D-Wave's quantum annealer, by minor embedding",
+    "qpu": Solver("ocean.qpu:Qpu", "D-Wave's quantum annealer, by minor embedding",
                   {"num_reads": 1000, "annealing_time": None, "chain_strength": None,
                    "embedding": None, "copies": 1, "seed": None, "param": None,
-                   "spin_reversals": None, **_SERVICE}, "Qpu"),
-    "hybrid-nl": Solver("ocean.hybrid", "D-Wave's nonlinear hybrid solver (Stride), with one "
-                        "integer for each site: for whole pictures", _HYBRID, "Nl"),
-    "hybrid-bqm": Solver("ocean.hybrid", "D-Wave's hybrid solver for QUBOs, with the penalties",
-                         _HYBRID, "Bqm"),
-    "hybrid-cqm": Solver("ocean.hybrid", "D-Wave's hybrid solver with constraints: one for each "
-                         "one-hot group, and no penalties", _HYBRID, "Cqm"),
-    ANY: Solver("samplers.solvers", "any dimod sampler; --param sets its parameters",
+                   "spin_reversals": None, **_SERVICE}, True),
+    "hybrid-nl": Solver("ocean.hybrid:Nl", "D-Wave's nonlinear hybrid solver (Stride), with one "
+                        "integer for each site: for whole pictures", _HYBRID, True),
+    "hybrid-bqm": Solver("ocean.hybrid:Bqm", "D-Wave's hybrid solver for QUBOs, with the penalties",
+                         _HYBRID, True),
+    "hybrid-cqm": Solver("ocean.hybrid:Cqm", "D-Wave's hybrid solver with constraints: one for "
+                         "each one-hot group, and no penalties", _HYBRID, True),
+    ANY: Solver("samplers.solvers:sample", "any dimod sampler; --param sets its parameters",
                 {"num_reads": None, "seed": None, "param": None, "spin_reversals": None})}
 SOLVERS = {name: solver for name, solver in EVERY.items() if name != ANY}
 

@@ -29,8 +29,8 @@ def answered(options, problem, progress, session=None, again=False):
     again       fetch what an earlier run has sent; else that is refused, with Failure(NO)
     """
     solver = registry.find(options.solver)
-    if not solver.kind:
-        yield solver.run(options.solver, problem, options, progress)
+    if not solver.paid:
+        yield solver.run(problem, options, progress)
         return
     path = jobs.path_of(options.output, problem.digest)
     with (jobs.Job.load(path, options.resubmit) as job, explained(),
@@ -42,7 +42,7 @@ def answered(options, problem, progress, session=None, again=False):
                               "once more)")
         if not before:
             session = session or stack.enter_context(connect(options.solver, options.solver_name))
-            kind = solver.run(options.solver, problem, options)
+            kind = solver.run(problem, options)
             if options.max_charge is not None and options.out_dir is None:
                 check_charge(options, [kind.plan(session.properties, session.solver)])
             jobs.send(job, kind, options, session, progress)
@@ -127,7 +127,7 @@ def _collected(options, problem, job, progress):
         raise Failure(BAD_INPUT, f"{job.path}: {line(options.solver)} is not a solver that this "
                                  "program knows")
     with connect(job.solver, job.service_solver, reading=True) as session:
-        kind = registry.find(job.solver).run(job.solver, problem, options)
+        kind = registry.find(job.solver).run(problem, options)
         return jobs.fetch(session, job, kind, progress, once=options.no_wait)
 
 
@@ -241,7 +241,7 @@ def account(options):
     without an account."""
     with contextlib.ExitStack() as stack:
         session = None
-        if registry.find(options.solver).kind:
+        if registry.find(options.solver).paid:
             with contextlib.suppress(*[NoAccount] * options.dry_run), explained():
                 configuration()
                 session = stack.enter_context(connect(options.solver, options.solver_name))
@@ -279,7 +279,7 @@ def show_plans(options, what, plans):
                          "most")
         if cost:
             said[-1] += f", estimated charge {cost:,.3f} s"
-    bill = ("runs on this machine; nothing is charged" if not registry.find(options.solver).kind
+    bill = ("runs on this machine; nothing is charged" if not registry.find(options.solver).paid
             else "the charge cannot be told" if charge is None else
             f"estimated charge in all {charge:,.3f} s")
     runner.show(options, "\n".join([*said, f"{options.solver}: {len(plans):,} {what}; {bill}; "
@@ -311,10 +311,10 @@ def plan(options, session, problem):
     found = {"variables": problem.linear.size, "quadratic_terms": 0}
     if not problem.linear.size:
         return {**found, "upload_bytes": 0, "charge_seconds": 0, "fits": True}
-    if not solver.kind:
+    if not solver.paid:
         return {**found, "quadratic_terms": models.Terms(problem).count}
     with explained():
-        kind = solver.run(options.solver, problem, options)
+        kind = solver.run(problem, options)
         by = ([hybrid.PUBLISHED[options.solver]] if session is None else
               [session.properties, session.solver])
         return {"service_solver": session and session.solver.name, **kind.plan(*by)}
