@@ -412,12 +412,11 @@ def inspect(options):
     """Show samples of a QPU in D-Wave's inspector. The inspector has to be installed."""
 
 
-@_command("desk.report:command", None, click.argument("results", metavar="RESULTS"),
+@_command("desk.report:report", None, click.argument("results", metavar="RESULTS"),
           _option("-o --output", str, "R.html", "page to write, - is standard output",
                   required=True),
           _option("--title", str, "TEXT", "title of the page (default Results)",
                   default="Results"),
-          _option("--parts", str, "DIR", "also write the tables as CSV and the drawings as SVG"),
           COMMON[0], COMMON[2], epilog=REPORT_EPILOG)
 def report(options):
     """Make one page of HTML of results: maps, errors, energies, bounds and sizes. It needs no

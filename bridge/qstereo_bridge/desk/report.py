@@ -282,24 +282,17 @@ def page_of(sections, title, before=()):
     return template.render(sections=sections, title=title, before=before, cell=cell)
 
 
-def command(options):
-    parts = {}
+def report(options):
+    """The command `report`."""
     try:
         problems = load(options.results)
-        sections = sections_of(problems)
+        page = page_of(sections_of(problems), options.title).encode()
     except Error:
         raise
     except (ValueError, TypeError, AttributeError, KeyError) as error:
         raise InputError(f"{options.results}: its results are not as qstereo writes them "
                          f"({type(error).__name__}: {error})") from error
-    page = page_of(sections, options.title).encode()
-    if options.parts:
-        parts = parts_of(sections)
-        with reading(options.parts, "be made"):
-            Path(options.parts).mkdir(parents=True, exist_ok=True)
-        for name, part in parts.items():
-            save(Path(options.parts, name), part.encode())
     save(options.output, page)
     runner.show(options, f"{options.output}: {len(problems)} problem{'s' * (len(problems) != 1)}, "
                 f"{len(page):,} bytes", {"output": options.output, "problems": len(problems),
-                                         "bytes": len(page), "parts": sorted(parts)})
+                                         "bytes": len(page)})

@@ -8,7 +8,7 @@ import os
 from ..core import models
 from ..core.container import FormatError
 from ..core.failure import BAD_INPUT, NO, OK, USAGE, Error, Failure, failing, io
-from ..core.qsf import read_qsf
+from ..core.problem import load_samples
 from ..core.text import line
 from ..ocean import hybrid
 from ..ocean.services import NAMES, WANTED, NoAccount, client, configuration, connect, explained
@@ -200,9 +200,8 @@ def _is_there(task):
     if not os.path.lexists(task.output):
         return False
     problem = runner.read(task)
-    with (contextlib.suppress(FormatError), io(task.output, "read"),
-          open(task.output, "rb") as stream):
-        return read_qsf(stream, task.memory_limit).digest == problem.digest
+    with contextlib.suppress(FormatError):
+        return load_samples(task.output, task.memory_limit).digest == problem.digest
     return False
 
 
