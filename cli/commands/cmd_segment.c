@@ -74,7 +74,7 @@ static int write_mask(job *at, const one_go *run, const label_map *truth, bool p
         TRY(label_score_find(&mask, truth, &at->limit, &score));
     }
     TRY(job_commit(at));
-    if (!one_go_print(at, run, NULL)) {
+    if (!one_go_print(at, run)) {
         return DONE;
     }
     if (run->truth != NULL) {
