@@ -294,6 +294,8 @@ def _deliver(run, journal, seconds):
 def _plans(run):
     """What each call would send, at most: dicts. On a chip with its embedding, which is kept."""
     options, plans = run.options, []
+    if run.known and run.energy == run.bound:
+        return plans
     for number, (variables, _) in run.calls():
         part, chains = windows.window(run.p, run.bits, variables), {}
         if options.solver == "qpu":
