@@ -20,7 +20,7 @@ static void print_result(const job *at, const one_go *run, const flow_field *fie
                          const flow_field *truth)
 {
     flow_score score;
-    if (!one_go_print(at, run, at->values[COLOR])) {
+    if (!one_go_print(at, run)) {
         return;
     }
     if (run->truth != NULL) {

@@ -123,7 +123,7 @@ static int write_found(job *at, const one_go *run, const displacing *asked, cons
         TRY(write_warped(fixed, warped, outs->warped_png, outs->warped));
     }
     TRY(job_commit(at));
-    if (one_go_print(at, run, at->values[WARPED])) {
+    if (one_go_print(at, run)) {
         (at->json ? print_keys : print_lines)(&found, run->truth != NULL);
         one_go_end(at);
     }
