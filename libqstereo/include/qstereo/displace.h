@@ -35,9 +35,9 @@ typedef struct qs_displace {
     qs_image first, second;
     uint32_t step; /* pixels between sites, 1 .. 65535 */
     uint32_t window; /* odd, 1 .. 255 */
-    uint32_t radius_x,
-        radius_y; /* the largest displacements, in 1 / unit pixel;
-                                    labels: (2 radius_x + 1) (2 radius_y + 1) */
+    /* The largest displacements, in 1 / unit pixel. There are
+     * (2 radius_x + 1) (2 radius_y + 1) labels. */
+    uint32_t radius_x, radius_y;
     uint32_t unit; /* displacements are multiples of 1 / unit pixel, 1 .. 16 */
     uint32_t scale; /* as above, at least 1 */
     int32_t weight; /* lambda * scale, at least 0 */
