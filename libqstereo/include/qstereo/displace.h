@@ -28,9 +28,9 @@ extern "C" {
  *
  * To stay within integers, one grey level is
  *
- *     qs_displace_scale = window^2 * unit^2 * scale
+ *     window^2 * unit^2 * scale
  *
- * units, and lambda * scale must be an integer. */
+ * units, the scale of the problem, and lambda * scale must be an integer. */
 typedef struct qs_displace {
     qs_image first, second;
     uint32_t step; /* pixels between sites, 1 .. 65535 */
@@ -43,10 +43,6 @@ typedef struct qs_displace {
     int32_t weight; /* lambda * scale, at least 0 */
     uint32_t truncation; /* of V, in 1 / unit pixel; 0 = none */
 } qs_displace;
-
-/* Integer units in one grey level: the scale of the problem. 0 = it does not
- * fit. */
-uint32_t qs_displace_scale(const qs_displace *displace);
 
 /* Bytes of workspace for qs_displace_problem: the table V, and the sums of one
  * row. SIZE_MAX = more than this machine can address. */
