@@ -129,7 +129,9 @@ class Number(click.ParamType):
         except ValueError:
             self.fail(f"{value} is not a {self.name}", param, ctx)
         if value not in self.also and not self.low <= number <= self.high:
-            self.fail(f"{value} is not between {self.low:g} and {self.high:g}", param, ctx)
+            form = "g" if self.kind is float else ","
+            self.fail(f"{value} is not between {self.low:{form}} and {self.high:{form}}", param,
+                      ctx)
         return number
 
 

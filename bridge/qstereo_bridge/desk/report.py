@@ -59,7 +59,8 @@ def load(path):
         except (ValueError, TypeError, AttributeError, KeyError) as error:
             if path.is_dir():
                 continue
-            raise InputError(f"{file}: holds no results: {error}") from error
+            raise InputError(f"{file}: holds no results of `qstereo compare --json`, of `reduce "
+                             f"--json` or of --trace: {error}") from error
         problems += [{"name": file.stem, "folder": file.parent, "results": [], **one}
                      for one in found]
     # A trace that a problem names is shown with it, not once more by itself.

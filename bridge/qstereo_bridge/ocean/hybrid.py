@@ -100,9 +100,12 @@ class Hybrid:
     def decode(self, future, job):
         # Timing stands beside all else that they say; what problem and job say is left out.
         ours = ("problem_id", "problem_label", "problem_data_id", "constraint_labels")
-        said = {key: value for key, value in future.sampleset.info.items() if key not in ours}
+        # A thread of the client may still be at the result: it adds to `info`, and only then is
+        # future.sampleset there.
+        sampleset = future.result()["sampleset"]
+        said = {key: value for key, value in sampleset.info.copy().items() if key not in ours}
         timing = {key: said.pop(key) for key in list(said) if key.endswith("_time")}
-        return from_sampleset(future.sampleset, self.n, objective=self.objective,
+        return from_sampleset(sampleset, self.n, objective=self.objective,
                               info=plain({"timing": timing, **said}))
 
 

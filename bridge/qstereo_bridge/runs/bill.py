@@ -49,8 +49,7 @@ def told(options, found):
         yield ("runs on this machine; nothing is ever sent" if found["variables"] else
                "nothing is left to decide; nothing is ever sent")
         return
-    whose = (f"of {line(found['service_solver'])}" if found["service_solver"] else
-             "as published; without an account the solver cannot be asked")
+    whose = f"of {line(found['service_solver'])}" if found["service_solver"] else "as published"
     for key, limit in found["limits"].items():
         yield f"{found[key]:,} {line(key)} of {limit:,} that the service takes ({whose})"
     copies, known, least = found.get("copies", 1), found.get("embedded_qubits"), ""
@@ -62,6 +61,8 @@ def told(options, found):
     elif copies != 1:
         yield (f"{copies:,} copies: {options.num_reads * copies:,} samples from "
                f"{options.num_reads:,} reads")
+    if not found["service_solver"]:
+        yield "without an account the solver itself cannot be asked"
     yield f"upload {found['upload_bytes']:,} bytes{least}"
     if found["minimum_time_limit"]:
         yield f"least time limit {found['minimum_time_limit']:,.1f} s"

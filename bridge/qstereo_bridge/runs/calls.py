@@ -288,6 +288,7 @@ def _deliver(run, journal, seconds):
         "solver": options.solver, "energy": run.real(run.energy),
         "best_energy": run.real(run.energy), "lower_bound": run.real(run.bound),
         "bound_of": run.bound_of, "gap": run.real(gap), "proven_optimal": proven, "samples": 1,
+        "feasible": int(run.p.feasible(run.bits)[0]) if run.p.groups_say_all else None,
         "calls": len(done),
         "variables_of_calls": [line["variables"] for line in done],
         "energies_of_calls": [line["energy"] for line in done],
@@ -297,6 +298,8 @@ def _deliver(run, journal, seconds):
 def _plans(run):
     """What each call would send, at most: dicts. On a chip with its embedding, which is kept."""
     options, plans = run.options, []
+    if run.known and run.energy == run.bound:
+        return plans
     for number, (variables, _) in run.calls():
         part, chains = windows.window(run.p, run.bits, variables), {}
         if options.solver == "qpu":

@@ -95,15 +95,17 @@ class Problem:
         self.own, self.far, self.table, self.weight = (np.append(*pair) for pair in (
             (g, h), (h, g), (block, block + blocks), (weight, weight)))
         self.edges, self.degree = g.size, np.bincount(self.own, minlength=shape[0])
-        self.near, self.first = np.argsort(self.own), self.degree.cumsum() - self.degree
+        self.near = np.argsort(self.own, kind="stable")  # arcs by their own site
+        self.first = self.degree.cumsum() - self.degree
         self.constant, self.cells, self.looked = problem.offset, 0, 0
         largest = np.abs(tables).max((1, 2), initial=0)[block]
         self.magnitude = (abs(problem.offset) + int(np.abs(self.unary).max(1, initial=0).sum())
                           + int((np.abs(weight) * largest).sum()))
 
     def alive(self):
-        """The edges that are alive, each as its arc from the first site."""
-        return np.flatnonzero(self.open[self.own[:self.edges]] & self.open[self.far[:self.edges]])
+        """The edges that are alive, each as its arc from the first site, by that."""
+        edges = self.near[self.near < self.edges]
+        return edges[self.open[self.own[edges]] & self.open[self.far[edges]]]
 
     def arcs_at(self, sites):
         """(place, arc) of arcs that are alive: arc[k] goes out from sites[place[k]]."""
@@ -129,15 +131,15 @@ class Problem:
         """What a labelling of the whole problem costs."""
         return self.constant + int(self.energies(labelling).sum())
 
-    def fold(self):
-        """Settles sites with one label left: their edges become costs of the neighbours."""
-        new, label = self.open & (self.left.sum(1) == 1), self.left.argmax(1)
-        sites = np.flatnonzero(new)
-        arc = self.arcs_at(sites)[1]
-        arc = arc[~new[self.far[arc]] | (arc < self.edges)]  # an edge of two such sites: once
-        np.add.at(self.unary, self.far[arc], self.line(arc, label[self.own[arc]]))
-        self.constant += int(self.unary[sites, label[sites]].sum())
+    def fold(self, sites):
+        """Settles those of some open sites that have one label left: their edges become costs of
+        the neighbours."""
+        sites = sites[self.left[sites].sum(1) == 1]
+        label, (place, arc) = self.left[sites].argmax(1), self.arcs_at(sites)
         self.open[sites] = False
+        once = self.open[self.far[arc]] | (arc < self.edges)  # also an edge of two such sites
+        np.add.at(self.unary, self.far[arc[once]], self.line(arc, label[place])[once])
+        self.constant += int(self.unary[sites, label].sum())
 
 
 class Split:
@@ -216,39 +218,50 @@ class Split:
         return self._add_up(more) <= room[self.part[self.p.open], None]
 
 
-def _goldstein(p, sets, claimed):
-    """Takes out of `sets` what Goldstein's criterion (1994) rules out: where more is left than
-    `claimed`; and if that is not all, everywhere. Labels are compared with the cheapest first."""
-    for wanted in (~claimed, p.left):
-        due = p.open.copy()
-        while due.any() and (sets & ~claimed).any():
-            sites = np.flatnonzero(due)[:1 + CHUNK // sets.shape[1]]
-            place, label = np.nonzero(sets[sites] & wanted[sites])
-            others = np.where(p.left[sites], p.unary[sites], OUT).argsort(1)
-            due[sites] = False
-            for other in others.T:
-                gone = _is_worse(p, sets, sites[place], label, other[place])
-                sets[sites[place[gone]], label[gone]] = False
-                due[p.far[p.arcs_at(sites[place[gone]])[1]]] = True
-                place, label = place[~gone], label[~gone]
+def _read_labels(p, stages, kind, sites):
+    """The labels that a stage compares with."""
+    labels = stages.array(kind, sites.size).astype(int)
+    stages.need((labels < p.count[sites]).all() and p.left[sites, labels].all(),
+                "a label of a stage that is not left")
+    return labels
 
 
-def _is_worse(p, sets, site, label, other):
-    """Whether a label d of a site costs more than another, e, whatever the neighbours have of
-    `sets`: cost(d) - cost(e) > sum over arcs of the most that c(e, b) - c(d, b) is."""
-    (place, arc), more = p.arcs_at(site), p.unary[site, label] - p.unary[site, other]
-    d, e, far, at_least = label[place], other[place], p.far[arc], more.copy()
-    # For one b, often the worst, it must be so as well: mostly that says no at once.
-    b = np.where(sets[far, d], d, sets[far].argmax(1))
-    np.subtract.at(at_least, place, p.weight[arc] * (
-        p.tables[p.table[arc], e, b] - p.tables[p.table[arc], d, b]))
-    more[at_least <= 0] = 0
-    rest = np.flatnonzero(at_least[place] > 0)
-    for these in np.array_split(rest, 1 + rest.size * sets.shape[1] // CHUNK):
-        saved = p.line(arc[these], e[these]) - p.line(arc[these], d[these])
-        np.subtract.at(more, place[these],
-                       np.where(sets[far[these]], saved, -OUT).max(1, initial=-OUT))
-    return p.left[site, other] & (more > 0)
+def _read_sets(p, stages, sites):
+    """(sites, K): the labels that stay, as p.left."""
+    stay = p.left[sites]
+    size = np.count_nonzero(stay)
+    bits = np.unpackbits(stages.array("u1", -(-size // 8)), bitorder="little").astype(bool)
+    stay[stay] = bits[:size]
+    stages.need(stay.any(1).all() and not bits[size:].any(), "the label set of a site")
+    return stay
+
+
+def _leave(p, sites, stay, possible):
+    """Labels leave that do not stay: those that are possible must not."""
+    if (possible & ~stay).any():
+        raise Invalid("a label leaves that its stage does not rule out")
+    p.left[sites] = stay
+    p.fold(sites)
+
+
+def _compare(p, stages, kind):
+    """Labels that leave by Goldstein's criterion (1994): at its site each costs more than another,
+    whatever the neighbours have."""
+    (count,) = stages.unpack("<I")
+    sites = stages.array("<u4", count).astype(int)
+    stages.need((sites < p.open.size).all() and p.open[sites].all() and (np.diff(sites) > 0).all(),
+                "the sites of a stage")
+    other, stay = _read_labels(p, stages, kind, sites), _read_sets(p, stages, sites)
+    possible = p.left[sites]
+    place, label = np.nonzero(possible & ~stay)
+    site, other = sites[place], other[place]
+    more, (pair, arc) = p.unary[site, label] - p.unary[site, other], p.arcs_at(site)
+    for some in np.array_split(np.arange(arc.size), 1 + arc.size * stay.shape[1] // CHUNK):
+        arcs, pairs = arc[some], pair[some]
+        costs = p.line(arcs, label[pairs]) - p.line(arcs, other[pairs])
+        np.add.at(more, pairs, np.where(p.left[p.far[arcs]], costs, OUT).min(1, initial=OUT))
+    possible[place, label] = more <= 0
+    _leave(p, sites, stay, possible)
 
 
 def _edges_inside(p, stages, sites):
@@ -354,41 +367,24 @@ def _check_parts(p, stages, check_part):
         (count,) = stages.unpack("<I")
 
 
-def _read_sets(p, stages):
-    """The labels that a stage leaves, as p.left."""
-    size, claimed = -(-p.count[p.open] // 8), p.left.copy()
-    packed = np.zeros((size.size, -(-claimed.shape[1] // 8)), np.uint8)
-    packed[np.arange(packed.shape[1]) < size[:, None]] = stages.array("u1", int(size.sum()))
-    bits = np.unpackbits(packed, 1, bitorder="little").astype(bool)
-    claimed[p.open] = bits[:, :claimed.shape[1]]
-    stages.need(claimed.any(1).all() and bits.sum() == (claimed & p.left)[p.open].sum(),
-                "the label set of a site")
-    return claimed
-
-
-def _check_stage(p, stages, label):
-    """Returns the bound that a stage proves, NO_BOUND if none. `label` is the type of labels."""
+def _check_stage(p, stages, kind):
+    """Returns the bound that a stage proves, NO_BOUND if none. `kind` is the type of labels."""
     has, *head = stages.unpack("<4I")
     stages.need((1 <= has <= PARTS or has == SEARCHES) and (has & SPLITS or not any(head)),
                 "the head of a stage")
-    split, sets = Split(p, stages, *head) if has & SPLITS else None, p.left.copy()
-    bound = split.bound() if split else NO_BOUND
-    if has in (PARTS, SEARCHES):
+    if has == LEAVES:
+        _compare(p, stages, kind)
+    elif not has & SPLITS:
         _check_parts(p, stages, _solve_part if has == PARTS else _search_part)
-    if has & LEAVES:
-        if split:
-            labelling = np.zeros(p.open.size, int)
-            labelling[p.open] = stages.array(label, np.count_nonzero(p.open))
-            stages.need((labelling < p.count).all()
-                        and p.left[p.open, labelling[p.open]].all(), "a label that is not left")
-            sets[p.open] &= split.possible(labelling)
-        claimed = _read_sets(p, stages)
-        _goldstein(p, sets, claimed)
-        if (sets & ~claimed).any():
-            raise Invalid("a label leaves that its stage does not rule out")
-        p.left = claimed
-        p.fold()
-    return bound
+    else:
+        split, labelling = Split(p, stages, *head), np.zeros(p.open.size, int)
+        bound, sites = split.bound(), np.flatnonzero(p.open)
+        if has & LEAVES:
+            labelling[sites] = _read_labels(p, stages, kind, sites)
+            stay = _read_sets(p, stages, sites)
+            _leave(p, sites, stay, p.left[sites] & split.possible(labelling))
+        return bound
+    return NO_BOUND
 
 
 def check(p, problem_digest, certificate):
@@ -401,7 +397,7 @@ def check(p, problem_digest, certificate):
         raise Corrupt("chunk BEST: another number of sites, or a label that there is not")
     if p.energy(labelling.astype(int)) != energy:
         raise Invalid("its labelling has another energy than it states")
-    p.fold()
+    p.fold(np.arange(p.open.size))
     bounds = [_check_stage(p, stages, labelling.dtype) for _ in range(count)]
     stages.need(stages.at == len(stages.view), "bytes after the last stage")
     bounds.append(NO_BOUND if p.open.any() else p.constant)
