@@ -209,7 +209,7 @@ int pair_make(pair *asked, budget *limit, made_problem *opened)
     return DONE;
 }
 
-int pair_open(void *state, budget *limit, made_problem *opened)
+static int pair_open(void *state, budget *limit, made_problem *opened)
 {
     pair *asked = state;
     TRY(picture_read_grey(asked->left, asked->bits, limit, &asked->stereo.left));

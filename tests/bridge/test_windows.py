@@ -18,8 +18,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from problems import (Table, all_states, carrying, domain_walls, grid, make, nothing, pack_qcf,
                       random_problem)
-from qstereo_bridge import jobs, merging, models, windows
-from qstereo_bridge.problem import made
+from qstereo_bridge.runs import jobs
+from qstereo_bridge.core import merging, models
+from qstereo_bridge.samplers import windows
+from qstereo_bridge.core.problem import made
 
 
 seeds = st.integers(0, 10**6)
