@@ -201,6 +201,32 @@ static void bounds_come_early(void **unused)
     }
 }
 
+static bool note_first(void *context, const qs_reduction *so_far)
+{
+    qs_reduction *first = context;
+    *first = *so_far;
+    return false;
+}
+
+/* A reduction looks before the first labels have left, too, and has an answer then. */
+static void reduce_looks_from_the_beginning(void **unused)
+{
+    (void)unused;
+    static uint16_t x[SITES];
+    static uint8_t kept[SITES * LABELS];
+    make(QS_POTTS);
+    size_t size = qs_reduce_workspace(&model);
+    void *memory = malloc(size);
+    qs_reduction first = {0}, found;
+    qs_reduce_options options = {.watch = note_first, .context = &first};
+    assert_int_equal(qs_reduce(&model, &options, memory, size, kept, x, &found), QS_OK);
+    free(memory);
+    assert_int_equal(first.variables, SITES * LABELS);
+    assert_int_equal(first.upper_bound, qs_model_energy(&model, x));
+    assert_true(first.lower_bound == model.constant && found.lower_bound >= model.constant);
+    assert_true(found.upper_bound == first.upper_bound && found.iterations == 0);
+}
+
 /* A clock that goes on by so much at each look. */
 typedef struct watched_time {
     uint32_t now, step, sweeps;
@@ -275,6 +301,7 @@ int main(void)
         cmocka_unit_test(looks_within_a_move_at_a_hub),
         cmocka_unit_test(looks_where_there_are_many_edges),
         cmocka_unit_test(bounds_come_early),
+        cmocka_unit_test(reduce_looks_from_the_beginning),
         cmocka_unit_test(anneal_follows_the_time),
         cmocka_unit_test(best_stops_at_a_gap),
     };
