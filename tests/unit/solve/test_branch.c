@@ -193,7 +193,8 @@ static void probes_keep_ties(void **unused)
     assert_true(gone > ROUNDS);
 }
 
-/* With little memory for elimination, few levels, little work, or a watch that stops it, at times. */
+/* At times with little memory for elimination, few levels or little work, or until a watch stops
+ * it. */
 static void search_is_exact(void **unused)
 {
     (void)unused;

@@ -157,6 +157,36 @@ static void looks_within_a_move_at_a_hub(void **unused)
     free(memory);
 }
 
+static bool stop_after_two(void *context, const qs_progress *unused)
+{
+    (void)unused;
+    return ++*(uint32_t *)context < 2;
+}
+
+/* A cut that has hardly begun has no labelling; best has one that is better than the winner's. */
+static void best_has_an_answer_before_the_cut(void **unused)
+{
+    (void)unused;
+    static qs_edge edges[LEAVES];
+    static uint16_t x[LEAVES + 1];
+    void *memory;
+    for (uint32_t p = 0; p < LEAVES; p++) {
+        edges[p] = (qs_edge){.first = p, .second = p + 1};
+    }
+    make_graph(LEAVES + 1, 2, edges, LEAVES, &memory);
+    qs_model_winner(&model, x);
+    int64_t winner = qs_model_energy(&model, x);
+    size_t size = qs_best_workspace(&model);
+    void *workspace = malloc(size);
+    uint32_t calls = 0;
+    qs_solve_options options = {.watch = stop_after_two, .context = &calls};
+    qs_solution s;
+    assert_int_equal(qs_best(&model, &options, workspace, size, x, &s), QS_OK);
+    assert_true(calls == 2 && s.energy < winner && s.energy == qs_model_energy(&model, x));
+    free(workspace);
+    free(memory);
+}
+
 /* All sites are neighbours: each is a long way to go. */
 static void looks_where_there_are_many_edges(void **unused)
 {
@@ -300,6 +330,7 @@ int main(void)
         cmocka_unit_test(looks_and_stops),
         cmocka_unit_test(looks_within_a_move_at_a_hub),
         cmocka_unit_test(looks_where_there_are_many_edges),
+        cmocka_unit_test(best_has_an_answer_before_the_cut),
         cmocka_unit_test(bounds_come_early),
         cmocka_unit_test(reduce_looks_from_the_beginning),
         cmocka_unit_test(anneal_follows_the_time),
