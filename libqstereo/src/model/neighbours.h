@@ -30,6 +30,12 @@ static inline uint64_t qs_work_at(const qs_model *model, uint32_t site)
     return labels + edges * (few ? edges : labels);
 }
 
+/* Whether an edge of a grid, of weight above 0, leads up or down. */
+static inline bool qs_is_vertical(const qs_edge_seen *edge)
+{
+    return edge->edge % 2 == 1; /* qs_cell_edge */
+}
+
 /* The most that a site's edges can cost: the largest V of each times its weight. At most
  * 2^QS_MODEL_BITS. */
 int64_t qs_most_of_edges(const qs_model *model, uint32_t site);
