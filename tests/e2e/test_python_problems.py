@@ -16,18 +16,19 @@ from dimod import ExactSolver
 from dwave.samplers import TreeDecompositionSolver
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from library import QSTEREO
+from library import QSTEREO_PNM
 
 
 @pytest.fixture(autouse=True, scope="module")
 def command_of_this_tree():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("QSTEREO", str(QSTEREO))
+        patch.setenv("QSTEREO", str(QSTEREO_PNM))
         yield
 
 
 def qstereo(folder, *words):
-    done = subprocess.run([QSTEREO, *map(str, words)], cwd=folder, capture_output=True, text=True)
+    done = subprocess.run([QSTEREO_PNM, *map(str, words)], cwd=folder, capture_output=True,
+                          text=True)
     assert done.returncode == 0, done.stderr
 
 
