@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from bridge_tools import COMMAND
+from dask import config
 from PIL import Image
 
 distributed = pytest.importorskip("distributed")
@@ -188,13 +189,14 @@ PAID = ["--solve", "--solver qpu --windows 60 --calls 2 --num-reads 5", "--reduc
 
 
 @pytest.fixture
-def paid(pairs, main, tmp_path, service):
+def paid(pairs, main, tmp_path, service, environment, processes):
     """Runs the command for two pairs on one worker with a chip, a process of its own, the chip's
     service being the stand-in. `paid.pid()` is the worker's process."""
     for name in NAMES[2:]:
         (pairs / f"left_{name}.png").unlink()
-    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, resources={"qpu": 1},
-                                  dashboard_address=":0") as cluster:
+    with (config.set({"distributed.worker.multiprocessing-method": "forkserver"}),
+          distributed.LocalCluster(n_workers=1, threads_per_worker=1, resources={"qpu": 1},
+                                   dashboard_address=":0", env=environment) as cluster):
         def run(*words):
             return main("frames", pairs, "--out-dir", tmp_path / "out", "--scheduler",
                         cluster.scheduler_address, *WORDS, *PAID, *words)
@@ -295,7 +297,6 @@ def test_options_that_are_for_all_frames(pairs, main, tmp_path):
 
 
 def test_a_scheduler_that_is_not_there(pairs, main, tmp_path):
-    from dask import config
     with config.set({"distributed.comm.timeouts.connect": "200ms"}):
         status, _, err = main("frames", pairs, "--out-dir", tmp_path / "out", "--scheduler",
                               "tcp://127.0.0.1:1", *WORDS)
