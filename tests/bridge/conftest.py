@@ -6,7 +6,7 @@ from multiprocessing import forkserver
 from pathlib import Path
 
 import pytest
-from qstereo_bridge import cli
+from qstereo_bridge.desk import cli
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -35,7 +35,7 @@ def environment(tmp_path):
 def processes():
     """Processes that have the modules already: to import them takes longer than most commands."""
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["qstereo_bridge.frames", "dwave.cloud.client",
+    context.set_forkserver_preload(["qstereo_bridge.desk.frames", "dwave.cloud.client",
                                     "dwave.cloud.api.resources", "dwave.optimization",
                                     "dwave.samplers", "dimod", "distributed"])
     # Those of dask come from it, too: whoever starts it says what it has.

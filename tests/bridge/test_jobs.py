@@ -13,8 +13,10 @@ from job_tools import (  # noqa: F401
     service, solve, until)
 from problems import grid, pack_qcf
 from service import Service
-from qstereo_bridge import hybrid, jobs, qsf, runner, services, text
-from qstereo_bridge.output import Output
+from qstereo_bridge.runs import jobs, runner
+from qstereo_bridge.core import qsf, text
+from qstereo_bridge.ocean import hybrid, services
+from qstereo_bridge.core.output import Output
 
 
 @pytest.mark.parametrize("solver", SERVICES)

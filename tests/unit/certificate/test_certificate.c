@@ -364,6 +364,26 @@ static void descents_prove_the_optimum(void **unused)
     assert_true(descents > ROUNDS / 2);
 }
 
+/* Opposite corners that pull apart with nearly all that a cost can be: no smaller charge than PULL
+ * proves that the edges hold them together. */
+static void a_large_descent_proves_the_optimum(void **unused)
+{
+    (void)unused;
+    enum { PULL = INT32_MAX / 2 };
+    const int32_t costs[] = {0, PULL, 2 * PULL, 0, 0, 0, 0, 0, 0, 2 * PULL, PULL, 0};
+    memcpy(t.costs, costs, sizeof costs);
+    t.problem = (qs_problem){.labels = 3,
+                             .scale = 1,
+                             .weight = PULL + 1,
+                             .pairwise = {.smoothness = QS_TRUNCATED_LINEAR},
+                             .grid = {.width = 2, .height = 2},
+                             .costs = t.costs};
+    encode_whole(QS_ONE_HOT);
+    uint64_t state = 0;
+    assert_true(certify(by_cut, 0));
+    proves_the_optimum(&state);
+}
+
 /* Two labels, and for each edge a table of its own that a cut can hold. */
 static void make_submodular_tables(uint64_t *state)
 {
@@ -940,6 +960,7 @@ int main(void)
         cmocka_unit_test(bounds_hold),
         cmocka_unit_test(cuts_prove_the_optimum),
         cmocka_unit_test(descents_prove_the_optimum),
+        cmocka_unit_test(a_large_descent_proves_the_optimum),
         cmocka_unit_test(cuts_of_tables_prove_the_optimum),
         cmocka_unit_test(reductions_hold),
         cmocka_unit_test(trials_hold),
