@@ -178,6 +178,21 @@ def test_labels_of_a_reduced_problem(seed, target):
     assert energy_of(costs, 3, table, labels) == best
 
 
+@pytest.mark.parametrize("labels", [255, 256])
+def test_labels_have_one_byte_as_long_as_they_fit(labels, tmp_path):
+    """Fixed ones and those of the labelling that a file carries, in both readers."""
+    costs = np.full((6, 6, labels), 50)
+    costs[..., [0, 1, -2, -1]] = np.random.default_rng(1).integers(0, 9, (6, 6, 4))
+    costs[0, 0, -1] = -40
+    np.save(tmp_path / "costs.npy", costs)
+    qstereo(tmp_path, "encode", "--problem", "label", "costs.npy", "--lambda", 4, "-o", "p.qcf")
+    qstereo(tmp_path, "reduce", "p.qcf", "-o", "core.qcf", "--iterations", 1)
+    qstereo(tmp_path, "solve", "core.qcf", "-o", "s.qsf", "--solver", "best")
+    core = qb.load(tmp_path / "core.qcf")
+    assert core.known.size == len(core) > 0
+    assert qb.decode(core, qb.load_samples(tmp_path / "s.qsf")).max() == labels - 1
+
+
 def test_what_a_label_stands_for_does_not_matter(tmp_path):
     """Of a reduced stereo problem, decided wholly, too; graphs give N labels, masked cells -1."""
     for name, shift in (("left", 0), ("right", 2)):
