@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from unittest import mock
 
 import pytest
 from bridge_tools import COMMAND
@@ -196,7 +197,10 @@ def paid(pairs, main, tmp_path, service, environment, processes):
     service being the stand-in. `paid.pid()` is the worker's process."""
     for name in NAMES[2:]:
         (pairs / f"left_{name}.png").unlink()
-    with (config.set({"distributed.worker.multiprocessing-method": "forkserver"}),
+    # What dask leaves in the environment makes later commands some times as slow
+    # (MALLOC_TRIM_THRESHOLD_): it goes with the worker.
+    with (mock.patch.dict(os.environ),
+          config.set({"distributed.worker.multiprocessing-method": "forkserver"}),
           distributed.LocalCluster(n_workers=1, threads_per_worker=1, resources={"qpu": 1},
                                    dashboard_address=":0", env=environment) as cluster):
         def run(*words):
