@@ -87,7 +87,8 @@ static void print_result(const job *at, const reduced *smaller, const laid_out *
         reduced_json(smaller, before, after);
         json_end();
     } else if (!output_is_standard(path)) {
-        printf("%s: %zu bytes\n", plain(path), after->file.size);
+        job_print_outputs(at, path);
+        printf("%s%zu bytes\n", at->out_count > 1 ? "the .qcf has " : "", after->file.size);
         reduced_print(smaller, before, encoding_name(before->labels.encoding), after);
         print_detail(detail);
     }
@@ -223,7 +224,7 @@ const command cmd_reduce = {
                 "needs one-hot-sparse: --encoding one-hot-sparse writes a problem that was "
                 "reduced as domain-wall once more for it.\n",
             OPTIONS(options),
-            .examples = "  qstereo reduce p.qcf -o small.qcf\n"
+            .examples = "  qstereo reduce p.qcf -o small.qcf --certificate reduced.qpf\n"
                         "  qstereo reduce p.qcf -o small.qcf --target 500 \\\n"
                         "      --encoding domain-wall --truncate\n"
                         "  qstereo reduce core.qcf -o core-sparse.qcf --encoding one-hot-sparse\n",

@@ -9,9 +9,9 @@ from hashlib import sha256
 import numpy as np
 import pytest
 from problems import Table, altered, grid, make, pack_qcf
-from qstereo_bridge import certificate as qpf
-from qstereo_bridge import container, models, qcf, qsf
-from qstereo_bridge.failure import InputError
+from qstereo_bridge.verify import certificate as qpf
+from qstereo_bridge.core import container, models, qcf, qsf
+from qstereo_bridge.core.failure import InputError
 from qstereo_bridge.verify import verify
 
 SCALE = 4
@@ -64,10 +64,24 @@ def split_of(made, width, labels, rng):
     least = chain_least(share, rows, table, labels) + chain_least(
         SCALE * unary - share, columns, table, labels
     )
-    slots = bytes(slot for edge in edges for slot in 2 * [int(edge in columns)])
+    by_site = sorted(edges, key=lambda edge: edge[0])
+    slots = bytes(slot for edge in by_site for slot in 2 * [int(edge in columns)])
     return (
         struct.pack("<IIII", 1, SCALE, 1, 4) + slots + share.astype("<i4").tobytes(),
         made.offset + -(-int(least) // SCALE),
+    )
+
+
+def sets_of(rows):
+    """Which labels stay: of each site a row of its labels that are left, 1 or 0."""
+    return np.packbits(np.concatenate(rows).astype(bool), bitorder="little").tobytes()
+
+
+def compared(sites, labels, rows):
+    """A stage of sites whose labels are compared with one each."""
+    return (
+        struct.pack("<IIIII", 2, 0, 0, 0, len(sites))
+        + np.array(sites, "<u4").tobytes() + bytes(labels) + sets_of(rows)
     )
 
 
@@ -255,12 +269,18 @@ def test_a_site_of_fewer_labels_has_no_others():
     bits = np.array([[1, 0, 0, 1, 0]], np.uint8)
     records = np.array([(10, 1, qsf.NO_CHAINS)], qsf.RECORD)
     samples = qsf.pack_qsf(qsf.Samples(sha256(data).digest(), "test", records, bits))
-    for sets, valid in ((b"\1\1", True), (b"\1\2", False), (b"\1\3", True)):
-        proof = struct.pack("<IIII", 2, 0, 0, 0) + sets
+    for row, valid in (([1, 0], True), ([0, 1], False), ([1, 1], True)):
+        proof = compared([0, 1], (0, 0), [[1, 0, 0], row])
         assert check(data, samples, packed(data, (0, 0), proof, qpf.NO_BOUND, 10)).valid == valid
-    with pytest.raises(container.FormatError, match="label set"):
-        proof = struct.pack("<IIII", 2, 0, 0, 0) + b"\1\5"
-        check(data, samples, packed(data, (0, 0), proof, qpf.NO_BOUND, 10))
+    for proof, match in (
+        (compared([0, 1], (0, 0), [[1, 0, 0], [1, 0, 1]]), "label set"),
+        (compared([0, 1], (0, 2), [[1, 0, 0], [1, 0]]), "not left"),
+        (compared([1, 0], (0, 0), [[1, 0, 0], [1, 0]]), "sites of a stage"),
+        (compared([0, 0], (0, 0), [[1, 0, 0], [1, 0, 0]]), "sites of a stage"),
+        (compared([0, 2], (0, 0), [[1, 0, 0], [1, 0]]), "sites of a stage"),
+    ):
+        with pytest.raises(container.FormatError, match=match):
+            check(data, samples, packed(data, (0, 0), proof, qpf.NO_BOUND, 10))
     with pytest.raises(container.FormatError, match="BEST"):
         check(data, samples, packed(data, (0, 2), b"", qpf.NO_BOUND, 10))
 
@@ -269,7 +289,7 @@ def test_a_site_of_fewer_labels_has_no_others():
     "bound, stage",
     [
         (10, struct.pack("<IIII", 1, SCALE, 1, 4) + b"\0\0"),  # one chain, no shares
-        (qpf.NO_BOUND, struct.pack("<IIII", 2, 0, 0, 0) + b"\6\3"),  # label 0 of the first leaves
+        (qpf.NO_BOUND, compared([0], [1], [[0, 1, 1]])),  # label 0 of the first leaves
     ],
 )
 def test_labels_that_a_site_has_not_weaken_no_proof(bound, stage):
@@ -291,14 +311,12 @@ def test_labels_that_a_site_has_not_weaken_no_proof(bound, stage):
 def test_a_label_that_leaves_must_be_ruled_out(made):
     problem, data, samples, stages, bound, best = made
     found = energy(problem, 3, best)
-    without = bytes(7 & ~(1 << label) for label in best)
     proof = struct.pack("<IIII", 3, *struct.unpack_from("<III", stages, 4)) + stages[16:]
-    verdict = check(data, samples, packed(data, best, proof + bytes(best) + without, bound, found))
-    assert not verdict.valid and "does not rule out" in verdict.why
-    verdict = check(
-        data, samples, packed(data, best, proof + bytes(best) + b"\7" * 4, bound, found)
-    )
-    assert verdict.valid
+    without, all_of_them = 1 - np.eye(3)[list(best)], np.ones((4, 3))
+    for rows, valid in ((without, False), (all_of_them, True)):
+        whole = packed(data, best, proof + bytes(best) + sets_of(rows), bound, found)
+        verdict = check(data, samples, whole)
+        assert verdict.valid == valid and (valid or "does not rule out" in verdict.why)
 
 
 def test_a_stage_that_does_nothing_known(made):
@@ -309,18 +327,19 @@ def test_a_stage_that_does_nothing_known(made):
 def test_labels_of_a_stage_that_are_not_left(made):
     """No label, one that has left before, one that comes back."""
     problem, data, samples, stages, bound, best = made
-    all_but = [7 & ~(1 << (label + 1) % 3) for label in best]
     costs = problem.linear.reshape(4, 3).copy()
-    costs[np.arange(4), (np.array(best) + 1) % 3] = 99  # so that it leaves
-    problem = altered(problem, linear=costs.ravel())
-    first = struct.pack("<IIII", 2, 0, 0, 0) + bytes(all_but)
-    again = struct.pack("<IIII", 2, 0, 0, 0)
-    for sets in (bytes(all_but[:3]) + b"\0", bytes(all_but[:3]) + b"\7"):
-        refusing_stages(made, problem, "label set", first + again + sets)
-    slots = bytes(slot for _ in range(2) for slot in (0, 0)) + bytes([1, 1, 1, 1])
+    other = (np.array(best) + 1) % 3
+    costs[np.arange(4), other] = 99  # so that it leaves
+    problem, row = altered(problem, linear=costs.ravel()), np.arange(3) != other[:, None]
+    first = compared(range(4), best, row)
+    two = np.ones((4, 2))
+    for bits in (0x0F, 0x7F):  # none is left to the last site; a bit too many
+        again = compared(range(3), best[:3], two[:3])[:-1] + bytes([bits])
+        refusing_stages(made, problem, "label set", first + again)
+    refusing_stages(made, problem, "not left", first + compared(range(4), other.tolist(), two))
+    slots = bytes([0, 0, 1, 1, 1, 1, 0, 0])
     split = struct.pack("<IIII", 3, SCALE, 1, 4) + slots + bytes(4 * 2 * 4)
-    labelling = bytes((label + 1) % 3 for label in best)
-    refusing_stages(made, problem, "not left", first + split + labelling + bytes(all_but))
+    refusing_stages(made, problem, "not left", first + split + bytes(other.tolist()) + sets_of(two))
 
 
 def refusing_stages(made, problem, match, stages):

@@ -12,11 +12,11 @@ from pathlib import Path
 import google_crc32c
 import numpy as np
 import pytest
-from qstereo_bridge import container
-from qstereo_bridge import certificate as checker
-from qstereo_bridge.certificate import FIELDS, MAGIC
-from qstereo_bridge.container import FormatError
-from qstereo_bridge.failure import Error
+from qstereo_bridge.core import container
+from qstereo_bridge.verify import certificate as checker
+from qstereo_bridge.verify.certificate import FIELDS, MAGIC
+from qstereo_bridge.core.container import FormatError
+from qstereo_bridge.core.failure import Error
 from qstereo_bridge.verify import verify
 
 ROOT = Path(__file__).parents[2]
@@ -184,33 +184,29 @@ def test_changed_certificates_of_wide_parts(tmp_path, command):
     both_refuse_what_is_not_so(problem, other, proof)
 
 
-def left_by_goldstein(costs, edges, table):
-    """The labels that Goldstein's criterion leaves, whatever the order: sets."""
-    labels = range(costs.shape[1])
-    sets = [set(labels) for _ in costs]
-
-    def is_worse(p, d, e):
-        more = costs[p, d] - costs[p, e]
-        for q in (sum(edge) - p for edge in edges if p in edge):
-            more -= max(table[e, b] - table[d, b] for b in sets[q])
-        return more > 0
-
-    gone = True
-    while gone:
-        gone = [(p, d) for p, own in enumerate(sets) for d in own
-                if any(is_worse(p, d, e) for e in labels)]
-        for p, d in gone:
-            sets[p].discard(d)
-    return sets
+def is_worse(problem, sets, p, d, e):
+    """Goldstein's criterion: label d of a site costs more than e, whatever the neighbours have."""
+    costs, edges, table = problem
+    more = costs[p, d] - costs[p, e]
+    for q in (sum(edge) - p for edge in edges if p in edge):
+        more += min(table[d, b] - table[e, b] for b in sets[q])
+    return more > 0
 
 
-@pytest.mark.parametrize("seed", range(24))
-def test_labels_that_leave_because_of_others_which_stay(tmp_path, seed):
-    """What a site claims may follow from labels that leave at another, which claims to keep them,
-    and is compared with labels that are not its cheapest."""
+def compared(sets, gone):
+    """A stage in which labels leave: of sites (label to compare with, those that leave)."""
+    bits = [d not in gone[p][1] for p in sorted(gone) for d in sorted(sets[p])]
+    return (struct.pack("<5I", 2, 0, 0, 0, len(gone)) + np.array(sorted(gone), "<u4").tobytes()
+            + bytes(gone[p][0] for p in sorted(gone))
+            + np.packbits(np.array(bits, bool), bitorder="little").tobytes())
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_labels_that_leave_by_comparison(tmp_path, seed):
+    """Stage after stage all that are worse than some label; then one that is not."""
     rng, problem, samples, proof = np.random.default_rng(seed), *(
         tmp_path / name for name in ("p.qcf", "s.qsf", "c.qpf"))
-    costs = rng.integers(0, 12, (1, 4, 5), dtype=np.int32)
+    costs, label = rng.integers(0, 12, (1, 4, 5), dtype=np.int32), np.arange(5)
     np.save(tmp_path / "costs.npy", costs)
     done = run("encode", "--problem", "label", tmp_path / "costs.npy", "-o", problem, "--lambda",
                "1", "--smoothness", "quadratic", "--truncation", "6", "--encoding", "one-hot")
@@ -218,22 +214,28 @@ def test_labels_that_leave_because_of_others_which_stay(tmp_path, seed):
     done = run("solve", problem, "-o", samples, "--certificate", proof)
     assert done.returncode == 0, done.stderr
     digest, _, energy, labelling, _, _ = checker.parse_qpf(proof.read_bytes())
-    label = np.arange(5)
-    left = left_by_goldstein(costs[0].astype(int), [(0, 1), (1, 2), (2, 3)],
-                             np.minimum((label - label[:, None])**2, 6))
-    claimed = [set(label.tolist()) if rng.random() < 0.5 else own for own in left]
+    facts = (costs[0].astype(int), [(0, 1), (1, 2), (2, 3)],
+             np.minimum((label - label[:, None])**2, 6))
 
-    def verdicts():
-        stage = struct.pack("<IIII", 2, 0, 0, 0) + bytes(
-            sum(1 << d for d in own) for own in claimed)
+    def verdicts(stages):
         chunks = [("PROB", digest), ("BEST", struct.pack("<I", 1) + labelling.tobytes()),
-                  ("STGS", stage)]
-        fields = FIELDS.pack(4, 1, checker.NO_BOUND, energy, bytes(12))
+                  ("STGS", b"".join(stages))]
+        fields = FIELDS.pack(4, len(stages), checker.NO_BOUND, energy, bytes(12))
         proof.write_bytes(container.pack(MAGIC, fields, chunks))
         return by_c(problem, samples, proof)[0], by_numpy(problem, samples, proof)[0]
 
-    assert verdicts() == (True, True)
-    more = [p for p, own in enumerate(left) if len(own) > 1]
-    if more:
-        claimed[more[0]] = left[more[0]] - {labelling[more[0]]}
-        assert verdicts() == (False, False)
+    sets, stages = [set(range(5)) for _ in range(4)], []
+    while True:
+        found = {(p, e): {d for d in sets[p] if is_worse(facts, sets, p, d, e)}
+                 for p in range(4) for e in sets[p] if len(sets[p]) > 1}
+        gone = {p: (e, leave) for (p, e), leave in found.items() if leave}
+        if not gone:
+            break
+        stages.append(compared(sets, gone))
+        for p, (_, leave) in gone.items():
+            sets[p] -= leave
+    assert stages and verdicts(stages) == (True, True)
+    wrong = [(p, d, e) for p, own in enumerate(sets) for d in own for e in own - {d}]
+    if wrong:
+        p, d, e = wrong[rng.integers(len(wrong))]
+        assert verdicts([*stages, compared(sets, {p: (e, {d})})]) == (False, False)

@@ -49,8 +49,8 @@ typedef struct qs_witness {
     /* The split is complete, or there was none.
      *
      * kept  sites x labels: those that are left now; NULL = all. What has left
-     *       is ruled out by the split's marginals, or by Goldstein's
-     *       criterion */
+     *       is ruled out by the marginals of the split, or where there was
+     *       none since the last call, by Goldstein's criterion */
     void (*end)(void *context, const uint8_t *kept);
     /* May a part be solved exactly? It is all that edges join, and the last
      * `end` has told its labels. If so, the witness has solved it by itself,

@@ -21,10 +21,7 @@ typedef struct checker {
     uint64_t exact_cells; /* of all parts up to now */
     qs_search search;
     uint16_t *labelling;
-    uint8_t *sets; /* of each label: what a stage is known to leave */
-    uint8_t *claimed; /* what it says that it leaves */
-    uint8_t *due;
-    int64_t *room; /* of each part */
+    uint8_t *claimed; /* of each label: a stage says that it stays */
     uint64_t at; /* in the stages */
     qs_status status;
     qs_fault fault;
@@ -41,10 +38,7 @@ static size_t take_parts(checker *c, const qs_index *index, void *workspace)
     qs_search_take(&c->search, &c->exact, &arena);
     c->search.work = QS_SEARCH_WORK;
     c->labelling = qs_arena_take(&arena, sites, sizeof *c->labelling);
-    c->sets = qs_arena_take(&arena, labels, 1);
     c->claimed = qs_arena_take(&arena, labels, 1);
-    c->due = qs_arena_take(&arena, sites, 1);
-    c->room = qs_arena_take(&arena, sites, sizeof *c->room);
     return qs_arena_size(&arena);
 }
 
@@ -103,21 +97,6 @@ static bool check_best(checker *c)
            refute(c, "its labelling has another energy than it states");
 }
 
-/* The labelling of a stage: of the sites that are not settled, labels that are left. */
-static bool read_labelling(checker *c)
-{
-    const uint8_t *at = next_bytes(c, (uint64_t)c->stated.open_count * c->file->label_bytes);
-    for (uint32_t i = 0; at && i < c->stated.open_count; i++) {
-        uint32_t p = c->stated.open[i];
-        if (!read_label(c, at, p) ||
-            !c->stated.kept[qs_stated_at(&c->stated, p, c->labelling[p])]) {
-            return reject(c, QS_E_CORRUPT, "a label of a stage that is not left");
-        }
-        at += c->file->label_bytes;
-    }
-    return at != NULL;
-}
-
 /* ---- A stage. ---- */
 
 typedef struct stage_head {
@@ -145,6 +124,86 @@ static bool read_head(checker *c, stage_head *head)
     return (known && sound) || reject(c, QS_E_CORRUPT, "the head of a stage");
 }
 
+/* Reads the labels that a stage compares with: they are left. */
+static bool read_labelling(checker *c, const uint32_t *sites, uint32_t count)
+{
+    const uint8_t *at = next_bytes(c, (uint64_t)count * c->file->label_bytes);
+    for (uint32_t i = 0; at && i < count; i++) {
+        if (!read_label(c, at, sites[i]) ||
+            !c->stated.kept[qs_stated_at(&c->stated, sites[i], c->labelling[sites[i]])]) {
+            return reject(c, QS_E_CORRUPT, "a label of a stage that is not left");
+        }
+        at += c->file->label_bytes;
+    }
+    return at != NULL;
+}
+
+/* Reads which labels stay: a bit for each that is left to the sites. */
+static bool read_sets(checker *c, const uint32_t *sites, uint32_t count)
+{
+    const qs_stated *s = &c->stated;
+    uint64_t labels = 0, bit = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        labels += s->left[sites[i]];
+    }
+    const uint8_t *bits = next_bytes(c, (labels + 7) / 8);
+    if (!bits) {
+        return false;
+    }
+    bool sound = labels % 8 == 0 || bits[labels / 8] >> labels % 8 == 0;
+    for (uint32_t i = 0; i < count; i++) {
+        uint8_t stay = 0;
+        for (size_t at = s->start[sites[i]]; at < s->start[sites[i] + 1]; at++) {
+            c->claimed[at] = s->kept[at] && qs_bit(bits + bit / 8, bit % 8);
+            bit += s->kept[at];
+            stay |= c->claimed[at];
+        }
+        sound = sound && stay;
+    }
+    return sound || reject(c, QS_E_CORRUPT, "the label set of a site");
+}
+
+/* Takes over the sets of a stage if its labels that leave are ruled out. */
+static bool take_sets(checker *c, const uint32_t *sites, uint32_t count, bool are_out)
+{
+    qs_stated *s = &c->stated;
+    for (uint32_t i = 0; are_out && i < count; i++) {
+        size_t at = s->start[sites[i]];
+        memcpy(s->kept + at, c->claimed + at, s->count[sites[i]]);
+    }
+    for (uint32_t i = 0; are_out && i < count; i++) {
+        qs_stated_fold(s, sites[i]);
+    }
+    return are_out || refute(c, "a label leaves that its stage does not rule out");
+}
+
+/* A stage of sites that are compared with one label each. */
+static bool check_comparison(checker *c)
+{
+    const qs_stated *s = &c->stated;
+    const uint8_t *at = next_bytes(c, 4);
+    uint32_t count = at ? qs_load_u32(at) : 0, *sites = c->split.sites;
+    at = at ? next_bytes(c, 4 * (uint64_t)count) : NULL;
+    for (uint32_t i = 0; at && i < count; i++) {
+        uint32_t p = qs_load_u32(at + 4 * (size_t)i);
+        if (p >= s->sites || s->settled[p] || (i > 0 && p <= sites[i - 1])) {
+            return reject(c, QS_E_CORRUPT, "the sites of a stage");
+        }
+        sites[i] = p;
+    }
+    if (!at || !read_labelling(c, sites, count) || !read_sets(c, sites, count)) {
+        return false;
+    }
+    bool are_out = true;
+    for (uint32_t i = 0; are_out && i < count; i++) {
+        are_out =
+            qs_goldstein_rules_out(s, sites[i], c->labelling[sites[i]], c->claimed, c->split.work);
+    }
+    return take_sets(c, sites, count, are_out);
+}
+
+/* ---- A split. ---- */
+
 static bool are_small(const checker *c, uint64_t count)
 {
     int64_t most = (int64_t)(QS_MOST_SHARES / qs_max_u64(c->split.slots, 1));
@@ -156,18 +215,20 @@ static bool are_small(const checker *c, uint64_t count)
     return small;
 }
 
-static bool read_split(checker *c, const stage_head *head)
+static bool read_chains(checker *c, const stage_head *head)
 {
-    c->split.scale = head->scale;
-    const uint8_t *slots = next_bytes(c, 2 * (uint64_t)c->stated.alive_count * head->slot_bytes);
+    if (c->stated.magnitude > QS_MOST_COSTS / head->scale) {
+        return reject(c, QS_E_OVERFLOW, "a scale too large for 64 bits");
+    }
+    const uint8_t *slots = next_bytes(c, 2 * qs_split_count_edges(&c->split) * head->slot_bytes);
     if (!slots) {
         return false;
     }
     if (!qs_split_set_slots(&c->split, slots, head->slot_bytes)) {
         return reject(c, QS_E_CORRUPT, "slots that make no chains");
     }
-    if (c->stated.magnitude > QS_MOST_COSTS / head->scale || c->split.slots > QS_MOST_SLOTS) {
-        return reject(c, QS_E_OVERFLOW, "a scale too large for 64 bits");
+    if (c->split.slots > QS_MOST_SLOTS) {
+        return reject(c, QS_E_OVERFLOW, "too many slots for 64 bits");
     }
     c->split.share_bytes = head->share_bytes;
     uint64_t count = qs_split_count_shares(&c->split);
@@ -176,84 +237,19 @@ static bool read_split(checker *c, const stage_head *head)
            (are_small(c, count) || reject(c, QS_E_OVERFLOW, "a share too large for 64 bits"));
 }
 
-/* How far the bound of each part is below `scale` times what the labelling costs there. */
-static void find_room(checker *c)
+/* A stage of a split, by which labels may leave. */
+static bool check_split(checker *c, const stage_head *head)
 {
-    const qs_stated *s = &c->stated;
-    for (uint32_t i = 0; i < s->open_count; i++) {
-        c->room[s->open[i]] = -c->split.least[s->open[i]];
+    bool leaves = head->has & QS_STAGE_LEAVES;
+    qs_split *split = &c->split;
+    qs_split_begin(split, head->scale, leaves ? c->labelling : NULL);
+    if (!read_chains(c, head) || (leaves && (!read_labelling(c, split->sites, split->count) ||
+                                             !read_sets(c, split->sites, split->count)))) {
+        return false;
     }
-    for (uint32_t i = 0; i < s->open_count; i++) {
-        uint32_t p = s->open[i];
-        c->room[c->split.part[p]] += c->split.scale * s->unary[qs_stated_at(s, p, c->labelling[p])];
-    }
-    for (uint32_t i = 0; i < s->alive_count; i++) {
-        const qs_stated_edge *edge = &s->edges[s->alive[i]];
-        c->room[c->split.part[edge->first]] +=
-            c->split.scale *
-            qs_stated_cost(s, edge, c->labelling[edge->first], c->labelling[edge->second]);
-    }
-}
-
-/* Takes out the labels with which every labelling costs more than the one of the stage. */
-static void take_out_above(checker *c)
-{
-    const qs_stated *s = &c->stated;
-    find_room(c);
-    qs_split_excess(&c->split);
-    for (uint32_t i = 0; i < s->open_count; i++) {
-        uint32_t p = s->open[i];
-        for (size_t at = s->start[p]; at < s->start[p + 1]; at++) {
-            c->sets[at] =
-                (uint8_t)(c->sets[at] && c->split.excess[at] <= c->room[c->split.part[p]]);
-        }
-    }
-}
-
-/* Reads which labels a stage leaves. */
-static bool read_sets(checker *c)
-{
-    const qs_stated *s = &c->stated;
-    for (uint32_t i = 0; i < s->open_count; i++) {
-        uint32_t p = s->open[i], count = s->count[p], left = 0;
-        const uint8_t *bits = next_bytes(c, (count + 7u) / 8);
-        if (!bits) {
-            return false;
-        }
-        bool sound = count % 8 == 0 || bits[count / 8] >> count % 8 == 0;
-        for (uint32_t a = 0; a < count; a++) {
-            size_t at = qs_stated_at(s, p, a);
-            uint8_t bit = (uint8_t)qs_bit(bits, a);
-            sound = sound && bit <= s->kept[at];
-            c->claimed[at] = bit;
-            left += bit;
-        }
-        if (!sound || left == 0) {
-            return reject(c, QS_E_CORRUPT, "the label set of a site");
-        }
-    }
-    return true;
-}
-
-/* Copies what there is of each label of the sites that are not settled. */
-static void copy_open(const qs_stated *s, uint8_t *to, const uint8_t *from)
-{
-    for (uint32_t i = 0; i < s->open_count; i++) {
-        size_t at = s->start[s->open[i]];
-        memcpy(to + at, from + at, s->count[s->open[i]]);
-    }
-}
-
-/* Takes over the sets of a stage, if all labels that leave are known to be in no optimum. */
-static bool take_sets(checker *c)
-{
-    const qs_stated *s = &c->stated;
-    if (!qs_apply_goldstein(s, c->sets, c->claimed, c->due, c->split.work)) {
-        return refute(c, "a label leaves that its stage does not rule out");
-    }
-    copy_open(s, s->kept, c->claimed);
-    qs_stated_fold(&c->stated);
-    return true;
+    c->verdict.lower_bound = qs_max_i64(c->verdict.lower_bound, qs_split_bound(split));
+    return !leaves ||
+           take_sets(c, split->sites, split->count, qs_split_rules_out(split, c->claimed));
 }
 
 /* ---- Parts that are solved. ---- */
@@ -351,35 +347,17 @@ static bool check_stage(checker *c)
     if (!read_head(c, &head)) {
         return false;
     }
-    qs_stated_list(&c->stated);
-    if (head.has == QS_STAGE_PARTS || head.has == QS_STAGE_SEARCHES) {
-        return check_parts(c, head.has == QS_STAGE_SEARCHES);
+    if (head.has & QS_STAGE_SPLITS) {
+        return check_split(c, &head);
     }
-    bool splits = head.has & QS_STAGE_SPLITS, leaves = head.has & QS_STAGE_LEAVES;
-    if (splits) {
-        if (!read_split(c, &head)) {
-            return false;
-        }
-        c->verdict.lower_bound = qs_max_i64(c->verdict.lower_bound, qs_split_bound(&c->split));
-    }
-    if (!leaves) {
-        return true;
-    }
-    copy_open(&c->stated, c->sets, c->stated.kept);
-    if (splits) {
-        if (!read_labelling(c)) {
-            return false;
-        }
-        take_out_above(c);
-    }
-    return read_sets(c) && take_sets(c);
+    return head.has == QS_STAGE_LEAVES ? check_comparison(c)
+                                       : check_parts(c, head.has == QS_STAGE_SEARCHES);
 }
 
 /* ---- The whole. ---- */
 
 static void count_left(checker *c)
 {
-    qs_stated_list(&c->stated);
     for (uint32_t p = 0; p < c->stated.sites; p++) {
         uint32_t left = c->stated.left[p];
         c->verdict.undecided += left > 1;
@@ -408,7 +386,7 @@ static bool check(checker *c)
     if (!check_best(c)) {
         return false;
     }
-    qs_stated_fold(&c->stated);
+    qs_stated_fold_all(&c->stated);
     for (; c->verdict.stage < c->file->stages; c->verdict.stage++) {
         if (!check_stage(c)) {
             return false;

@@ -58,7 +58,11 @@ static size_t take_parts(qs_record_book **book, const qs_index *index, const qs_
     b->share_at = qs_arena_take(&arena, sites, sizeof *b->share_at);
     b->shares = qs_arena_take(&arena, most_shares(model), sizeof *b->shares);
     b->labelling = qs_arena_take(&arena, sites, sizeof *b->labelling);
+    b->claimed = qs_arena_take(&arena, labels, 1);
     b->sets = qs_arena_take(&arena, labels, 1);
+    b->stage = qs_arena_take(&arena, sites, sizeof *b->stage);
+    b->due = qs_arena_take(&arena, sites, 1);
+    b->costs = qs_arena_take(&arena, labels, sizeof *b->costs);
     qs_exact_take(&b->exact, &b->stated, &arena);
     qs_exact_order_take(&b->order, &b->stated, &arena);
     qs_search_take(&b->search, &b->exact, &arena);
@@ -149,7 +153,7 @@ qs_status qs_recorder_begin(qs_recorder *recorder, const qs_index *index, const 
     if (!slots_fit(model)) {
         return QS_E_LIMIT;
     }
-    qs_stated_fold(&book->stated);
+    qs_stated_fold_all(&book->stated);
     place_sites(book, model);
     book->pending = false;
     book->parts = 0;
@@ -243,16 +247,14 @@ static void end_stage(void *context, const uint8_t *kept)
             size_t at = qs_stated_at(s, p, a);
             bool stays =
                 !kept || kept[b->cell[p] * labels + b->name[at]] || !qs_record_is_open(s, p);
-            b->sets[at] = s->kept[at] && stays;
-            leaves = leaves || b->sets[at] != s->kept[at];
+            b->claimed[at] = s->kept[at] && stays;
+            leaves = leaves || b->claimed[at] != s->kept[at];
         }
     }
     if (leaves && r->status == QS_OK) {
-        qs_record_stage(r, true);
-        memcpy(s->kept, b->sets, s->start[s->sites]);
-        qs_stated_list(&b->stated);
-        qs_stated_fold(&b->stated);
+        qs_record_leave(r);
     }
+    b->told = true;
 }
 
 /* The addresses of functions of other files would need a table of the linker. */
@@ -279,6 +281,7 @@ qs_status qs_recorder_end(qs_recorder *recorder)
         return QS_E_ARGUMENT;
     }
     if (recorder->status == QS_OK && recorder->book->pending) {
+        qs_record_list_open(recorder->book);
         qs_record_stage(recorder, false);
     }
     qs_record_end_parts(recorder);

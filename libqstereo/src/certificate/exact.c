@@ -355,6 +355,7 @@ void qs_exact_close(qs_exact *x)
     for (uint32_t i = 0; i < x->count; i++) {
         uint32_t p = x->sites[i];
         s->settled[p] = QS_IN_SOLVED_PART;
+        s->open_count--;
         for (uint32_t n = s->near_start[p]; n < s->near_start[p + 1]; n++) {
             s->edges[s->near[n]].alive = false;
         }

@@ -1,193 +1,96 @@
 #include "goldstein.h"
 
-#include <string.h>
-
 #include "../base/minmax.h"
 
-/* Returns the number of labels of a set; `only` is the last of them. */
-static uint32_t count_set(const uint8_t *set, uint32_t count, uint32_t *only)
+/* Whether a label of a site is left, and leaves. */
+static bool is_asked(const qs_stated *stated, const uint8_t *claimed, size_t at)
 {
-    uint32_t left = 0;
-    for (uint32_t a = 0; a < count; a++) {
-        left += set[a];
-        *only = set[a] ? a : *only;
-    }
-    return left;
+    return stated->kept[at] && !claimed[at];
 }
 
-/* The costs of a site's labels with what the edges to neighbours of one label add. */
-static void find_costs(const qs_stated *stated, const uint8_t *sets, uint32_t site, int64_t *costs)
+/* Adds to the costs of each label d what an edge of the site costs with it, at least, less what it
+ * costs with label e. */
+static void add_edge(const qs_stated *stated, const qs_stated_edge *edge, uint32_t site, uint32_t e,
+                     const uint8_t *claimed, int64_t *costs)
 {
-    uint32_t count = stated->count[site], only = 0;
-    memcpy(costs, stated->unary + stated->start[site], sizeof *costs * count);
-    for (uint32_t n = stated->near_start[site]; n < stated->near_start[site + 1]; n++) {
-        const qs_stated_edge *edge = &stated->edges[stated->near[n]];
-        uint32_t other = qs_stated_other(edge, site);
-        if (edge->alive &&
-            count_set(sets + stated->start[other], stated->count[other], &only) == 1) {
-            for (uint32_t a = 0; a < count; a++) {
-                costs[a] += qs_stated_cost_from(stated, edge, site, a, only);
-            }
-        }
-    }
-}
-
-static uint32_t cheapest(const int64_t *costs, const uint8_t *set, uint32_t count)
-{
-    uint32_t best = UINT32_MAX;
-    for (uint32_t a = 0; a < count; a++) {
-        best = set[a] && (best == UINT32_MAX || costs[a] < costs[best]) ? a : best;
-    }
-    return best;
-}
-
-/* Adds to `gains`, for each label d, the most by which the edge can be cheaper with d than with the
- * label `best`. Edges to neighbours of one label are in the costs already. */
-static void add_gains(const qs_stated *stated, const uint8_t *sets, const qs_stated_edge *edge,
-                      uint32_t site, uint32_t best, int64_t *gains)
-{
-    uint32_t other = qs_stated_other(edge, site), only = 0;
-    const uint8_t *own = sets + stated->start[site], *theirs = sets + stated->start[other];
+    uint32_t other = qs_stated_other(edge, site);
+    const uint8_t *theirs = stated->kept + stated->start[other];
     bool is_first = edge->first == site;
     size_t columns = stated->count[edge->second], down = is_first ? columns : 1,
            across = is_first ? 1 : columns;
-    const int64_t *table = qs_stated_table(stated, edge), *best_line = table + best * down;
-    if (count_set(theirs, stated->count[other], &only) == 1) {
-        return;
-    }
+    const int64_t *table = qs_stated_table(stated, edge), *line_of_e = table + e * down;
     for (uint32_t d = 0; d < stated->count[site]; d++) {
+        if (!is_asked(stated, claimed, qs_stated_at(stated, site, d))) {
+            continue;
+        }
         const int64_t *line = table + d * down;
-        int64_t most = INT64_MIN;
-        for (uint32_t b = 0; own[d] && b < stated->count[other]; b++) {
+        int64_t least = INT64_MAX;
+        for (uint32_t b = 0; b < stated->count[other]; b++) {
             if (theirs[b]) {
-                int64_t more = best_line[b * across] - line[b * across];
-                most = qs_max_i64(most, edge->weight * more);
+                least =
+                    qs_min_i64(least, edge->weight * (line[b * across] - line_of_e[b * across]));
             }
         }
-        gains[d] += own[d] ? most : 0;
+        costs[d] += least;
     }
 }
 
-/* Takes out the labels that `best` rules out. Returns true if there is one. */
-static bool compare_with(const qs_stated *stated, uint8_t *sets, uint32_t site, uint32_t best,
-                         const int64_t *costs, int64_t *gains)
+bool qs_goldstein_rules_out(const qs_stated *stated, uint32_t site, uint32_t e,
+                            const uint8_t *claimed, int64_t *costs)
 {
-    uint32_t count = stated->count[site];
-    uint8_t *set = sets + stated->start[site];
-    memset(gains, 0, sizeof *gains * count);
+    const int64_t *unary = stated->unary + stated->start[site];
+    for (uint32_t d = 0; d < stated->count[site]; d++) {
+        costs[d] = unary[d] - unary[e];
+    }
     for (uint32_t n = stated->near_start[site]; n < stated->near_start[site + 1]; n++) {
         const qs_stated_edge *edge = &stated->edges[stated->near[n]];
         if (edge->alive) {
-            add_gains(stated, sets, edge, site, best, gains);
+            add_edge(stated, edge, site, e, claimed, costs);
         }
     }
-    bool changed = false;
-    for (uint32_t d = 0; d < count; d++) {
-        bool leaves = set[d] && costs[d] - costs[best] > gains[d];
-        set[d] = (uint8_t)(set[d] && !leaves);
-        changed = changed || leaves;
+    bool all = true;
+    for (uint32_t d = 0; d < stated->count[site]; d++) {
+        all = all && (!is_asked(stated, claimed, qs_stated_at(stated, site, d)) || costs[d] > 0);
     }
-    return changed;
+    return all;
 }
 
-/* Applies the criterion at a site. Returns true if a label leaves.
- *
- * all  compare with every label, not only with the cheapest */
-static bool apply_at(const qs_stated *stated, uint8_t *sets, uint32_t site, bool all, int64_t *work)
-{
-    uint32_t count = stated->count[site], only = 0;
-    /* A label may have left by now: labellings with it are labellings all the same. */
-    const uint8_t *first = stated->kept + stated->start[site];
-    int64_t *costs = work, *gains = work + stated->most_labels;
-    if (count_set(sets + stated->start[site], count, &only) == 1) {
-        return false;
-    }
-    find_costs(stated, sets, site, costs);
-    if (!all) {
-        return compare_with(stated, sets, site, cheapest(costs, first, count), costs, gains);
-    }
-    bool changed = false;
-    for (uint32_t best = 0; best < count; best++) {
-        changed = (first[best] && compare_with(stated, sets, site, best, costs, gains)) || changed;
-    }
-    return changed;
-}
-
-/* The sites around one, and itself, are due. */
-static void call_again(const qs_stated *stated, uint32_t site, uint8_t *due)
-{
-    due[site] = 1;
-    for (uint32_t n = stated->near_start[site]; n < stated->near_start[site + 1]; n++) {
-        const qs_stated_edge *edge = &stated->edges[stated->near[n]];
-        due[qs_stated_other(edge, site)] = 1;
-    }
-}
-
-static bool has_more(const qs_stated *stated, const uint8_t *sets, const uint8_t *claimed,
-                     uint32_t site)
-{
-    bool more = false;
-    for (size_t at = stated->start[site]; at < stated->start[site + 1]; at++) {
-        more = more || (sets[at] && !claimed[at]);
-    }
-    return more;
-}
-
-/* At the sites that are due, until none is.
- *
- * claimed  NULL, or only where a label is left that is not in it */
-static void apply_to_due(const qs_stated *stated, uint8_t *sets, const uint8_t *claimed,
-                         uint8_t *due, int64_t *work)
-{
-    bool again = true;
-    while (again) {
-        again = false;
-        for (uint32_t i = 0; i < stated->open_count; i++) {
-            uint32_t p = stated->open[i];
-            if (due[p]) {
-                due[p] = 0;
-                bool wanted = !claimed || has_more(stated, sets, claimed, p);
-                if (wanted && apply_at(stated, sets, p, false, work)) {
-                    call_again(stated, p, due);
-                    again = true;
-                }
-            }
-        }
-    }
-}
-
-/* Sets `due` where a label is left that is not claimed. Returns true if there is one. */
-static bool find_due(const qs_stated *stated, const uint8_t *sets, const uint8_t *claimed,
-                     uint8_t *due)
+/* Compares with one label. Returns true if any leaves. */
+static bool compare_with(const qs_stated *stated, uint32_t site, uint32_t e, const uint8_t *claimed,
+                         uint8_t *sets, int64_t *costs)
 {
     bool any = false;
-    for (uint32_t i = 0; i < stated->open_count; i++) {
-        uint32_t p = stated->open[i];
-        due[p] = has_more(stated, sets, claimed, p);
-        any = any || due[p];
+    (void)qs_goldstein_rules_out(stated, site, e, claimed, costs);
+    for (uint32_t d = 0; d < stated->count[site]; d++) {
+        size_t at = qs_stated_at(stated, site, d);
+        bool leaves = is_asked(stated, claimed, at) && costs[d] > 0;
+        sets[at] = stated->kept[at] && !leaves;
+        any = any || leaves;
     }
     return any;
 }
 
-bool qs_apply_goldstein(const qs_stated *stated, uint8_t *sets, const uint8_t *claimed,
-                        uint8_t *due, int64_t *work)
+static uint32_t cheapest(const qs_stated *stated, uint32_t site)
 {
-    if (!find_due(stated, sets, claimed, due)) {
-        return true;
+    uint32_t best = QS_NO_LABEL;
+    for (uint32_t a = 0; a < stated->count[site]; a++) {
+        size_t at = qs_stated_at(stated, site, a);
+        bool is_less = best == QS_NO_LABEL ||
+                       stated->unary[at] < stated->unary[qs_stated_at(stated, site, best)];
+        best = stated->kept[at] && is_less ? a : best;
     }
-    apply_to_due(stated, sets, claimed, due, work); /* mostly that is all */
-    bool again = find_due(stated, sets, claimed, due);
-    memset(due, 1, stated->sites);
-    while (again) {
-        again = false;
-        apply_to_due(stated, sets, NULL, due, work);
-        for (uint32_t i = 0; i < stated->open_count; i++) {
-            uint32_t p = stated->open[i];
-            if (apply_at(stated, sets, p, true, work)) {
-                call_again(stated, p, due);
-                again = true;
-            }
+    return best;
+}
+
+uint32_t qs_goldstein_at(const qs_stated *stated, uint32_t site, const uint8_t *claimed, bool all,
+                         uint8_t *sets, int64_t *costs)
+{
+    uint32_t e = all ? 0 : cheapest(stated, site), end = all ? stated->count[site] : e + 1;
+    for (; e < end; e++) {
+        if (stated->kept[qs_stated_at(stated, site, e)] &&
+            compare_with(stated, site, e, claimed, sets, costs)) {
+            return e;
         }
     }
-    return !find_due(stated, sets, claimed, due);
+    return QS_NO_LABEL;
 }

@@ -19,9 +19,14 @@ typedef struct qs_record_book {
     size_t *share_at; /* of each site: where its shares begin */
     int64_t *shares; /* of each slot of a site but the last, of each of its labels */
     uint16_t *labelling; /* of each site, of the stage */
-    uint8_t *sets; /* of each label */
+    uint8_t *claimed; /* of each label: it stays, says the solver */
+    uint8_t *sets; /* of each label: it stays after the stage */
+    uint32_t *stage, stage_count; /* the sites of the stage, rising */
+    uint8_t *due; /* of each site: its labels may be compared again */
+    int64_t *costs; /* of labels of a site, for a moment */
     unsigned shift;
-    bool pending; /* there is a split that has not been written */
+    bool pending; /* there is a split that has not been written, */
+    bool told; /* and the solver has told which labels leave by it: none */
     unsigned parts; /* QS_STAGE_PARTS or QS_STAGE_SEARCHES if the last stage has such parts, and has
                        not ended; else 0 */
     qs_exact exact;
@@ -72,8 +77,18 @@ bool qs_record_may_begin(qs_recorder *r);
 /* The same where parts of a kind follow, unless the stage has them. */
 bool qs_record_may_add(qs_recorder *r, unsigned kind);
 
-/* Writes the stage: its split, if there is one, and the sets, if labels leave. */
+/* The next stage is of all sites that are not settled. */
+void qs_record_list_open(qs_record_book *b);
+
+/* Writes the stage of the book's sites: its split, if one is pending, and the sets, if labels
+ * leave, which leave then. */
 void qs_record_stage(qs_recorder *r, bool leaves);
+
+/* ---- Labels that leave (record_leave.c). ---- */
+
+/* Labels that are not claimed leave: by the split that is pending; and if it has been told what
+ * leaves by that, or there is none, by Goldstein's criterion, in as many stages as that takes. */
+void qs_record_leave(qs_recorder *r);
 
 /* Writes the part that has been solved, by tables or by search (`kind`). Parts of a kind that come
  * one after another are a stage. A split that waits is of the problem with the part, and there will

@@ -106,6 +106,7 @@ void qs_record_split(qs_recorder *r, const qs_model *model, unsigned shift,
     const qs_stated *s = &b->stated;
     size_t at = 0;
     b->pending = true;
+    b->told = false;
     b->shift = shift;
     memset(b->slots, 0, sizeof *b->slots * s->sites);
     if (model->width > 0) {

@@ -100,48 +100,78 @@ static unsigned share_bytes(const share_range *range)
     return bytes;
 }
 
-static void put_split(stage_writer *w, const qs_record_book *b, unsigned slot, unsigned share)
+static void put_sites(stage_writer *w, const qs_record_book *b)
 {
-    const qs_stated *s = &b->stated;
-    for (uint32_t e = 0; e < s->edge_count; e++) {
-        if (s->edges[e].alive) {
-            put(w, b->first_slot[e], slot);
-            put(w, b->second_slot[e], slot);
-        }
-    }
-    for (uint32_t p = 0; p < s->sites; p++) {
-        for (uint32_t i = 0; qs_record_is_open(s, p) && i + 1 < b->slots[p]; i++) {
-            for (uint32_t a = 0; a < s->count[p]; a++) {
-                if (s->kept[qs_stated_at(s, p, a)]) {
-                    int64_t number = b->shares[b->share_at[p] + (size_t)i * s->count[p] + a];
-                    put(w, (uint64_t)number, share);
-                }
-            }
-        }
+    put(w, b->stage_count, 4);
+    for (uint32_t i = 0; i < b->stage_count; i++) {
+        put(w, b->stage[i], 4);
     }
 }
 
 static void put_labels(stage_writer *w, const qs_record_book *b)
 {
+    unsigned bytes = qs_record_label_bytes(&b->stated);
+    for (uint32_t i = 0; i < b->stage_count; i++) {
+        put(w, b->labelling[b->stage[i]], bytes);
+    }
+}
+
+/* Of all sites that are not settled. */
+static void put_split(stage_writer *w, const qs_record_book *b, unsigned slot, unsigned share)
+{
     const qs_stated *s = &b->stated;
-    for (uint32_t p = 0; p < s->sites; p++) {
-        if (qs_record_is_open(s, p)) {
-            put(w, b->labelling[p], qs_record_label_bytes(s));
+    for (uint32_t i = 0; i < b->stage_count; i++) {
+        uint32_t p = b->stage[i];
+        for (uint32_t n = s->near_start[p]; n < s->near_start[p + 1]; n++) {
+            uint32_t e = s->near[n];
+            if (s->edges[e].alive && s->edges[e].first == p) {
+                put(w, b->first_slot[e], slot);
+                put(w, b->second_slot[e], slot);
+            }
+        }
+    }
+    for (uint32_t i = 0; i < b->stage_count; i++) {
+        uint32_t p = b->stage[i];
+        const int64_t *shares = b->shares + b->share_at[p];
+        for (uint32_t n = 0; n < share_count(b, p); n++) {
+            if (s->kept[qs_stated_at(s, p, n % s->count[p])]) {
+                put(w, (uint64_t)shares[n], share);
+            }
         }
     }
 }
 
+/* A bit for each label that is left, whether it stays. */
 static void put_sets(stage_writer *w, const qs_record_book *b)
 {
     const qs_stated *s = &b->stated;
-    for (uint32_t p = 0; p < s->sites; p++) {
-        for (uint32_t first = 0; qs_record_is_open(s, p) && first < s->count[p]; first += 8) {
-            unsigned bits = 0;
-            for (uint32_t a = first; a < first + 8 && a < s->count[p]; a++) {
-                bits |= (unsigned)b->sets[qs_stated_at(s, p, a)] << (a - first);
+    unsigned bits = 0, used = 0;
+    for (uint32_t i = 0; i < b->stage_count; i++) {
+        uint32_t p = b->stage[i];
+        for (size_t at = s->start[p]; at < s->start[p + 1]; at++) {
+            bits |= (unsigned)(s->kept[at] && b->sets[at]) << used;
+            used += s->kept[at];
+            if (used == 8) {
+                put(w, bits, 1);
+                bits = used = 0;
             }
-            put(w, bits, 1);
         }
+    }
+    if (used > 0) {
+        put(w, bits, 1);
+    }
+}
+
+/* Takes over what stays. */
+static void take_sets(qs_record_book *b)
+{
+    qs_stated *s = &b->stated;
+    for (uint32_t i = 0; i < b->stage_count; i++) {
+        size_t at = s->start[b->stage[i]];
+        memcpy(s->kept + at, b->sets + at, s->count[b->stage[i]]);
+    }
+    for (uint32_t i = 0; i < b->stage_count; i++) {
+        qs_stated_fold(s, b->stage[i]);
     }
 }
 
@@ -183,6 +213,15 @@ bool qs_record_may_add(qs_recorder *r, unsigned kind)
     return r->book->parts == kind || qs_record_may_begin(r);
 }
 
+void qs_record_list_open(qs_record_book *b)
+{
+    b->stage_count = 0;
+    for (uint32_t p = 0; p < b->stated.sites; p++) {
+        b->stage[b->stage_count] = p;
+        b->stage_count += qs_record_is_open(&b->stated, p);
+    }
+}
+
 void qs_record_stage(qs_recorder *r, bool leaves)
 {
     qs_record_book *b = r->book;
@@ -204,12 +243,13 @@ void qs_record_stage(qs_recorder *r, bool leaves)
              b->pending ? (uint64_t)1 << b->shift : 0, slot, share);
     if (b->pending) {
         put_split(&w, b, slot, share);
-    }
-    if (b->pending && leaves) {
-        put_labels(&w, b);
+    } else {
+        put_sites(&w, b);
     }
     if (leaves) {
+        put_labels(&w, b);
         put_sets(&w, b);
+        take_sets(b);
     }
     end_writing(r, &w);
     r->stages++;

@@ -19,6 +19,7 @@ void qs_split_take(qs_split *split, const qs_stated *stated, qs_arena *arena)
         labels = qs_max_u64(labels, (uint64_t)qs_group_run_at(qubo, run).size + 1);
     }
     *split = (qs_split){.stated = stated};
+    split->sites = qs_arena_take(arena, sites, sizeof *split->sites);
     split->slot_start = qs_arena_take(arena, sites, sizeof *split->slot_start);
     split->slot_count = qs_arena_take(arena, sites, sizeof *split->slot_count);
     split->next_edge = qs_arena_take(arena, slots, sizeof *split->next_edge);
@@ -27,9 +28,53 @@ void qs_split_take(qs_split *split, const qs_stated *stated, qs_arena *arena)
     split->part = qs_arena_take(arena, sites, sizeof *split->part);
     split->least = qs_arena_take(arena, sites, sizeof *split->least);
     split->along = qs_arena_take(arena, couplings, labels * sizeof *split->along);
-    split->excess = qs_arena_take(arena, qubo->variables + sites, sizeof *split->excess);
-    split->work = qs_arena_take(arena, labels, 3 * sizeof *split->work);
+    split->room = qs_arena_take(arena, sites, sizeof *split->room);
+    split->work = qs_arena_take(arena, labels, 4 * sizeof *split->work);
     split->open = qs_arena_take(arena, labels, sizeof *split->open);
+}
+
+void qs_split_begin(qs_split *split, int64_t scale, const uint16_t *labelling)
+{
+    split->scale = scale;
+    split->labelling = labelling;
+    split->count = 0;
+    for (uint32_t p = 0; p < split->stated->sites; p++) {
+        if (!split->stated->settled[p]) {
+            split->sites[split->count++] = p;
+        }
+    }
+}
+
+/* Goes through the edges that are alive, of each site in turn those to later sites. Begin with {0};
+ * returns NULL after the last. */
+typedef struct edge_walk {
+    uint32_t site, near, number;
+} edge_walk;
+
+static const qs_stated_edge *next_of(const qs_split *split, edge_walk *walk)
+{
+    const qs_stated *stated = split->stated;
+    for (; walk->site < split->count; walk->site++, walk->near = 0) {
+        uint32_t p = split->sites[walk->site], start = stated->near_start[p];
+        while (start + walk->near < stated->near_start[p + 1]) {
+            walk->number = stated->near[start + walk->near++];
+            const qs_stated_edge *edge = &stated->edges[walk->number];
+            if (edge->first == p && edge->alive) {
+                return edge;
+            }
+        }
+    }
+    return NULL;
+}
+
+uint64_t qs_split_count_edges(const qs_split *split)
+{
+    edge_walk walk = {0, 0, 0};
+    uint64_t count = 0;
+    while (next_of(split, &walk)) {
+        count++;
+    }
+    return count;
 }
 
 /* ---- The slots. ---- */
@@ -56,63 +101,54 @@ static bool count_slot(const qs_split *split, uint32_t site, uint32_t number)
 
 static bool count_slots(qs_split *split, const uint8_t *slots, unsigned bytes)
 {
-    const qs_stated *stated = split->stated;
-    for (uint32_t i = 0; i < stated->open_count; i++) {
-        split->slot_count[stated->open[i]] = 1;
+    for (uint32_t i = 0; i < split->count; i++) {
+        split->slot_count[split->sites[i]] = 1;
     }
-    for (uint32_t i = 0; i < stated->alive_count; i++) {
-        const qs_stated_edge *edge = &stated->edges[stated->alive[i]];
-        slot_pair pair = slots_at(slots, bytes, i);
+    edge_walk walk = {0, 0, 0};
+    const qs_stated_edge *edge;
+    for (size_t n = 0; (edge = next_of(split, &walk)) != NULL; n++) {
+        slot_pair pair = slots_at(slots, bytes, n);
         if (!count_slot(split, edge->first, pair.first) ||
             !count_slot(split, edge->second, pair.second)) {
             return false;
         }
     }
     uint32_t all = 0;
-    for (uint32_t i = 0; i < stated->open_count; i++) {
-        split->slot_start[stated->open[i]] = all;
-        all += split->slot_count[stated->open[i]];
+    for (uint32_t i = 0; i < split->count; i++) {
+        split->slot_start[split->sites[i]] = all;
+        all += split->slot_count[split->sites[i]];
     }
     split->slots = all;
     return true;
 }
 
-static void find_parts(qs_split *split)
-{
-    const qs_stated *stated = split->stated;
-    for (uint32_t i = 0; i < stated->open_count; i++) {
-        split->part[stated->open[i]] = stated->open[i];
-    }
-    for (uint32_t i = 0; i < stated->alive_count; i++) {
-        const qs_stated_edge *edge = &stated->edges[stated->alive[i]];
-        qs_set_join(split->part, edge->first, edge->second);
-    }
-    for (uint32_t i = 0; i < stated->open_count; i++) {
-        uint32_t p = stated->open[i];
-        split->part[p] = qs_set_of(split->part, p); /* the first site of the part */
-    }
-}
-
 bool qs_split_set_slots(qs_split *split, const uint8_t *slots, unsigned bytes)
 {
-    const qs_stated *stated = split->stated;
     if (!count_slots(split, slots, bytes)) {
         return false;
     }
     size_t size = sizeof *split->next_edge * (size_t)split->slots;
     memset(split->next_edge, 0xff, size); /* QS_NO_EDGE */
     memset(split->before_edge, 0xff, size);
-    for (uint32_t i = 0; i < stated->alive_count; i++) {
-        const qs_stated_edge *edge = &stated->edges[stated->alive[i]];
-        slot_pair pair = slots_at(slots, bytes, i);
+    for (uint32_t i = 0; i < split->count; i++) {
+        split->part[split->sites[i]] = split->sites[i];
+    }
+    edge_walk walk = {0, 0, 0};
+    const qs_stated_edge *edge;
+    for (size_t n = 0; (edge = next_of(split, &walk)) != NULL; n++) {
+        slot_pair pair = slots_at(slots, bytes, n);
         uint32_t *next = &split->next_edge[split->slot_start[edge->first] + pair.first],
                  *before = &split->before_edge[split->slot_start[edge->second] + pair.second];
         if (*next != QS_NO_EDGE || *before != QS_NO_EDGE) {
             return false;
         }
-        *next = *before = stated->alive[i];
+        *next = *before = walk.number;
+        qs_set_join(split->part, edge->first, edge->second);
     }
-    find_parts(split);
+    for (uint32_t i = 0; i < split->count; i++) {
+        uint32_t p = split->sites[i];
+        split->part[p] = qs_set_of(split->part, p); /* the first site of the part */
+    }
     return true;
 }
 
@@ -120,8 +156,8 @@ uint64_t qs_split_count_shares(qs_split *split)
 {
     const qs_stated *stated = split->stated;
     uint64_t count = 0;
-    for (uint32_t i = 0; i < stated->open_count; i++) {
-        uint32_t p = stated->open[i];
+    for (uint32_t i = 0; i < split->count; i++) {
+        uint32_t p = split->sites[i];
         split->share_at[p] = (size_t)count;
         count += (uint64_t)(split->slot_count[p] - 1) * stated->left[p];
     }
@@ -278,12 +314,35 @@ static int64_t least_of(const int64_t *costs, uint32_t count)
     return least;
 }
 
+/* What the labelling costs at a site, with its edges to later sites, adds to the room of the part.
+ *
+ * rest  the site's own costs */
+static void add_room(const qs_split *split, uint32_t site, const int64_t *rest)
+{
+    const qs_stated *stated = split->stated;
+    const uint16_t *label = split->labelling;
+    int64_t *room = &split->room[split->part[site]];
+    uint32_t begin = split->slot_start[site];
+    if (!label) {
+        return;
+    }
+    *room += rest[label[site]];
+    for (uint32_t slot = begin; slot < begin + split->slot_count[site]; slot++) {
+        if (split->next_edge[slot] != QS_NO_EDGE) {
+            const qs_stated_edge *edge = &stated->edges[split->next_edge[slot]];
+            *room += split->scale *
+                     qs_stated_cost(stated, edge, label[edge->first], label[edge->second]);
+        }
+    }
+}
+
 static void go_through(qs_split *split, uint32_t site)
 {
     const qs_stated *stated = split->stated;
     uint32_t count = stated->count[site], begin = split->slot_start[site];
     int64_t *rest = split->work, *costs = rest + stated->most_labels;
     begin_rest(split, site, rest);
+    add_room(split, site, rest);
     for (uint32_t slot = begin; slot < begin + split->slot_count[site]; slot++) {
         uint32_t before = split->before_edge[slot], next = split->next_edge[slot];
         take_share(split, site, slot - begin, rest, costs);
@@ -300,32 +359,32 @@ static void go_through(qs_split *split, uint32_t site)
 
 int64_t qs_split_bound(qs_split *split)
 {
-    const qs_stated *stated = split->stated;
-    int64_t bound = stated->constant;
-    for (uint32_t i = 0; i < stated->open_count; i++) {
-        split->least[stated->open[i]] = 0;
+    int64_t bound = split->stated->constant;
+    for (uint32_t i = 0; i < split->count; i++) {
+        split->least[split->sites[i]] = split->room[split->sites[i]] = 0;
     }
-    for (uint32_t i = 0; i < stated->open_count; i++) {
-        go_through(split, stated->open[i]);
+    for (uint32_t i = 0; i < split->count; i++) {
+        go_through(split, split->sites[i]);
     }
-    for (uint32_t i = 0; i < stated->open_count; i++) {
-        uint32_t p = stated->open[i];
+    for (uint32_t i = 0; i < split->count; i++) {
+        uint32_t p = split->sites[i];
         int64_t least = split->least[p];
         if (split->part[p] == p) {
+            split->room[p] -= least;
             bound += least / split->scale + (least % split->scale > 0);
         }
     }
     return bound;
 }
 
-/* What came up to the site is no longer needed once it has been added; what comes from it takes its
- * place. */
-static void come_back(qs_split *split, uint32_t site)
+/* Finds by how much the chains of a site cost more with each of its labels than at least. What came
+ * up to the site is no longer needed once it has been added; what comes from it takes its place. */
+static void come_back(qs_split *split, uint32_t site, int64_t *excess)
 {
     const qs_stated *stated = split->stated;
     uint32_t count = stated->count[site], begin = split->slot_start[site];
     int64_t *rest = split->work, *costs = rest + stated->most_labels,
-            *whole = costs + stated->most_labels, *excess = split->excess + stated->start[site];
+            *whole = costs + stated->most_labels;
     begin_rest(split, site, rest);
     memset(excess, 0, sizeof *excess * count);
     for (uint32_t slot = begin; slot < begin + split->slot_count[site]; slot++) {
@@ -346,9 +405,19 @@ static void come_back(qs_split *split, uint32_t site)
     }
 }
 
-void qs_split_excess(qs_split *split)
+bool qs_split_rules_out(qs_split *split, const uint8_t *claimed)
 {
-    for (uint32_t i = split->stated->open_count; i-- > 0;) {
-        come_back(split, split->stated->open[i]);
+    const qs_stated *stated = split->stated;
+    int64_t *excess = split->work + 3 * (size_t)stated->most_labels;
+    bool out = true;
+    for (uint32_t i = split->count; out && i-- > 0;) {
+        uint32_t p = split->sites[i];
+        come_back(split, p, excess);
+        for (uint32_t a = 0; a < stated->count[p]; a++) {
+            size_t at = qs_stated_at(stated, p, a);
+            out = out &&
+                  (!stated->kept[at] || claimed[at] || excess[a] > split->room[split->part[p]]);
+        }
     }
+    return out;
 }

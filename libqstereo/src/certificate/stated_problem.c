@@ -78,8 +78,6 @@ void qs_stated_take(qs_stated *stated, const qs_index *index, qs_arena *arena)
     stated->left = qs_arena_take(arena, sites, sizeof *stated->left);
     stated->fixed = qs_arena_take(arena, sites, sizeof *stated->fixed);
     stated->settled = qs_arena_take(arena, sites, sizeof *stated->settled);
-    stated->open = qs_arena_take(arena, sites, sizeof *stated->open);
-    stated->alive = qs_arena_take(arena, qubo->couplings, sizeof *stated->alive);
     stated->edges = qs_arena_take(arena, qubo->couplings, sizeof *stated->edges);
     stated->near_start = qs_arena_take(arena, sites + 1, sizeof *stated->near_start);
     stated->near = qs_arena_take(arena, qubo->couplings, 2 * sizeof *stated->near);
@@ -234,28 +232,6 @@ void qs_stated_read(qs_stated *stated)
     memset(stated->settled, 0, stated->sites);
     stated->magnitude = find_magnitude(stated);
     stated->open_count = stated->sites;
-    stated->alive_count = stated->edge_count;
-    for (uint32_t p = 0; p < stated->sites; p++) {
-        stated->open[p] = p;
-    }
-    for (uint32_t e = 0; e < stated->edge_count; e++) {
-        stated->alive[e] = e;
-    }
-}
-
-void qs_stated_list(qs_stated *stated)
-{
-    uint32_t open = 0, alive = 0;
-    for (uint32_t i = 0; i < stated->open_count; i++) {
-        stated->open[open] = stated->open[i];
-        open += !stated->settled[stated->open[i]];
-    }
-    for (uint32_t i = 0; i < stated->alive_count; i++) {
-        stated->alive[alive] = stated->alive[i];
-        alive += stated->edges[stated->alive[i]].alive;
-    }
-    stated->open_count = open;
-    stated->alive_count = alive;
 }
 
 static void fold_edge(qs_stated *stated, qs_stated_edge *edge, uint32_t site, uint32_t label)
@@ -270,31 +246,42 @@ static void fold_edge(qs_stated *stated, qs_stated_edge *edge, uint32_t site, ui
     edge->alive = false;
 }
 
-void qs_stated_fold(qs_stated *stated)
+/* Settles a site that has one label left. */
+static void settle(qs_stated *stated, uint32_t site)
 {
-    for (uint32_t i = 0; i < stated->open_count; i++) {
-        uint32_t p = stated->open[i], left = 0;
-        if (stated->settled[p]) {
-            continue;
+    stated->settled[site] = QS_HAS_ONE_LABEL;
+    stated->open_count--;
+    for (uint32_t n = stated->near_start[site]; n < stated->near_start[site + 1]; n++) {
+        qs_stated_edge *edge = &stated->edges[stated->near[n]];
+        if (edge->alive) {
+            fold_edge(stated, edge, site, stated->fixed[site]);
         }
-        for (uint32_t a = 0; a < stated->count[p]; a++) {
-            if (stated->kept[qs_stated_at(stated, p, a)]) {
-                left++;
-                stated->fixed[p] = a;
-            }
+    }
+    stated->constant += stated->unary[qs_stated_at(stated, site, stated->fixed[site])];
+}
+
+void qs_stated_fold(qs_stated *stated, uint32_t site)
+{
+    uint32_t left = 0;
+    if (stated->settled[site]) {
+        return;
+    }
+    for (uint32_t a = 0; a < stated->count[site]; a++) {
+        if (stated->kept[qs_stated_at(stated, site, a)]) {
+            left++;
+            stated->fixed[site] = a;
         }
-        stated->left[p] = left;
-        if (left > 1) {
-            continue;
-        }
-        stated->settled[p] = QS_HAS_ONE_LABEL;
-        for (uint32_t n = stated->near_start[p]; n < stated->near_start[p + 1]; n++) {
-            qs_stated_edge *edge = &stated->edges[stated->near[n]];
-            if (edge->alive) {
-                fold_edge(stated, edge, p, stated->fixed[p]);
-            }
-        }
-        stated->constant += stated->unary[qs_stated_at(stated, p, stated->fixed[p])];
+    }
+    stated->left[site] = left;
+    if (left == 1) {
+        settle(stated, site);
+    }
+}
+
+void qs_stated_fold_all(qs_stated *stated)
+{
+    for (uint32_t p = 0; p < stated->sites; p++) {
+        qs_stated_fold(stated, p);
     }
 }
 

@@ -39,9 +39,7 @@ typedef struct qs_stated {
     uint32_t *left; /* how many labels are left to each site */
     uint32_t *fixed; /* of a site with one label left: which one */
     uint8_t *settled; /* of each site: not 0 = it is no longer of the problem */
-    /* Sites that are not settled and edges that are alive, in order, as of the last
-     * qs_stated_list. */
-    uint32_t *open, open_count, *alive, alive_count;
+    uint32_t open_count; /* sites that are not settled */
     qs_stated_edge *edges; /* in the order of the file */
     const uint32_t *near_start, *near; /* the numbers of the edges of each site */
     const size_t *table_at; /* where the table of each block begins */
@@ -94,12 +92,10 @@ static inline uint32_t qs_stated_other(const qs_stated_edge *edge, uint32_t site
     return edge->first == site ? edge->second : edge->first;
 }
 
-/* After `kept` has changed: counts the labels left, and turns the edges of sites with one label
- * into costs. */
-void qs_stated_fold(qs_stated *stated);
-
-/* Lists what is left, so that no stage goes through all that is settled. */
-void qs_stated_list(qs_stated *stated);
+/* After `kept` has changed at a site: counts its labels, and if one is left, turns the site's edges
+ * into costs of their other ends. */
+void qs_stated_fold(qs_stated *stated, uint32_t site);
+void qs_stated_fold_all(qs_stated *stated);
 
 /* What a labelling costs: a label of each site, which may have left. Only before any site has been
  * settled. */

@@ -171,6 +171,7 @@ static void take_out(qs_block *b)
     qs_trws_marginals(&b->state, b->marginals, b->shares);
     int64_t gap =
         qs_eliminate_above(&b->sets, b->marginals, b->shares, b->state.scale.shift, &room);
+    qs_eliminate_follow(&b->sets);
     b->bound = qs_max_i64(b->bound, energy - gap);
     b->energy = qs_model_energy(&b->sets.model, b->labelling);
     qs_trws_visit_only(&b->state, b->sets.left, b->sets.left_count);

@@ -19,6 +19,5 @@ int64_t qs_eliminate_above(qs_elimination *e, const qs_natural *marginals, const
             qs_eliminate_follow_set(e, p);
         }
     }
-    qs_eliminate_follow(e);
     return gap;
 }

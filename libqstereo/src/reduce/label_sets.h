@@ -72,8 +72,7 @@ int64_t qs_eliminate_find_rooms(qs_elimination *e, const int64_t *shares, unsign
                                 int64_t *room);
 
 /* Takes out the labels whose marginals (trws.h) prove that no labelling with them is as good as the
- * present one, each part of the problem for itself; then those that Goldstein's criterion rules out
- * in turn.
+ * present one, each part of the problem for itself. qs_eliminate_follow has to come next.
  *
  * room  out: how far the bound was below the energy of the labelling, times 2^shift
  *

@@ -204,6 +204,9 @@ static bool try_label(trial *t, uint32_t site, uint32_t label)
     (void)copy_messages(t, t->kept_messages, true);
     if (leaves) {
         e->kept[(size_t)site * e->model.labels + label] = 0;
+        if (witness) {
+            witness->end(witness->context, e->kept);
+        }
         qs_eliminate_follow_set(e, site);
         qs_eliminate_follow(e);
     }

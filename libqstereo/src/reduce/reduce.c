@@ -202,6 +202,8 @@ static int64_t take_out(reducer *r, qs_trws_state *state, qs_solution *so_far)
     int64_t gap = qs_eliminate_above(&r->sets, r->marginals, r->shares, state->scale.shift, &room);
     so_far->lower_bound = qs_max_i64(so_far->lower_bound, energy - gap);
     tell_end(r);
+    qs_eliminate_follow(&r->sets);
+    tell_end(r);
     so_far->energy = qs_model_energy(&r->sets.model, r->sets.labelling);
     list_visits(r, state);
     count(r);

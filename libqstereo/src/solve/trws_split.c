@@ -37,6 +37,7 @@ static void split_grid(const qs_trws_state *state, const qs_witness *witness)
 
 void qs_trws_split(const qs_trws_state *state, const uint16_t *labelling, const qs_witness *witness)
 {
+    witness->end(witness->context, state->model->kept); /* what has left before, left without it */
     witness->split(witness->context, state->model, state->scale.shift, labelling);
     if (state->model->width > 0) {
         split_grid(state, witness);
