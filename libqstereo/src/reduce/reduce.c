@@ -32,8 +32,8 @@ enum {
     LEAST_WORK = 1 << 27, /* on parts that is allowed each time, */
     AT_ONCE = 1 << 28, /* and the most: until then the watch is not called */
     SEARCH_SHARE = 4, /* a search for a labelling alone takes this part of it */
-    /* A round of kicks looks at as many numbers as an iteration of messages, and takes so many times
-     * as long. */
+    /* A round of kicks looks at as many numbers as an iteration of messages, and takes so many
+     * times as long. */
     KICKS_SLOWER = 16,
     KICKS_WORK = 1 << 20, /* numbers that kicks may look at for each iteration */
     /* Windows of a grid are solved for the first time after the iteration FIRST_WINDOWS, and then
