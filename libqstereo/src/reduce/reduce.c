@@ -32,7 +32,10 @@ enum {
     LEAST_WORK = 1 << 27, /* on parts that is allowed each time, */
     AT_ONCE = 1 << 28, /* and the most */
     SEARCH_SHARE = 4, /* a search for a labelling alone takes this part of it */
-    KICKS_WORK = 1 << 29, /* numbers that searches by kicks may look at each time */
+    /* A round of kicks looks at as many numbers as an iteration of messages, and takes so many
+     * times as long. */
+    KICKS_SLOWER = 16,
+    KICKS_WORK = 1 << 20, /* numbers that kicks may look at for each iteration */
     /* Windows of a grid are solved for the first time after the iteration FIRST_WINDOWS, and then
      * whenever half as many more have been done: squares of SIDE cells, at most ROUNDS times. Where
      * fewer than one site in MANY is left, parts and messages are quicker. */
@@ -208,16 +211,23 @@ static int64_t take_out(reducer *r, qs_trws_state *state, qs_solution *so_far)
     return room;
 }
 
+/* The numbers that an iteration of messages looks at. */
+static uint64_t iteration_work(const qs_trws_state *state)
+{
+    const qs_model *model = state->model;
+    uint64_t labels = model->labels, visits = qs_trws_visits(state),
+             edges = model->width > 0 ? 2 * visits : model->edges;
+    bool tables = model->pairwise.smoothness >= QS_TABLE;
+    return 1 + visits * labels * NUMBERS_A_LABEL + (tables ? 2 * labels * labels * edges : 0);
+}
+
 /* Solves parts. All of them together may take as much work as the messages did up to now, and a
  * little more, less what parts have taken before. Returns true if anything has changed. */
 static bool solve_parts(reducer *r, const qs_trws_state *state, const qs_solution *so_far)
 {
     uint64_t iterations = so_far->iterations - r->parts_at;
     r->parts_at = so_far->iterations;
-    uint64_t labels = state->model->labels,
-             numbers = qs_trws_visits(state) * labels * NUMBERS_A_LABEL +
-                       2 * labels * labels * state->model->edges;
-    r->work += qs_max_u64(iterations * numbers, LEAST_WORK);
+    r->work += qs_max_u64(iterations * iteration_work(state), LEAST_WORK);
     uint64_t share = qs_min_u64(r->work, AT_ONCE);
     qs_allowance work = {share, &r->look};
     const qs_witness *witness = witness_of(r);
@@ -339,7 +349,7 @@ static void go_round(reducer *r)
         first.y = qs_draw_below(&r->random, SIDE);
         int64_t gain =
             qs_windows_improve(&r->sets, first, r->trial, r->marginals, r->parts_size, &r->look);
-        gain += qs_merge(&r->merger, r->trial, r->sets.labelling);
+        gain += qs_merge(&r->merger, NULL, 0, r->trial, r->sets.labelling);
         idle = gain > 0 ? 0 : idle + 1;
     }
 }
@@ -375,21 +385,22 @@ static void solve_windows(reducer *r, const qs_trws_state *state, qs_solution *s
         return;
     }
     go_round(r);
-    so_far->energy -= qs_merge(&r->merger, r->sets.labelling, r->trial);
+    so_far->energy -= qs_merge(&r->merger, NULL, 0, r->sets.labelling, r->trial);
     r->windowed = so_far->energy;
 }
 
 /* Where there are no windows the whole is searched by kicks, which takes as much work as the
- * messages up to now at most, or KICKS_WORK. Tables of their own for the edges rule windows out. */
-static void search_by_kicks(reducer *r, qs_solution *so_far)
+ * messages up to now at most, or KICKS_WORK for each iteration. Tables of their own for the edges
+ * rule windows out. */
+static void search_by_kicks(reducer *r, const qs_trws_state *state, qs_solution *so_far)
 {
     const qs_model *model = &r->sets.model;
     r->next_kicks = 2 * so_far->iterations;
     if (model->width > SIDE && model->height > SIDE && !model->tables) {
         return;
     }
-    uint64_t numbers = qs_trws_work(model) * NUMBERS_A_LABEL * (1 + r->sets.left_count),
-             rounds = qs_max_u64(so_far->iterations / QS_KICKS_MOVES, KICKS_WORK / numbers);
+    uint64_t numbers = iteration_work(state),
+             rounds = so_far->iterations * qs_max_u64(KICKS_WORK, numbers / KICKS_SLOWER) / numbers;
     so_far->energy -= qs_kicks_improve(&r->kicks, model, r->sets.left, r->sets.left_count, rounds,
                                        r->sets.labelling, r->marginals, r->parts_size, &r->look);
 }
@@ -506,7 +517,7 @@ static bool between(void *context, qs_trws_state *state, qs_solution *so_far, bo
         solve_windows(r, state, so_far);
     }
     if (r->target == 0 && !ends && !r->again.trying && so_far->iterations >= r->next_kicks) {
-        search_by_kicks(r, so_far);
+        search_by_kicks(r, state, so_far);
     }
     if (!at_target(r) && !r->again.trying && is_due(r, state, so_far, stopped)) {
         int64_t room = tighten(r, state, so_far);

@@ -199,8 +199,7 @@ static void propose_swap(qs_fusion *f, uint32_t pair)
     }
 }
 
-/* The number of moves of a cycle. */
-static uint32_t count_moves(const qs_model *model, qs_fusion_kind kind)
+uint32_t qs_fusion_count(const qs_model *model, qs_fusion_kind kind)
 {
     uint32_t labels = model->labels;
     switch (kind) {
@@ -211,21 +210,33 @@ static uint32_t count_moves(const qs_model *model, qs_fusion_kind kind)
     return QS_JUMPS + (labels <= FEW_LABELS ? labels : 0);
 }
 
+/* Tables mostly say nothing of an order of the labels, and a jump gains little: so these come
+ * last. */
+static bool jumps_last(const qs_model *model)
+{
+    return model->pairwise.smoothness >= QS_TABLE && model->labels <= FEW_LABELS;
+}
+
 static void propose(qs_fusion *f, qs_fusion_kind kind, uint32_t at)
 {
     if (kind == QS_FUSION_SWAP) {
         propose_swap(f, at);
-    } else if (kind == QS_FUSION_EXPANSION || at >= QS_JUMPS) {
-        propose_label(f, kind == QS_FUSION_EXPANSION ? at : at - QS_JUMPS);
+        return;
+    }
+    uint32_t labels = f->m.model->labels, before = jumps_last(f->m.model) ? 0 : QS_JUMPS;
+    if (kind == QS_FUSION_EXPANSION) {
+        propose_label(f, at);
+    } else if (at >= before && at - before < labels) {
+        propose_label(f, at - before);
     } else {
-        qs_propose_jump(f, jumps[at]);
+        qs_propose_jump(f, jumps[before == 0 ? at - labels : at]);
     }
 }
 
 /* Cycles until as many moves as there are have failed. */
 static void cycle(qs_fusion *f, qs_fusion_kind kind)
 {
-    uint32_t moves = count_moves(f->m.model, kind), failed = 0;
+    uint32_t moves = qs_fusion_count(f->m.model, kind), failed = 0;
     bool go = true;
     while (go && failed < moves) {
         f->solution->iterations++;

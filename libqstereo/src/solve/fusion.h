@@ -51,8 +51,11 @@ typedef enum qs_fusion_kind {
     QS_FUSION_EXPANSION, /* to each label in turn */
     QS_FUSION_SWAP, /* of each pair of labels in turn */
     QS_FUSION_JUMPS /* jumps by 1, 2, 3, 4, 6, 8 and 12, up and down; then to each label, where
-                       there are at most 32 */
+                       there are at most 32; with tables to the labels first */
 } qs_fusion_kind;
+
+/* The number of moves of a cycle. */
+uint32_t qs_fusion_count(const qs_model *model, qs_fusion_kind kind);
 
 /* Moves until none of them gains. As a qs_solver; an iteration is a cycle of all moves. Returns
  * QS_OK or QS_E_WORKSPACE. */

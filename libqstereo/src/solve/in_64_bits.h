@@ -25,6 +25,7 @@
 #define qs_expansion              qs_expansion_64
 #define qs_expansion_workspace    qs_expansion_workspace_64
 #define qs_fuse                   qs_fuse_64
+#define qs_fusion_count           qs_fusion_count_64
 #define qs_fusion_fits            qs_fusion_fits_64
 #define qs_fusion_moves           qs_fusion_moves_64
 #define qs_fusion_moves_workspace qs_fusion_moves_workspace_64

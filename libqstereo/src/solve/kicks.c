@@ -42,8 +42,8 @@ static void kick(const qs_model *model, uint32_t site, uint64_t *random, uint16_
 static int64_t round_of(search *s, qs_kicks *kicks, uint16_t *labelling)
 {
     uint32_t one_in = 2u << kicks->rounds % RAREST;
-    memcpy(s->other, labelling, sizeof *labelling * s->model->sites);
     for (uint32_t i = 0; i < s->count; i++) {
+        s->other[s->sites[i]] = labelling[s->sites[i]];
         if (qs_draw_below(&kicks->random, one_in) == 0) {
             kick(s->model, s->sites[i], &kicks->random, s->other);
         }
@@ -51,7 +51,7 @@ static int64_t round_of(search *s, qs_kicks *kicks, uint16_t *labelling)
     for (uint32_t i = 0; i < QS_KICKS_MOVES; i++) {
         qs_trees_move(&s->trees, s->sites, s->count, &kicks->random, s->other);
     }
-    return qs_merge(&s->merger, labelling, s->other);
+    return qs_merge(&s->merger, s->sites, s->count, labelling, s->other);
 }
 
 int64_t qs_kicks_improve(qs_kicks *kicks, const qs_model *model, const uint32_t *sites,
@@ -62,6 +62,7 @@ int64_t qs_kicks_improve(qs_kicks *kicks, const qs_model *model, const uint32_t 
     if (!take(&s, memory, size)) {
         return 0;
     }
+    memcpy(s.other, labelling, sizeof *labelling * model->sites);
     qs_trees_begin(&s.trees);
     int64_t all = 0;
     uint64_t last = kicks->rounds;

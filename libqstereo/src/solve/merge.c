@@ -40,28 +40,28 @@ static int64_t rise_at(const qs_model *model, const uint16_t *x, const uint16_t 
     return rise;
 }
 
-int64_t qs_merge(qs_merger *m, uint16_t *labelling, const uint16_t *other)
+int64_t qs_merge(qs_merger *m, const uint32_t *sites, uint32_t count, uint16_t *labelling,
+                 const uint16_t *other)
 {
-    uint32_t sites = m->model->sites;
+    uint32_t all = sites ? count : m->model->sites;
     int64_t gain = 0;
-    for (uint32_t p = 0; p < sites; p++) {
+    for (uint32_t i = 0; i < all; i++) {
+        uint32_t p = sites ? sites[i] : i;
         if (labelling[p] != other[p]) {
             join_site(m, labelling, other, p);
         }
     }
-    for (uint32_t p = 0; p < sites; p++) {
+    for (uint32_t i = 0; i < all; i++) {
+        uint32_t p = sites ? sites[i] : i;
         if (labelling[p] != other[p]) {
             m->part[p] = qs_set_of(m->part, p);
             m->rise[m->part[p]] += rise_at(m->model, labelling, other, p);
         }
     }
-    for (uint32_t p = 0; p < sites; p++) {
-        if (labelling[p] != other[p]) {
-            gain -= m->part[p] == p ? qs_min_i64(m->rise[p], 0) : 0;
-        }
-    }
-    for (uint32_t p = 0; p < sites; p++) {
+    for (uint32_t i = 0; i < all; i++) {
+        uint32_t p = sites ? sites[i] : i;
         if (labelling[p] != other[p] && m->rise[m->part[p]] <= 0) {
+            gain -= m->part[p] == p ? m->rise[p] : 0;
             labelling[p] = other[p];
         }
     }

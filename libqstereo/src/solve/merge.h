@@ -17,7 +17,11 @@ typedef struct qs_merger {
 void qs_merger_take(qs_merger *merger, const qs_model *model, qs_arena *arena);
 
 /* Takes over from `other` the parts that do not raise F: those of the same cost too, so that a
- * search moves on. Both have kept labels only. Returns by how much F has fallen. */
-int64_t qs_merge(qs_merger *merger, uint16_t *labelling, const uint16_t *other);
+ * search moves on. Both have kept labels only.
+ *
+ * sites  where they may differ, in order, count of them; NULL = all
+ * Returns by how much F has fallen. */
+int64_t qs_merge(qs_merger *merger, const uint32_t *sites, uint32_t count, uint16_t *labelling,
+                 const uint16_t *other);
 
 #endif

@@ -9,7 +9,11 @@
 #include "fusion.h"
 #include "progress.h"
 
-enum { ITERATIONS = 2000, FIRST_MOVES = 8 };
+enum {
+    ITERATIONS = 2000,
+    FIRST_MOVES = 8,
+    MOVES_SLOWER = 16 /* a move takes so many times as long as an iteration for one label */
+};
 
 /* It watches TRW-S: it takes over the bounds and the labellings, improves these by moves, and stops
  * TRW-S when the best labelling is proven. */
@@ -55,18 +59,23 @@ static bool watch_moves(void *context, const qs_progress *progress)
 }
 
 /* Improves a labelling by expansion, or, where the pairwise cost is no metric, by fusion moves. A
- * guest may raise costs until moves need more memory than there is: from then on there are none. */
-static void improve(supervisor *s, uint16_t *labelling)
+ * guest may raise costs until moves need more memory than there is: from then on there are none.
+ * Returns how many iterations take as long. */
+static uint64_t improve(supervisor *s, uint16_t *labelling)
 {
+    const qs_model *model = s->model;
     qs_solve_options options = {.watch = watch_moves, .context = s};
     qs_solution moved;
+    qs_fusion_kind kind = s->metric ? QS_FUSION_EXPANSION : QS_FUSION_JUMPS;
     qs_status status =
-        s->metric ? qs_expansion(s->model, &options, s->moves, s->moves_size, labelling, &moved)
-                  : qs_fusion_moves(QS_FUSION_JUMPS, s->model, &options, s->moves, s->moves_size,
-                                    labelling, &moved);
-    if (status == QS_OK) {
-        keep(s, labelling, moved.energy);
+        s->metric
+            ? qs_expansion(model, &options, s->moves, s->moves_size, labelling, &moved)
+            : qs_fusion_moves(kind, model, &options, s->moves, s->moves_size, labelling, &moved);
+    if (status != QS_OK) {
+        return 0;
     }
+    keep(s, labelling, moved.energy);
+    return moved.iterations * qs_fusion_count(model, kind) * MOVES_SLOWER / model->labels;
 }
 
 /* The moves start from the labelling of TRW-S. The guest may have taken labels of it out since. */
@@ -83,13 +92,13 @@ static bool watch_messages(void *context, const qs_progress *progress)
     s->solution.iterations = progress->iteration;
     keep(s, s->found, progress->energy);
     bool near = qs_is_proven(&s->solution);
-    /* Less and less often: TRW-S gets on slowly, and moves cost as much as many of its
-     * iterations. */
+    /* Less and less often, for TRW-S gets on slowly; and not before it has had as much time as the
+     * moves before. */
     if (!near && progress->iteration >= s->next_moves && progress->energy != s->moved_energy) {
-        s->next_moves = 2 * progress->iteration;
         s->moved_energy = progress->energy;
         start_moves(s);
-        improve(s, s->moved);
+        uint64_t pause = improve(s, s->moved);
+        s->next_moves = progress->iteration + qs_max_u64(pause, progress->iteration);
         near = qs_is_proven(&s->solution);
     }
     bool done =
@@ -154,7 +163,8 @@ qs_status qs_messages_and_moves(const qs_model *model, const qs_solve_options *o
                     .best = labelling,
                     .metric = qs_is_metric(model),
                     .moves_size = moves_size(model),
-                    .next_moves = FIRST_MOVES};
+                    .next_moves = FIRST_MOVES,
+                    .moved_energy = INT64_MAX};
     size_t size = take_parts(&s, NULL), missing = size > workspace_size ? size - workspace_size : 0;
     if (size == SIZE_MAX || missing > s.moves_size) {
         return QS_E_WORKSPACE;
@@ -164,7 +174,6 @@ qs_status qs_messages_and_moves(const qs_model *model, const qs_solve_options *o
     qs_model_winner(model, labelling);
     s.solution.energy = qs_model_energy(model, labelling);
     s.solution.lower_bound = model->constant; /* no cost is below 0 */
-    s.moved_energy = s.solution.energy;
     qs_status status = solve(&s);
     if (status == QS_OK) {
         s.solution.energy -= qs_take_kept_everywhere(model, labelling);

@@ -14,12 +14,13 @@ typedef struct qs_guest {
     void *context;
 } qs_guest;
 
-/* Runs TRW-S. After iterations 8, 16, 32 and so on, moves improve the labelling that TRW-S has
- * reached: expansion, or, if the pairwise cost is not a metric, jumps of all labels and moves to
- * each label. TRW-S comes first because in any given time it gets lower than expansion from the
- * winner's labelling. It ends when the bound is as near to the best labelling as options->gap asks
- * for; that is what `converged` says. The arguments are those of a solver (solve.h), but a
- * witness is the guest's affair. Costs must fit the messages of this compilation. */
+/* Runs TRW-S. After iteration 8, and then whenever the iterations have doubled and have taken about
+ * as long as the moves before, moves improve the labelling that TRW-S has reached: expansion, or,
+ * if the pairwise cost is not a metric, jumps of all labels and moves to each label. TRW-S comes
+ * first because in any given time it gets lower than expansion from the winner's labelling. It ends
+ * when the bound is as near to the best labelling as options->gap asks for; that is what
+ * `converged` says. The arguments are those of a solver (solve.h), but a witness is the guest's
+ * affair. Costs must fit the messages of this compilation. */
 qs_status qs_messages_and_moves(const qs_model *model, const qs_solve_options *options,
                                 const qs_guest *guest, void *workspace, size_t workspace_size,
                                 uint16_t *labelling, qs_solution *solution);

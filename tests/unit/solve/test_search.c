@@ -87,7 +87,7 @@ static void merging_takes_the_best_parts(void **unused)
         qs_merger merger;
         qs_merger_take(&merger, &model, &arena);
         assert_true(qs_arena_size(&arena) <= sizeof memory);
-        assert_int_equal(before - qs_merge(&merger, x, y), least);
+        assert_int_equal(before - qs_merge(&merger, NULL, 0, x, y), least);
         assert_int_equal(qs_model_energy(&model, x), least);
         mixed += least < before && least < other;
     }
