@@ -110,6 +110,7 @@ typedef struct qs_recorder {
     const qs_sink *sink;
     struct qs_record_book *book;
     uint32_t stages;
+    bool has_refused; /* a part was too wide to be solved in a certificate */
     qs_status status;
 } qs_recorder;
 
