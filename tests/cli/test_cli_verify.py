@@ -207,6 +207,18 @@ def test_what_packing_proves_is_searched_again(tmp_path):
     assert done.status == 0 and facts["lower_bound"] == said["lower_bound"]
 
 
+def test_what_reduce_leaves_is_searched(tmp_path):
+    crowd = make_crowd(tmp_path, 80, 50)
+    done = run("solve", crowd / "p.qcf", "-o", crowd / "s.qsf", "--json")
+    least = json.loads(done.out)["energy"]
+    words = ["reduce", crowd / "p.qcf", "-o", crowd / "r.qcf", "--certificate", crowd / "c.qpf"]
+    done = run(*words, "--iterations", "20", "--json")
+    said = json.loads(done.out)
+    assert (said["lower_bound"], said["sites_after"], done.err) == (least, 80, "")
+    done, facts = verify(crowd, second="r.qcf")
+    assert done.status == 0 and facts["lower_bound"] == least
+
+
 def test_what_takes_packing_too_long_is_in_no_certificate(tmp_path):
     crowd = make_crowd(tmp_path, 120, 100)
     done = run("solve", crowd / "p.qcf", "-o", crowd / "s.qsf", "--json")

@@ -288,6 +288,7 @@ qs_status qs_recorder_end(qs_recorder *recorder)
         qs_record_stage(recorder, false);
     }
     qs_record_end_parts(recorder);
+    recorder->has_refused = recorder->has_refused && recorder->book->stated.open_count > 0;
     if (recorder->status == QS_OK && recorder->stages == 0) {
         return QS_E_ENCODING;
     }
