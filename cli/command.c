@@ -1,8 +1,10 @@
 #include "command.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "text/fail.h"
+#include "text/plain.h"
 
 int job_open_problem(job *at)
 {
@@ -60,6 +62,17 @@ int job_commit(job *at)
 {
     at->committed = true;
     return output_commit(at->outs, at->out_count);
+}
+
+void job_print_outputs(const job *at, const char *first)
+{
+    printf("%s", plain(first));
+    for (size_t i = 0; i < at->out_count; i++) {
+        if (strcmp(at->outs[i].name, first) != 0) {
+            printf(", %s", plain(at->outs[i].name));
+        }
+    }
+    fputs(": ", stdout);
 }
 
 /* Makes the outputs and their folder stay, or removes them. */

@@ -46,6 +46,9 @@ int job_open_beside(job *at, const char *long_name, const char *path, output **o
  * printed cannot be, the frame takes the files back. Returns DONE or NO_RESOURCE. */
 int job_commit(job *at);
 
+/* Begins a line with the names of the outputs, `first` before the others: "map.png, mask.png: ". */
+void job_print_outputs(const job *at, const char *first);
+
 /* A part of a command's work whose outputs stay even if a later part fails: a frame of a sequence.
  * It has what memory the whole has left. The end makes its outputs stay if `status` is DONE, and
  * returns what became of it. */

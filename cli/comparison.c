@@ -44,6 +44,7 @@ static void json_result(const comparison *of, const result *shown, int64_t bound
     bool answered = shown->feasible > 0;
     json_item();
     json_name("solver", shown->solver);
+    json_name("file", shown->file);
     json_truth("usable", shown->refusal == QS_OK);
     json_units_or_null("energy", answered, shown->energy, of->scale);
     bool has_gap = answered && bound != QS_NO_BOUND;
@@ -86,9 +87,11 @@ static void fill_errors(const map_errors *errors, table_cell *cells)
 
 static void fill_row(const comparison *of, const result *shown, int64_t bound, table_cell *cells)
 {
-    for (size_t i = 0; i < COLUMNS; i++) {
-        (void)snprintf(cells[i], TABLE_CELL_SIZE, "%s", i == NOTE ? "" : "-");
+    const char *file = shown->file != NULL ? plain(shown->file) : "";
+    for (size_t i = 0; i < NOTE; i++) {
+        (void)snprintf(cells[i], TABLE_CELL_SIZE, "-");
     }
+    (void)snprintf(cells[NOTE], TABLE_CELL_SIZE, "%s", file);
     (void)snprintf(cells[METHOD], TABLE_CELL_SIZE, "%s", plain(shown->solver));
     if (shown->refusal != QS_OK) {
         (void)snprintf(cells[NOTE], TABLE_CELL_SIZE,
@@ -114,7 +117,8 @@ static void fill_row(const comparison *of, const result *shown, int64_t bound, t
     }
     fill_errors(&shown->errors, cells);
     if (is_proven(shown, bound)) {
-        (void)snprintf(cells[NOTE], TABLE_CELL_SIZE, "optimal");
+        (void)snprintf(cells[NOTE], TABLE_CELL_SIZE, "optimal%s%s", *file != '\0' ? ", " : "",
+                       file);
     }
 }
 

@@ -11,6 +11,7 @@ enum { RESULTS_MAX = OUTPUTS_MAX - 1 };
 
 typedef struct result {
     char solver[256]; /* the longest name of a .qsf, and its end */
+    const char *file; /* the samples file that has it; NULL = it was solved here */
     qs_status refusal; /* QS_OK, or why the solver cannot be used */
     uint32_t feasible, samples;
     int64_t energy; /* of the best feasible sample, if there is one */

@@ -47,12 +47,6 @@ static int read_reducing(const job *at, encode_request *asked)
 {
     const char *const *values = at->values;
     asked->reduce = values[ENCODE_REDUCE] != NULL;
-    if (!asked->reduce && (values[ENCODE_REDUCING + REDUCING_TARGET] != NULL ||
-                           values[ENCODE_REDUCING + REDUCING_TIME_LIMIT] != NULL)) {
-        return fail_usage("--%s goes with --reduce: add --reduce",
-                          values[ENCODE_REDUCING + REDUCING_TARGET] != NULL ? "target"
-                                                                            : "time-limit");
-    }
     return reducing_read(&values[ENCODE_REDUCING], asked->options.encode.encoding, &asked->how);
 }
 

@@ -36,8 +36,9 @@ enum {
                          false,                                                                    \
                          "NAME",                                                                   \
                          NULL,                                                                     \
-                         "how labels become bits: qstereo encode --help lists them (default "      \
-                         "one-hot-sparse for potts, else one-hot)"},                               \
+                         "how labels become bits: one-hot, one-hot-sparse, domain-wall, "          \
+                         "multiway-cut, st-cut or st-cut-arcs (default one-hot-sparse for potts, " \
+                         "else one-hot)"},                                                         \
     [ENCODE_CODING] = CODING_OPTION_ROWS(" (default local)", " (default 1)", ""),                  \
     [ENCODE_REDUCE] = {"reduce",                                                                   \
                        0,                                                                          \

@@ -10,7 +10,8 @@
 static bool begins_with(const file_bytes *file, const char *magic)
 {
     size_t length = strlen(magic);
-    return memcmp(file->bytes, magic, file->size < length ? file->size : length) == 0;
+    return file->size > 0 &&
+           memcmp(file->bytes, magic, file->size < length ? file->size : length) == 0;
 }
 
 bool samples_are(const file_bytes *file)
@@ -23,17 +24,30 @@ bool problem_is(const file_bytes *file)
     return begins_with(file, "\x89QCF");
 }
 
-/* Prints what is wrong with a file, and where. `kind` is what it should be, `other` what it is
- * instead, or NULL. */
-static int fail_fault(const char *name, qs_status status, const qs_fault *fault, const char *kind,
-                      const char *other)
+int fail_kind(const char *name, const file_bytes *file, const char *wanted)
 {
-    if (status == QS_E_FORMAT) {
-        return fail(BAD_INPUT, name, "is not a %s file%s%s", kind, other != NULL ? " but " : "",
-                    other != NULL ? other : "");
+    const char *is = problem_is(file)               ? "a .qcf: a problem"
+                     : samples_are(file)            ? "a .qsf: samples of a problem"
+                     : begins_with(file, "\x89QPF") ? "a .qpf: a certificate"
+                                                    : NULL;
+    if (file->size == 0) {
+        return fail(BAD_INPUT, name, "is empty: a %s file is needed here", wanted);
     }
-    return fail(BAD_INPUT, name, "%s %s at byte %" PRIu64 ": %s", kind, qs_status_text(status),
-                fault->offset, fault->what != NULL ? fault->what : "cannot be read");
+    return fail(BAD_INPUT, name, "is not a %s file%s%s", wanted, is != NULL ? " but " : "",
+                is != NULL ? is : "");
+}
+
+/* Prints what is wrong with a file, and where. `kind` is what it should be. */
+static int fail_fault(const char *path, const file_bytes *file, qs_status status,
+                      const qs_fault *fault, const char *kind)
+{
+    const char *name = input_name(path);
+    if (status == QS_E_FORMAT || file->size == 0) {
+        return fail_kind(name, file, kind);
+    }
+    return fail(BAD_INPUT, name, "%s %s at byte %" PRIu64 ": %s%s", kind, qs_status_text(status),
+                fault->offset, fault->what != NULL ? fault->what : "cannot be read",
+                status == QS_E_TRUNCATED ? "; copy it again" : "");
 }
 
 int problem_check(const char *path, file_bytes file, const budget *limit, problem_file *opened)
@@ -48,8 +62,7 @@ int problem_check(const char *path, file_bytes file, const budget *limit, proble
         return fail_memory(opened->name); /* more than this machine can address */
     }
     if (status != QS_OK) {
-        return fail_fault(opened->name, status, &fault, ".qcf",
-                          samples_are(&file) ? "a .qsf: samples of a problem" : NULL);
+        return fail_fault(path, &file, status, &fault, ".qcf");
     }
     opened->scale = opened->qubo.has_labels ? opened->qubo.labels.scale : 1;
     return DONE;
@@ -63,8 +76,7 @@ int samples_check(const char *path, file_bytes file, samples_file *opened)
     opened->file = file;
     qs_status status = qs_samples_open(file.bytes, file.size, &opened->view, &fault);
     if (status != QS_OK) {
-        return fail_fault(opened->name, status, &fault, ".qsf",
-                          problem_is(&file) ? "a .qcf: a problem" : NULL);
+        return fail_fault(path, &file, status, &fault, ".qsf");
     }
     if (!json_is_object(opened->view.info, opened->view.info_size)) {
         return fail(BAD_INPUT, opened->name, ".qsf damaged: its INFO is not a JSON object");
@@ -72,19 +84,16 @@ int samples_check(const char *path, file_bytes file, samples_file *opened)
     return DONE;
 }
 
-int certificate_fail(const char *path, qs_status status, const qs_fault *fault)
+int certificate_fail(const char *path, file_bytes file, qs_status status, const qs_fault *fault)
 {
-    return fail_fault(input_name(path), status, fault, ".qpf", NULL);
+    return fail_fault(path, &file, status, fault, ".qpf");
 }
 
 int certificate_check(const char *path, file_bytes file, qs_certificate *opened)
 {
     qs_fault fault = {0, NULL};
     qs_status status = qs_certificate_open(file.bytes, file.size, opened, &fault);
-    const char *other = samples_are(&file) ? "a .qsf: samples of a problem" : NULL;
-    return status == QS_OK ? DONE
-                           : fail_fault(input_name(path), status, &fault, ".qpf",
-                                        problem_is(&file) ? "a .qcf: a problem" : other);
+    return status == QS_OK ? DONE : certificate_fail(path, file, status, &fault);
 }
 
 /* The digest says which problem the samples are of. */

@@ -48,7 +48,11 @@ int certificate_check(const char *path, file_bytes file, qs_certificate *opened)
 
 /* Prints what is wrong with a certificate that does not fit its problem. Returns BAD_INPUT or
  * NO_RESOURCE. */
-int certificate_fail(const char *path, qs_status status, const qs_fault *fault);
+int certificate_fail(const char *path, file_bytes file, qs_status status, const qs_fault *fault);
+
+/* Says that a file is not of the kinds `wanted`, such as ".qcf or .qsf", and of which kind it is.
+ * Returns BAD_INPUT. */
+int fail_kind(const char *name, const file_bytes *file, const char *wanted);
 
 /* Return true if the bytes begin as those of a .qcf, or a .qsf. */
 bool problem_is(const file_bytes *file);

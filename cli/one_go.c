@@ -26,7 +26,7 @@ int one_go_solve(job *at, one_go *run)
     return made_solve(&run->made, run->by, &run->how, &at->limit, &run->laid, &run->found);
 }
 
-bool one_go_print(const job *at, const one_go *run, const char *also_written)
+bool one_go_print(const job *at, const one_go *run)
 {
     const char *path = at->values[ONE_GO_OUTPUT];
     if (output_is_standard(path)) {
@@ -38,8 +38,7 @@ bool one_go_print(const job *at, const one_go *run, const char *also_written)
         json_name("output", path);
         return true;
     }
-    printf("%s%s%s: ", plain(path), also_written != NULL ? ", " : "",
-           also_written != NULL ? plain(also_written) : "");
+    job_print_outputs(at, path);
     solved_print(&run->found, run->laid.scale);
     return true;
 }

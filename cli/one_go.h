@@ -39,10 +39,8 @@ int one_go_open(job *at, const maker *by, void *state, one_go *run);
 int one_go_solve(job *at, one_go *run);
 
 /* Begins to print the result: keys of JSON, or lines for people. Returns false if standard output
- * is the output, so that nothing may be printed. Else the score is to follow, and one_go_end.
- *
- * also_written  the name of a second output, NULL = none */
-bool one_go_print(const job *at, const one_go *run, const char *also_written);
+ * is the output, so that nothing may be printed. Else the score is to follow, and one_go_end. */
+bool one_go_print(const job *at, const one_go *run);
 void one_go_end(const job *at);
 
 #endif

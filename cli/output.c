@@ -218,7 +218,9 @@ int output_open(output *out, const char *path)
     }
     int descriptor = open_target(out, path);
     if (descriptor < 0) {
-        int status = fail_system(out->name, "cannot be written");
+        int status =
+            fail_system(out->name, errno == ENOENT ? "cannot be written, make its folder first"
+                                                   : "cannot be written");
         free(out->target);
         return status;
     }

@@ -118,10 +118,10 @@ static int check_columns(const pair *asked, int64_t start, int64_t end)
     }
     if (end <= most) {
         return fail(BAD_INPUT, input_name(asked->left),
-                    "%s ends at column %" PRId64 ", which is too narrow for disparity %" PRId64
-                    ": no pixel would have all its matches inside the right picture; lower "
-                    "--disparity%s",
-                    window, end - 1, most, asked->whole ? "" : " or move --roi to the right");
+                    "%s has its last column at %" PRId64 ", but disparity %" PRId64
+                    " needs one at %" PRId64 " or further right: no pixel would have all its "
+                    "matches inside the right picture; lower --disparity%s",
+                    window, end - 1, most, most, asked->whole ? "" : " or move --roi to the right");
     }
     if ((most > start ? most : start) >= width + least) {
         return fail(BAD_INPUT, input_name(asked->left),
@@ -209,7 +209,7 @@ int pair_make(pair *asked, budget *limit, made_problem *opened)
     return DONE;
 }
 
-int pair_open(void *state, budget *limit, made_problem *opened)
+static int pair_open(void *state, budget *limit, made_problem *opened)
 {
     pair *asked = state;
     TRY(picture_read_grey(asked->left, asked->bits, limit, &asked->stereo.left));

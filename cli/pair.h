@@ -79,9 +79,8 @@ int pair_read(const char *const *operands, const char *const *values, void *aske
  * above. */
 int pair_set_labels(const char *const *values, uint32_t pixels, pair *asked);
 
-/* Reads the pictures and makes the problem, which borrows from the budget; pair_make makes it of
- * pictures that are there already. Return DONE, BAD_INPUT or NO_RESOURCE. */
-int pair_open(void *asked, budget *limit, made_problem *opened);
+/* Makes the problem of pictures that are there already; it borrows from the budget. Returns DONE,
+ * BAD_INPUT or NO_RESOURCE. */
 int pair_make(pair *asked, budget *limit, made_problem *opened);
 
 /* Makes the problem of a window, in memory of the budget, without messages but for memory. Returns

@@ -7,12 +7,20 @@
 /* Rows for a table of options, one behind the other. */
 enum { REDUCING_TARGET, REDUCING_TIME_LIMIT, REDUCING_OPTIONS };
 #define REDUCING_OPTION_ROWS                                                                       \
-    {"target", 0,                                                                                  \
-     false,    "N",                                                                                \
-     NULL,     "stop at the first problem of at most N variables (default go on to the proof)"},   \
-        {"time-limit", 0,                                                                          \
-         false,        "SECONDS",                                                                  \
-         NULL,         "stop after SECONDS with what has been proven by then (default no limit)"}
+    {"target",                                                                                     \
+     0,                                                                                            \
+     false,                                                                                        \
+     "N",                                                                                          \
+     NULL,                                                                                         \
+     "stop at the first problem of at most N variables (default go on to the proof)",              \
+     .needs = "reduce"},                                                                           \
+        {"time-limit",                                                                             \
+         0,                                                                                        \
+         false,                                                                                    \
+         "SECONDS",                                                                                \
+         NULL,                                                                                     \
+         "stop after SECONDS with what has been proven by then (default no limit)",                \
+         .needs = "reduce"}
 
 typedef struct reducing {
     uint64_t target; /* variables; 0 = none */

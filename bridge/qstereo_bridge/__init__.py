@@ -4,19 +4,9 @@
     p = qb.load("p.qcf")
     p.sample(dimod.ExactSolver()).save("s.qsf")
 
-The core needs numpy and dimod: `container` (header, chunks, CRC), `qcf` (the problem), `qsf` (the
-samples), `models` (terms, energies, dimod's models), `command` (what the command qstereo does for
-Python), `problem` (the face for Python), `failure` (all errors), `text` (strings from outside),
-`output` (whole files or none). On it stand `solvers` and `ilp` (what runs here), `registry` (their
-names), `runner` (one run of the command), `merging` (the best of all samples), `windows` (plans,
-folded problems), `calls` (runs of many calls), `export`, `certificate`
-(the check of a proof), `verify` (it with the files that it is about),
-`cli` (the command) and `__main__` (its end by a signal).
-
-For D-Wave's services: `services` (account and messages), `hybrid`, `qpu` and `embedding` (what each
-solver takes, and its answers), `tiles` (grids laid out in chips), `packing` (parts side by side),
-`embed` (that command), `upload` (files of models), `jobs` (the life of a problem there), `remote`
-(the commands that use them).
+The rooms, each of which sees those before it alone: `core` (files, models, energies, merging; numpy
+and dimod), `verify` (proofs), `samplers` (what solves here), `ocean` (D-Wave's services and chips),
+`runs` (one run of a solver, paid for once), `desk` (the command). README.md has a map of them.
 """
 
 import importlib
@@ -25,17 +15,18 @@ from typing import TYPE_CHECKING
 __version__ = "0.2.0"
 
 if TYPE_CHECKING:
-    from .container import Corrupt, FormatError, NotOurFormat, OverLimit, Truncated, Unsupported
-    from .failure import Error, FileError, InputError, SolverError
-    from .merging import merge
-    from .problem import Problem, Samples, decode, load, load_samples
-    from .windows import plan, window
+    from .core.container import (Corrupt, FormatError, NotOurFormat, OverLimit, Truncated,
+                                 Unsupported)
+    from .core.failure import Error, FileError, InputError, SolverError
+    from .core.merging import merge
+    from .core.problem import Problem, Samples, decode, load, load_samples
+    from .samplers.windows import plan, window
 
 _PLACES = {name: place for place, names in {
-    "container": "Corrupt FormatError NotOurFormat OverLimit Truncated Unsupported",
-    "failure": "Error FileError InputError SolverError",
-    "merging": "merge", "problem": "Problem Samples decode load load_samples",
-    "windows": "plan window"}.items() for name in names.split()}
+    "core.container": "Corrupt FormatError NotOurFormat OverLimit Truncated Unsupported",
+    "core.failure": "Error FileError InputError SolverError",
+    "core.merging": "merge", "core.problem": "Problem Samples decode load load_samples",
+    "samplers.windows": "plan window"}.items() for name in names.split()}
 __all__ = ["__version__", *_PLACES]
 
 

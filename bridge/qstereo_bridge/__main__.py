@@ -6,7 +6,7 @@ import signal
 import sys
 import threading
 
-from .output import Output
+from .core.output import Output
 
 
 def _stop(number, frame):
@@ -19,12 +19,12 @@ def _stop(number, frame):
     try:
         signal.signal(number, lambda number, frame: os._exit(128 + number))
         Output.abandon()
-        embedding = sys.modules.get(f"{__package__}.embedding")
+        embedding = sys.modules.get(f"{__package__}.ocean.embedding")
         for child in list(getattr(embedding, "searching", ())):
             child.kill()
         if not Output.kept:
             clear = "\r\033[K" if os.isatty(2) else ""
-            jobs = sys.modules.get(f"{__package__}.jobs")
+            jobs = sys.modules.get(f"{__package__}.runs.jobs")
             told = getattr(jobs, "interrupted", lambda cancel: [])(number == signal.SIGINT)
             lines = [f"qstereo-bridge: interrupted{said}\n"
                      for said in [f"; {line}" for line in told] or [""]]
@@ -37,7 +37,7 @@ def run():
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, _stop)
-    from .cli import main
+    from .desk.cli import main
     status = main()
     if threading.active_count() > 1:
         # What is no longer waited for, as HiGHS at a time limit, aborts in an orderly end.

@@ -3,12 +3,14 @@
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
 
+#include "arrays/little_endian.h"
 #include "pictures/picture_write.h"
 #include "text/fail.h"
 
-bool depth_at(const depth_source *from, size_t x, size_t y, double *depth)
+/* The depth of a pixel in metres: its distance along the optical axis of the rectified left camera.
+ * Returns false if it has none. */
+static bool depth_at(const depth_source *from, size_t x, size_t y, double *depth)
 {
     int32_t value = from->map.values[y * from->map.width + x];
     double disparity = (double)value / from->map.scale + from->by.offset;
@@ -64,25 +66,14 @@ int depth_picture_write(const depth_source *from, bool png, output *to)
     return status;
 }
 
-static uint8_t *store_float(uint8_t *bytes, double value)
-{
-    float single = (float)value;
-    uint32_t bits;
-    memcpy(&bits, &single, sizeof bits);
-    for (unsigned i = 0; i < 4; i++) {
-        *bytes++ = (uint8_t)(bits >> 8 * i);
-    }
-    return bytes;
-}
-
 static void write_point(const depth_source *from, size_t x, size_t y, double depth,
                         const colours *by, output *to)
 {
     uint8_t bytes[3 * 4 + 3], *end = bytes;
     const stereo_geometry *cameras = &from->by;
-    end = store_float(end, ((double)x - cameras->x0) * depth / cameras->focal);
-    end = store_float(end, ((double)y - cameras->y0) * depth / cameras->focal_y);
-    end = store_float(end, depth);
+    end = store_float(end, (float)(((double)x - cameras->x0) * depth / cameras->focal));
+    end = store_float(end, (float)(((double)y - cameras->y0) * depth / cameras->focal_y));
+    end = store_float(end, (float)depth);
     if (by != NULL) {
         const uint8_t *pixel = by->pixels + (y * by->width + x) * by->channels;
         for (unsigned c = 0; c < 3; c++) {

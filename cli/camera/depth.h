@@ -21,10 +21,6 @@ typedef struct depth_range {
 
 depth_range depth_range_of(const depth_source *from);
 
-/* The depth of a pixel in metres: its distance along the optical axis of the rectified left camera.
- * Returns false if it has none. */
-bool depth_at(const depth_source *from, size_t x, size_t y, double *depth);
-
 /* The largest depth that a picture of millimetres holds, in metres. */
 #define DEPTH_PICTURE_MOST 65.535
 

@@ -234,6 +234,7 @@ static int add_samples(comparing *with, const char *path, budget *work)
     TRY(survey_samples(both, work, &seen));
     TRY(survey_fail_wrong(both, &seen));
     TRY(add_result(with, samples->solver, samples->solver_size, &of));
+    of->file = path;
     of->samples = samples->count;
     of->feasible = seen.feasible;
     of->energy = seen.best_energy;

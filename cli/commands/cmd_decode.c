@@ -247,18 +247,6 @@ static int write_output(job *at, request *asked, const uint16_t *labelling)
                                 asked->file);
 }
 
-/* The names of the files, as keys of JSON or at the beginning of a line. */
-static void print_names(const job *at, const request *asked)
-{
-    if (is_map(at)) {
-        (at->json ? map_request_json : map_request_print)(&asked->map);
-    } else if (at->json) {
-        json_name("output", at->values[OUTPUT]);
-    } else {
-        printf("%s: ", plain(at->values[OUTPUT]));
-    }
-}
-
 static void print_result(const job *at, const request *asked, const chosen *taken)
 {
     const answer *both = &at->both;
@@ -272,12 +260,16 @@ static void print_result(const job *at, const request *asked, const chosen *take
         }
         json_units("energy", taken->energy, both->problem.scale);
         json_count("repaired", taken->repaired);
-        print_names(at, asked);
+        if (is_map(at)) {
+            map_request_json(&asked->map);
+        } else {
+            json_name("output", at->values[OUTPUT]);
+        }
         json_end();
         return;
     }
     decimal_write(taken->energy, both->problem.scale, energy);
-    print_names(at, asked);
+    job_print_outputs(at, at->values[OUTPUT]);
     if (taken->none) {
         printf("every site was decided, energy %s\n", energy);
         return;

@@ -24,7 +24,7 @@ static int print_result(job *at, const one_go *run, const box_file *all, const b
         TRY(box_score_find(&kept, truth, &at->limit, &score));
     }
     TRY(job_commit(at));
-    if (!one_go_print(at, run, NULL)) {
+    if (!one_go_print(at, run)) {
         return DONE;
     }
     if (at->json) {

@@ -16,19 +16,11 @@ static const option options[] = {
                "length"},
 };
 
-static int read_truth(job *at, const one_go *run, const displacing *asked, flow_field *truth)
-{
-    const qs_image *first = &asked->displace.first;
-    TRY(flow_read(run->truth, &at->limit, truth));
-    return same_size_check(run->truth, truth->width, truth->height, asked->first, first->width,
-                           first->height);
-}
-
 static void print_result(const job *at, const one_go *run, const flow_field *field,
                          const flow_field *truth)
 {
     flow_score score;
-    if (!one_go_print(at, run, at->values[COLOR])) {
+    if (!one_go_print(at, run)) {
         return;
     }
     if (run->truth != NULL) {
@@ -50,7 +42,7 @@ static int run_flow(job *at)
     TRY(flow_colour_check(at->values[COLOR]));
     TRY(one_go_open(at, &displacing_maker, &asked, &run));
     if (run.truth != NULL) {
-        TRY(read_truth(at, &run, &asked, &truth));
+        TRY(displacing_truth_read(&asked, run.truth, &at->limit, &truth));
     }
     TRY(job_open_output(at, at->values[ONE_GO_OUTPUT], &out));
     if (at->values[COLOR] != NULL) {

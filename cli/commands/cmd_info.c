@@ -53,8 +53,7 @@ static int run_info(job *at)
     if (samples_are(&file) && !complexity) {
         return info_samples(at, path, file);
     }
-    return fail(BAD_INPUT, input_name(path),
-                complexity ? "is not a .qcf file" : "is not a .qcf or .qsf file");
+    return fail_kind(input_name(path), &file, complexity ? ".qcf" : ".qcf or .qsf");
 }
 
 const command cmd_info = {

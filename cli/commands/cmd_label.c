@@ -160,7 +160,7 @@ static int run_label(job *at)
     }
     write_array(&found, out);
     TRY(job_commit(at));
-    if (!one_go_print(at, &run, NULL)) {
+    if (!one_go_print(at, &run)) {
         return DONE;
     }
     if (truth != NULL) {

@@ -236,7 +236,7 @@ static void print_result(const job *at, const request *asked, const solved *foun
         json_end();
         return;
     }
-    map_request_print(&asked->map);
+    job_print_outputs(at, asked->map.output);
     solved_print(found, scale);
     if (asked->scored) {
         map_errors_print(errors);

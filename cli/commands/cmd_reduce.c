@@ -87,7 +87,8 @@ static void print_result(const job *at, const reduced *smaller, const laid_out *
         reduced_json(smaller, before, after);
         json_end();
     } else if (!output_is_standard(path)) {
-        printf("%s: %zu bytes\n", plain(path), after->file.size);
+        job_print_outputs(at, path);
+        printf("%s%zu bytes\n", at->out_count > 1 ? "the .qcf has " : "", after->file.size);
         reduced_print(smaller, before, encoding_name(before->labels.encoding), after);
         print_detail(detail);
     }

@@ -73,14 +73,6 @@ static void print_lines(const reached *found, bool scored)
     putchar('\n');
 }
 
-static int read_truth(job *at, const one_go *run, const displacing *asked, flow_field *truth)
-{
-    const qs_image *fixed = &asked->displace.first;
-    TRY(flow_read(run->truth, &at->limit, truth));
-    return same_size_check(run->truth, truth->width, truth->height, asked->first, fixed->width,
-                           fixed->height);
-}
-
 static int write_warped(const qs_image *fixed, const uint8_t *pixels, bool png, output *to)
 {
     picture made = {fixed->width, fixed->height, 1, 255, NULL};
@@ -131,7 +123,7 @@ static int write_found(job *at, const one_go *run, const displacing *asked, cons
         TRY(write_warped(fixed, warped, outs->warped_png, outs->warped));
     }
     TRY(job_commit(at));
-    if (one_go_print(at, run, at->values[WARPED])) {
+    if (one_go_print(at, run)) {
         (at->json ? print_keys : print_lines)(&found, run->truth != NULL);
         one_go_end(at);
     }
@@ -151,7 +143,7 @@ static int run_register(job *at)
     }
     TRY(one_go_open(at, &displacing_maker, &asked, &run));
     if (run.truth != NULL) {
-        TRY(read_truth(at, &run, &asked, &truth));
+        TRY(displacing_truth_read(&asked, run.truth, &at->limit, &truth));
     }
     TRY(open_outputs(at, &outs));
     TRY(one_go_solve(at, &run));

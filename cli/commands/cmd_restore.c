@@ -23,7 +23,7 @@ static void print_result(const job *at, const one_go *run, const restoring *aske
                          const qs_image *clean, const qs_image *truth)
 {
     picture_score score;
-    if (!one_go_print(at, run, NULL)) {
+    if (!one_go_print(at, run)) {
         return;
     }
     if (run->truth != NULL) {

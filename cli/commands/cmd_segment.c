@@ -74,7 +74,7 @@ static int write_mask(job *at, const one_go *run, const label_map *truth, bool p
         TRY(label_score_find(&mask, truth, &at->limit, &score));
     }
     TRY(job_commit(at));
-    if (!one_go_print(at, run, NULL)) {
+    if (!one_go_print(at, run)) {
         return DONE;
     }
     if (run->truth != NULL) {
@@ -113,13 +113,12 @@ const command cmd_segment = {
             .about =
                 "Divides a picture into classes, of which STROKES marks some pixels: a grey "
                 "picture of the same size, 0 = no stroke, v = class v. MASK holds the class of "
-                "each pixel. A class costs -ln of how frequent the pixel's colour is in the class; "
+                "each pixel as its grey: 1, 2, ..., which look black in a viewer. A class costs "
+                "-ln of how frequent the pixel's colour is in the class; "
                 "neighbours of two classes cost lambda, less where the colours differ; strokes are "
                 "kept (Boykov and Jolly 2001). With a box around an object marked outside as class "
                 "1, class 2 needs no strokes: add --rounds 3. --costs gives other costs, from a "
-                "model "
-                "of your own. qstereo solve --help describes the "
-                "solvers.\n\n"
+                "model of your own. qstereo solve --help describes the solvers.\n\n"
                 "iou is the mean over the classes that are in MASK or TRUTH.\n",
             OPTIONS(options),
             .examples = "  qstereo segment photo.png strokes.png -o mask.png\n"

@@ -86,7 +86,7 @@ static void print_result(const job *at, const solved *found)
         solved_json(found, scale);
         json_end();
     } else if (!output_is_standard(path)) {
-        printf("%s: ", plain(path));
+        job_print_outputs(at, path);
         solved_print(found, scale);
     }
 }

@@ -58,7 +58,7 @@ static int check_certificate(job *at, file_bytes file, verified *v)
     case QS_E_ENCODING:
         return fail(BAD_INPUT, problem->name,
                     "is not one-hot, one-hot-sparse or domain-wall: there is no certificate of it");
-    default: return certificate_fail(path, status, &fault);
+    default: return certificate_fail(path, file, status, &fault);
     }
 }
 

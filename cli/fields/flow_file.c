@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "arrays/little_endian.h"
 #include "arrays/npy.h"
 #include "pictures/netpbm.h"
 #include "pictures/picture_library.h"
@@ -17,33 +18,6 @@ enum { KITTI_ZERO = 1 << 15, KITTI_UNITS = 64 };
 
 /* Middlebury's files say "unknown" by anything larger. */
 static const float flo_unknown = 1e9F;
-
-static uint32_t load_u32(const uint8_t *p)
-{
-    return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
-}
-
-static void store_u32(uint8_t *p, uint32_t value)
-{
-    for (int i = 0; i < 4; i++) {
-        p[i] = (uint8_t)(value >> (8 * i));
-    }
-}
-
-static float load_float(const uint8_t *p)
-{
-    uint32_t bits = load_u32(p);
-    float value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
-static void store_float(uint8_t *p, float value)
-{
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    store_u32(p, bits);
-}
 
 int flow_take(const char *name, uint32_t width, uint32_t height, budget *limit, flow_field *taken)
 {

@@ -4,7 +4,7 @@
 
 #include "text/fail.h"
 
-int detecting_read(const char *const *operands, const char *const *values, void *state)
+static int detecting_read(const char *const *operands, const char *const *values, void *state)
 {
     detecting *asked = state;
     (void)values;
@@ -13,7 +13,7 @@ int detecting_read(const char *const *operands, const char *const *values, void 
     return DONE;
 }
 
-int detecting_open(void *state, budget *limit, made_problem *opened)
+static int detecting_open(void *state, budget *limit, made_problem *opened)
 {
     detecting *asked = state;
     opened->name = input_name(asked->path);

@@ -12,8 +12,4 @@ typedef struct detecting {
 
 extern const maker detecting_maker; /* it has no options */
 
-/* As of a maker. */
-int detecting_read(const char *const *operands, const char *const *values, void *asked);
-int detecting_open(void *asked, budget *limit, made_problem *opened);
-
 #endif

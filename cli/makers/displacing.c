@@ -52,7 +52,7 @@ static int read_truncation(const char *text, qs_displace *displace)
     return DONE;
 }
 
-int displacing_read(const char *const *operands, const char *const *values, void *state)
+static int displacing_read(const char *const *operands, const char *const *values, void *state)
 {
     displacing *asked = state;
     qs_displace *displace = &asked->displace;
@@ -67,7 +67,7 @@ int displacing_read(const char *const *operands, const char *const *values, void
     return read_truncation(values[DISPLACING_TRUNCATION], displace);
 }
 
-int displacing_open(void *state, budget *limit, made_problem *opened)
+static int displacing_open(void *state, budget *limit, made_problem *opened)
 {
     displacing *asked = state;
     qs_displace *displace = &asked->displace;
@@ -91,3 +91,12 @@ int displacing_open(void *state, budget *limit, made_problem *opened)
 }
 
 const maker displacing_maker = {sizeof(displacing), displacing_read, displacing_open, NULL};
+
+int displacing_truth_read(const displacing *asked, const char *path, budget *limit,
+                          flow_field *truth)
+{
+    const qs_image *first = &asked->displace.first;
+    TRY(flow_read(path, limit, truth));
+    return same_size_check(path, truth->width, truth->height, asked->first, first->width,
+                           first->height);
+}

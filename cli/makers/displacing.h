@@ -2,6 +2,7 @@
 #ifndef DISPLACING_H
 #define DISPLACING_H
 
+#include "fields/flow_file.h"
 #include "made.h"
 
 /* Rows for a table of options, one behind the other, with their defaults. */
@@ -40,8 +41,9 @@ typedef struct displacing {
 
 extern const maker displacing_maker;
 
-/* As of a maker. */
-int displacing_read(const char *const *operands, const char *const *values, void *asked);
-int displacing_open(void *asked, budget *limit, made_problem *opened);
+/* Reads the true field, which is as large as the pictures. Returns DONE, BAD_INPUT or
+ * NO_RESOURCE. */
+int displacing_truth_read(const displacing *asked, const char *path, budget *limit,
+                          flow_field *truth);
 
 #endif

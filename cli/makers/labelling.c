@@ -52,7 +52,7 @@ static int read_pairwise(const char *const *values, labelling_request *asked)
                            &asked->pairwise);
 }
 
-int labelling_read(const char *const *operands, const char *const *values, void *state)
+static int labelling_read(const char *const *operands, const char *const *values, void *state)
 {
     labelling_request *asked = state;
     memset(asked, 0, sizeof *asked);
@@ -77,7 +77,7 @@ static int open_graph(labelling_request *asked, budget *limit, qs_problem *probl
     return labelling_open_grid_tables(asked, limit, problem);
 }
 
-int labelling_open(void *state, budget *limit, made_problem *opened)
+static int labelling_open(void *state, budget *limit, made_problem *opened)
 {
     labelling_request *asked = state;
     qs_problem *problem = &opened->problem;

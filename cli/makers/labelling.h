@@ -70,8 +70,4 @@ typedef struct labelling_request {
 
 extern const maker labelling_maker;
 
-/* As of a maker. */
-int labelling_read(const char *const *operands, const char *const *values, void *asked);
-int labelling_open(void *asked, budget *limit, made_problem *opened);
-
 #endif

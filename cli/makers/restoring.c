@@ -14,7 +14,7 @@ enum { SCALE_MAX = 32767 };
 static const named costs[] = {{"absolute", QS_RESTORE_ABSOLUTE}, {"squared", QS_RESTORE_SQUARED}};
 static const name_table restore_cost_names = {"cost", costs, 2, 2};
 
-int restoring_read(const char *const *operands, const char *const *values, void *state)
+static int restoring_read(const char *const *operands, const char *const *values, void *state)
 {
     restoring *asked = state;
     qs_restore *restore = &asked->restore;
@@ -41,7 +41,7 @@ static int read_hole(restoring *asked, budget *limit)
     return DONE;
 }
 
-int restoring_open(void *state, budget *limit, made_problem *opened)
+static int restoring_open(void *state, budget *limit, made_problem *opened)
 {
     restoring *asked = state;
     opened->name = input_name(asked->noisy);

@@ -39,8 +39,4 @@ typedef struct restoring {
 
 extern const maker restoring_maker;
 
-/* As of a maker. */
-int restoring_read(const char *const *operands, const char *const *values, void *asked);
-int restoring_open(void *asked, budget *limit, made_problem *opened);
-
 #endif

@@ -12,7 +12,7 @@
 /* Costs are rounded to a thousandth of a nat, or finer if lambda has such a denominator. */
 enum { UNITS = 1000 };
 
-int segmenting_read(const char *const *operands, const char *const *values, void *state)
+static int segmenting_read(const char *const *operands, const char *const *values, void *state)
 {
     segmenting *asked = state;
     qs_segment *segment = &asked->segment;
@@ -108,7 +108,7 @@ static int read_inputs(segmenting *asked, budget *limit)
     return asked->strokes != NULL ? read_strokes(asked, limit) : DONE;
 }
 
-int segmenting_open(void *state, budget *limit, made_problem *opened)
+static int segmenting_open(void *state, budget *limit, made_problem *opened)
 {
     segmenting *asked = state;
     opened->name = input_name(asked->photo);

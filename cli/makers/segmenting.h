@@ -31,8 +31,4 @@ typedef struct segmenting {
 
 extern const maker segmenting_maker;
 
-/* As of a maker. */
-int segmenting_read(const char *const *operands, const char *const *values, void *asked);
-int segmenting_open(void *asked, budget *limit, made_problem *opened);
-
 #endif

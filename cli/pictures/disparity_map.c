@@ -199,7 +199,7 @@ int map_check(const char *name, const qs_labels *labels, map_format format)
     if (format != MAP_PFM && labels->frame.first < 0) {
         return fail(BAD_INPUT, name,
                     "its disparities begin at %" PRId32 ", but a .png or .pgm holds none below 0: "
-                    "write a .pfm",
+                    "name a .pfm with -o",
                     labels->frame.first);
     }
     return DONE;
@@ -308,9 +308,6 @@ static int read_colours(const map_options *given, budget *limit, map_request *as
     int chosen;
     TRY(name_read(&palette_names, given->palette, "", &chosen));
     asked->colours = (colouring){(palette)chosen, given->scale_bar != NULL};
-    if (given->color == NULL && given->scale_bar != NULL) {
-        return fail_usage("--scale-bar goes with a map in colours: add --color");
-    }
     return given->color != NULL ? name_colour(limit, asked) : DONE;
 }
 
@@ -348,10 +345,4 @@ void map_request_json(const map_request *asked)
 {
     json_name("map", asked->output);
     json_name("color_map", asked->colour);
-}
-
-void map_request_print(const map_request *asked)
-{
-    printf("%s%s%s: ", plain(asked->output), asked->colour != NULL ? ", " : "",
-           asked->colour != NULL ? plain(asked->colour) : "");
 }

@@ -77,10 +77,16 @@ int map_write_colour(const pixel_map *map, const colouring *by, bool png, const 
 #define COLOR_OPTION                                                                               \
     {"color", 0, false, NULL, NULL, "write a map in colours beside it, MAP.color.png (or .ppm)"}
 #define PALETTE_OPTION                                                                             \
-    {"palette", 0, false, "NAME", "turbo", "colours of that map: turbo or viridis"}
+    {"palette",       0, false, "NAME", "turbo", "colours of that map: turbo or viridis",          \
+     .needs = "color"}
 #define SCALE_BAR_OPTION                                                                           \
-    {"scale-bar", 0,    false,                                                                     \
-     NULL,        NULL, "draw a bar beside that map that says which colour is which disparity"}
+    {"scale-bar",                                                                                  \
+     0,                                                                                            \
+     false,                                                                                        \
+     NULL,                                                                                         \
+     NULL,                                                                                         \
+     "draw a bar beside that map that says which colour is which disparity",                       \
+     .needs = "color"}
 
 /* What the rows say, by their arguments. */
 typedef struct map_options {
@@ -112,8 +118,7 @@ int map_request_open(map_request *asked, job *at);
 /* Writes the map into them. Returns DONE, BAD_INPUT or NO_RESOURCE. */
 int map_request_write(const map_request *asked, const pixel_map *map);
 
-/* Print the names of the files: keys of JSON, and the beginning of a line for people. */
+/* Prints the names of the files as keys of JSON. */
 void map_request_json(const map_request *asked);
-void map_request_print(const map_request *asked);
 
 #endif

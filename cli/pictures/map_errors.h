@@ -30,8 +30,10 @@ void map_errors_warn(const char *name, const map_errors *found);
 #define TRUTH_OPTION                                                                               \
     {"truth", 0, false, "TRUTH", NULL, "score against this true disparity map of the left picture"}
 #define TRUTH_SCALE_OPTION                                                                         \
-    {"truth-scale", 0, false, "S", "8", "TRUTH holds disparity x S; a .pfm always holds pixels"}
-#define TRUTH_NO_VALUE_OPTION {"truth-no-value", 0, false, "V", NULL, "in TRUTH " NO_VALUE_HELP}
+    {"truth-scale",   0, false, "S", "8", "TRUTH holds disparity x S; a .pfm always holds pixels", \
+     .needs = "truth"}
+#define TRUTH_NO_VALUE_OPTION                                                                      \
+    {"truth-no-value", 0, false, "V", NULL, "in TRUTH " NO_VALUE_HELP, .needs = "truth"}
 
 /* A true map that maps are compared with as they are made. */
 typedef struct true_map {

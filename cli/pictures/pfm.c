@@ -1,8 +1,8 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
+#include "arrays/little_endian.h"
 #include "pictures/netpbm.h"
 #include "pictures/scanner.h"
 
@@ -35,24 +35,10 @@ static bool read_pfm_header(scanner *from, float_picture *decoded, bool *little)
     return width > 0 && height > 0 && *end == '\0' && isfinite(unit) && unit != 0;
 }
 
-static float load_float(const uint8_t *bytes, bool little)
+static float load_value(const uint8_t *bytes, bool little)
 {
-    uint32_t bits = little ? bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 |
-                                 (uint32_t)bytes[3] << 24
-                           : bytes[3] | (uint32_t)bytes[2] << 8 | (uint32_t)bytes[1] << 16 |
-                                 (uint32_t)bytes[0] << 24;
-    float value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
-static void store_float(uint8_t *bytes, float value)
-{
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    for (unsigned i = 0; i < 4; i++) {
-        bytes[i] = (uint8_t)(bits >> 8 * i);
-    }
+    const uint8_t turned[] = {bytes[3], bytes[2], bytes[1], bytes[0]};
+    return load_float(little ? bytes : turned);
 }
 
 /* The place of pixel i of the file, whose rows go from the bottom, if rows go from the top. */
@@ -84,7 +70,7 @@ picture_status pfm_decode(const file_bytes *file, float_picture *decoded, char r
         return PICTURE_NO_MEMORY;
     }
     for (size_t i = 0; i < count; i++) {
-        decoded->values[upside_down(decoded, i)] = load_float(from.at + 4 * i, little);
+        decoded->values[upside_down(decoded, i)] = load_value(from.at + 4 * i, little);
     }
     return PICTURE_OK;
 }
@@ -97,7 +83,7 @@ size_t pfm_header(size_t width, size_t height, uint8_t header[HEADER_SIZE])
 size_t pfm_pack(const float *values, size_t count, uint8_t *bytes)
 {
     for (size_t i = 0; i < count; i++) {
-        store_float(bytes + 4 * i, values[i]);
+        bytes = store_float(bytes, values[i]);
     }
     return 4 * count;
 }

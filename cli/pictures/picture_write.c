@@ -21,7 +21,8 @@ bool path_ends(const char *path, const char *ending)
     return true;
 }
 
-int picture_encode(const picture *encoded, bool png, const char *path, file_bytes *file)
+/* The bytes of a picture, which file_free frees. */
+static int picture_encode(const picture *encoded, bool png, const char *path, file_bytes *file)
 {
     picture_status status =
         png ? picture_library_encode_png(encoded, file) : pnm_encode(encoded, file);

@@ -10,9 +10,6 @@
  * point: ".png". */
 bool path_ends(const char *path, const char *ending);
 
-/* The bytes of a picture, which file_free frees. Returns DONE, BAD_INPUT or NO_RESOURCE. */
-int picture_encode(const picture *encoded, bool png, const char *path, file_bytes *file);
-
 /* The option -o of a command that writes a picture. */
 #define PICTURE_OUTPUT_OPTION(NAME)                                                                \
     {"output", 'o',  true,                                                                         \

@@ -88,7 +88,8 @@ void picture_score_find(const qs_image *map, const qs_image *truth, const uint8_
     found->ssim = found->has_ssim ? ssim_of(map, truth) : 0;
 }
 
-void json_finite(const char *key, double number)
+/* A key of JSON with a number, or null if it is infinite. */
+static void json_finite(const char *key, double number)
 {
     if (isfinite(number)) {
         json_real(key, number);

@@ -29,7 +29,4 @@ void picture_score_find(const qs_image *map, const qs_image *truth, const uint8_
 void picture_score_json(const picture_score *shown);
 void picture_score_print(const picture_score *shown);
 
-/* A key of JSON with a number, or null if it is infinite. */
-void json_finite(const char *key, double number);
-
 #endif

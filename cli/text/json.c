@@ -67,7 +67,8 @@ void json_list_end(void)
     first = false;
 }
 
-void json_raw(const char *key, const char *json, size_t size)
+/* A value that is JSON already. */
+static void json_raw(const char *key, const char *json, size_t size)
 {
     write_key(key);
     (void)fwrite(json, 1, size, stdout);

@@ -18,8 +18,7 @@ void json_integer(const char *key, int64_t number);
 void json_real(const char *key, double number); /* reads back as the same double */
 void json_null(const char *key);
 void json_truth(const char *key, bool truth);
-void json_raw(const char *key, const char *json, size_t size); /* a value that is JSON already */
-void json_object(const char *key, const char *json, size_t size); /* and comes from a file */
+void json_object(const char *key, const char *json, size_t size); /* of a file */
 
 /* units / scale, an energy or coefficient in real units, without rounding. */
 void json_units(const char *key, int64_t units, uint32_t scale);

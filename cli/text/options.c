@@ -140,8 +140,7 @@ static int fail_unknown(const command_line *line, const char *text, size_t lengt
         suggest_offer(&suggested, line->options[i].name);
     }
     if (suggested.nearest != NULL) {
-        return fail_usage("unknown option %s: did you mean --%s? The options are:%s", typed,
-                          suggested.nearest, list);
+        return fail_usage("unknown option %s: did you mean --%s?", typed, suggested.nearest);
     }
     return fail_usage("unknown option %s: the options are:%s", typed, list);
 }
@@ -235,6 +234,21 @@ static int fail_missing(const option *missing)
                : fail_usage("--%s %s is missing", missing->name, missing->argument);
 }
 
+static int check_needs(const cursor *at)
+{
+    for (size_t i = 0; i < at->read->given_count; i++) {
+        const option *given = &at->line->options[at->read->given[i].index];
+        size_t other = given->needs != NULL
+                           ? options_find(at->line, given->needs, strlen(given->needs))
+                           : at->line->option_count;
+        if (other < at->line->option_count && at->read->values[other] == NULL) {
+            return fail_usage("--%s goes with --%s: add --%s", given->name, given->needs,
+                              given->needs);
+        }
+    }
+    return DONE;
+}
+
 static int check_complete(const cursor *at)
 {
     const command_line *line = at->line;
@@ -247,6 +261,7 @@ static int check_complete(const cursor *at)
             return fail_missing(&line->options[i]);
         }
     }
+    TRY(check_needs(at));
     for (size_t i = 0; i < at->operand_count; i++) {
         standard_inputs += strcmp(at->read->operands[i], "-") == 0;
     }

@@ -14,6 +14,8 @@ typedef struct option {
     const char *preset; /* the argument if the option is not given; NULL = none */
     const char *help;
     bool twice; /* it takes two arguments, one after the other: "LEFT RIGHT" */
+    const char *needs; /* an option without which it says nothing; where a command has none of that
+                          name, it stands alone. NULL = none */
 } option;
 
 /* Rows that commands share. */

@@ -132,14 +132,46 @@ def detect():
 
 
 def label():
-    """Costs of 4 labels at each cell: how far its noisy grey is from 4 greys."""
+    """Costs of 4 labels at each cell: how far its noisy grey is from 4 greys. And a chain of three
+    variables, as the UAI format has it."""
     greys = np.array([40, 100, 160, 220])
     noisy = 40 + 60 * np.floor(4 * texture(11, 24, 32)) + bell(12, (24, 32), 30)
-    return {"label-costs": np.abs(np.floor(noisy)[..., None] - greys).astype("<i4")}
+    network = """\
+MARKOV
+3
+2 2 2
+5
+1 0
+1 1
+1 2
+2 0 1
+2 1 2
+
+2
+ 0.9 0.1
+
+2
+ 0.4 0.6
+
+2
+ 0.3 0.7
+
+4
+ 0.8 0.2
+ 0.2 0.8
+
+4
+ 0.7 0.3
+ 0.3 0.7
+"""
+    return {"label-costs": np.abs(np.floor(noisy)[..., None] - greys).astype("<i4"),
+            "label-network": network}
 
 
 def write(folder, name, made, pnm):
-    if isinstance(made, tuple):
+    if isinstance(made, str):
+        (folder / f"{name}.uai").write_text(made)
+    elif isinstance(made, tuple):
         rows = [made[0], *(",".join(map(str, row)) for row in made[1])]
         (folder / f"{name}.csv").write_text("\n".join(rows) + "\n")
     elif made.dtype == np.dtype("<i4"):

@@ -31,7 +31,7 @@ def memory(key):
 
 def bridge(folder):
     import dimod  # noqa: F401 - imported before the clock starts on either side
-    from qstereo_bridge import models, qcf
+    from qstereo_bridge.core import models, qcf
 
     before, began = memory("VmRSS"), time.perf_counter()
     with open(Path(folder, "p.qcf"), "rb") as stream:
@@ -61,7 +61,7 @@ def best(mode, folder):
 
 def measure(dense, folder):
     from problems import grid, pack_qcf
-    from qstereo_bridge import models, qcf
+    from qstereo_bridge.core import models, qcf
 
     problem = grid(SIZE, SIZE, LABELS, dense)
     data = pack_qcf(problem)

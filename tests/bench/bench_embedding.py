@@ -18,7 +18,8 @@ import dwave.embedding
 import dwave.graphs
 import numpy as np
 from PIL import Image
-from qstereo_bridge import embedding, qcf, tiles
+from qstereo_bridge.ocean import embedding, tiles
+from qstereo_bridge.core import qcf
 from scenes import ROOT, Figures
 
 CHIPS = {"pegasus:16": dwave.graphs.pegasus_graph(16), "zephyr:12": dwave.graphs.zephyr_graph(12)}

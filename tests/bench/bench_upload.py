@@ -22,7 +22,7 @@ LIMIT = 1 << 34
 
 
 def problem_in(folder):
-    from qstereo_bridge import qcf
+    from qstereo_bridge.core import qcf
 
     with open(Path(folder, "p.qcf"), "rb") as stream:
         return qcf.read_qcf(stream, LIMIT)
@@ -31,17 +31,17 @@ def problem_in(folder):
 def ours(name, folder):
     import dimod  # noqa: F401 - imported before the clock starts on either side
     import dwave.optimization  # noqa: F401
-    from qstereo_bridge import registry
+    from qstereo_bridge.runs import registry
 
     before, began = memory("VmRSS"), time.perf_counter()
     solver = registry.find(name)
-    file = solver.run(name, problem_in(folder), None).file()
+    file = solver.run(problem_in(folder), None).file()
     print(time.perf_counter() - began, memory("VmHWM") - before, file.seek(0, 2))
 
 
 def dimods(name, folder):
     import dimod
-    from qstereo_bridge import models
+    from qstereo_bridge.core import models
 
     problem = problem_in(folder)
     linear, quadratic, offset = models.expand(problem, penalties=name == "hybrid-bqm")
@@ -59,7 +59,7 @@ def dimods(name, folder):
 
 def measure(name, shape, dense):
     from problems import grid, pack_qcf
-    from qstereo_bridge import qcf
+    from qstereo_bridge.core import qcf
 
     encoding = "one-hot" if dense else "one-hot-sparse"
     measured = {"solver": name, "shape": shape, "encoding": encoding}

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from qstereo_bridge import cli
+from qstereo_bridge.desk import cli
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -34,7 +34,7 @@ def environment(tmp_path):
 def processes():
     """Processes that have the modules already: to import them takes longer than most commands."""
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["qstereo_bridge.remote", "dwave.cloud.client",
+    context.set_forkserver_preload(["qstereo_bridge.runs.remote", "dwave.cloud.client",
                                     "dwave.cloud.api.resources", "dwave.optimization",
                                     "dwave.samplers", "dimod"])
     return context

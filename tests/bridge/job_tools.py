@@ -8,7 +8,8 @@ import time
 
 import pytest
 from problems import all_states, grid
-from qstereo_bridge import jobs, models, qsf
+from qstereo_bridge.runs import jobs
+from qstereo_bridge.core import models, qsf
 
 # Seconds after which a test fails that waits for what does not come: far more than any busy machine
 # takes.

@@ -7,7 +7,7 @@ import itertools
 import struct
 
 import numpy as np
-from qstereo_bridge import container, qcf
+from qstereo_bridge.core import container, qcf
 
 # The fields of a coupling run, in the file's order.
 RUN = ("block", "form", "width", "weight", "g", "h", "count", "repeat", "stride")

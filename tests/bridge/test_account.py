@@ -9,7 +9,10 @@ import numpy as np
 import pytest
 from problems import grid, pack_qcf
 from service import TOKEN
-from qstereo_bridge import jobs, output, qpu, services, solvers, text
+from qstereo_bridge.runs import jobs
+from qstereo_bridge.core import output, text
+from qstereo_bridge.ocean import qpu, services
+from qstereo_bridge.samplers import solvers
 
 HOSTILE = "a\x1b[2J\x9bm\u202eb"
 HARMLESS = r"a\x1b[2J\x9bm\u202eb"

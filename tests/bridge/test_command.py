@@ -15,7 +15,11 @@ from bridge_tools import COMMAND
 from job_tools import WHILE
 from problems import altered, domain_walls, grid, make, nothing, pack_qcf, random_problem
 from service import TOKEN
-from qstereo_bridge import __version__, cli, models, qcf, qsf, remote, solvers
+from qstereo_bridge import __version__
+from qstereo_bridge.desk import cli
+from qstereo_bridge.core import models, qcf, qsf
+from qstereo_bridge.runs import remote
+from qstereo_bridge.samplers import solvers
 
 SERVICES = ["qpu", "hybrid-nl", "hybrid-bqm", "hybrid-cqm"]
 FAST = ["--num-reads", 5, "--num-sweeps", 50, "--seed", 1]
@@ -511,7 +515,7 @@ def test_lazy_imports(arguments, absent, problem_file, environment):
     arguments = [str(problem_file) if word == "P" else str(word) for word in arguments]
     code = (
         "import sys\n"
-        "from qstereo_bridge.cli import main\n"
+        "from qstereo_bridge.desk.cli import main\n"
         "try:\n"
         "    status = main(sys.argv[1:])\n"
         "except SystemExit as e:\n"
@@ -588,7 +592,7 @@ sys.meta_path.insert(0, Finder)
 
 
 @pytest.mark.parametrize(
-    "module", ["qstereo_bridge.cli", "click", "numpy", "dimod", "dwave.samplers"]
+    "module", ["qstereo_bridge.desk.cli", "click", "numpy", "dimod", "dwave.samplers"]
 )
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_signal_in_an_import(module, number, interrupting, problem_file, tmp_path, command):
@@ -684,7 +688,8 @@ def test_work_that_is_no_longer_waited_for_does_not_hold_up_the_end(environment)
     """As HiGHS at a time limit; what was printed is there."""
     code = """
 import threading
-from qstereo_bridge import __main__, cli
+from qstereo_bridge import __main__
+from qstereo_bridge.desk import cli
 threading.Thread(target=threading.Event().wait).start()
 cli.main = lambda: print("done") or 3
 __main__.run()"""

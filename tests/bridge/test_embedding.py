@@ -14,7 +14,10 @@ import numpy as np
 import pytest
 from problems import Toeplitz, grid, make, nothing, pack_qcf, random_problem
 from service import TOKEN
-from qstereo_bridge import embed, embedding, models, qcf, solvers, tiles
+from qstereo_bridge.desk import embed
+from qstereo_bridge.ocean import embedding, tiles
+from qstereo_bridge.core import models, qcf
+from qstereo_bridge.samplers import solvers
 
 GRAPH = {"zephyr": dwave.graphs.zephyr_graph, "pegasus": dwave.graphs.pegasus_graph}
 
@@ -191,7 +194,8 @@ def test_chains_of_one_where_there_are_some():
 def test_a_signal_leaves_no_search_behind(number):
     """The child holds the pipe open that the command was given: its end is that of both."""
     code = ("import os, signal, subprocess, sys\n"
-            "from qstereo_bridge import __main__, embedding\n"
+            "from qstereo_bridge import __main__\n"
+            "from qstereo_bridge.ocean import embedding\n"
             "child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(1000)'])\n"
             "embedding.searching.add(child)\n"
             f"__main__._stop({int(number)}, None)\n")

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from problems import (Table, Toeplitz, altered, carrying, grid, make, nothing, pack_qcf,
                       random_problem)
-from qstereo_bridge import container, models, qcf, qsf
-from qstereo_bridge.container import Corrupt, NotOurFormat, OverLimit, Truncated, Unsupported
+from qstereo_bridge.core import container, models, qcf, qsf
+from qstereo_bridge.core.container import Corrupt, NotOurFormat, OverLimit, Truncated, Unsupported
 
 SEEDS = st.integers(0, 2**32 - 1)
 

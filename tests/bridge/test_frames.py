@@ -248,7 +248,7 @@ def test_without_a_worker_for_paid_calls_it_ends(pairs, main, tmp_path, service,
     fail. With another worker the same command goes on, and collects what was sent."""
     for name in NAMES[1:]:
         (pairs / f"left_{name}.png").unlink()
-    monkeypatch.setattr("qstereo_bridge.frames.PATIENCE", 0)
+    monkeypatch.setattr("qstereo_bridge.desk.frames.PATIENCE", 0)
     with distributed.LocalCluster(n_workers=0, dashboard_address=":0") as cluster:
         address = cluster.scheduler_address
 

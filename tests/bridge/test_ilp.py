@@ -24,8 +24,9 @@ from problems import (
     pack_qcf,
     random_problem,
 )
-from qstereo_bridge import ilp, models, solvers
-from qstereo_bridge.container import OverLimit
+from qstereo_bridge.samplers import ilp, solvers
+from qstereo_bridge.core import models
+from qstereo_bridge.core.container import OverLimit
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -479,7 +480,7 @@ def test_penalty_too_small(tmp_path, main):
 
 
 def test_without_scipy(tmp_path, main, monkeypatch):
-    monkeypatch.delitem(sys.modules, "qstereo_bridge.ilp")
+    monkeypatch.delitem(sys.modules, "qstereo_bridge.samplers.ilp")
     monkeypatch.setitem(sys.modules, "scipy.optimize", None)
     status, out, err = main(*write(tmp_path, grid(2, 2, 3)))
     assert (

@@ -16,7 +16,7 @@ from job_tools import (  # noqa: F401
     names, sent, service, solve, until)
 from problems import all_states, grid, pack_qcf
 from service import TOKEN
-from qstereo_bridge import models, qsf
+from qstereo_bridge.core import models, qsf
 
 
 @pytest.mark.parametrize("solver", SERVICES)

@@ -13,8 +13,10 @@ from job_tools import (  # noqa: F401
     service, solve, until)
 from problems import grid, pack_qcf
 from service import Service
-from qstereo_bridge import jobs, qsf, runner, services, text
-from qstereo_bridge.output import Output
+from qstereo_bridge.runs import jobs, runner
+from qstereo_bridge.core import qsf, text
+from qstereo_bridge.ocean import hybrid, services
+from qstereo_bridge.core.output import Output
 
 
 @pytest.mark.parametrize("solver", SERVICES)
@@ -557,6 +559,33 @@ def loaded_first(monkeypatch):
         future.wait()
         return future
     monkeypatch.setattr(Client, "retrieve_answer", retrieved)
+
+
+@pytest.mark.parametrize("solver", ["hybrid-bqm", "hybrid-cqm"])
+def test_answer_that_a_thread_of_the_client_is_still_at(solver, solve, monkeypatch, tmp_path):
+    from dwave.cloud.computation import Future
+    here, decoded, read = threading.current_thread(), threading.Event(), threading.Event()
+    wait, told, decode = Future.wait, Future._get_problem_info, hybrid.Hybrid.decode
+
+    def wait_until_decoded(future, timeout=None):
+        return wait(future, timeout) and (threading.current_thread() is not here
+                                          or decoded.wait(WHILE))
+
+    def told_later(future):
+        decoded.set()
+        assert threading.current_thread() is not here and read.wait(WHILE)
+        return told(future)
+
+    def decoded_meanwhile(*arguments):
+        try:
+            return decode(*arguments)
+        finally:
+            read.set()
+    monkeypatch.setattr(Future, "wait", wait_until_decoded)
+    monkeypatch.setattr(Future, "_get_problem_info", told_later)
+    monkeypatch.setattr(hybrid.Hybrid, "decode", decoded_meanwhile)
+    status, _, err = solve(solver)
+    assert (status, err) == (0, "") and best(tmp_path) == LEAST
 
 
 @pytest.mark.usefixtures("loaded_first")

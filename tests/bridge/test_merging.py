@@ -10,9 +10,10 @@ import qstereo_bridge as qb
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from problems import all_states, domain_walls, energy_by_definition, grid, pack_qcf, random_problem
-from qstereo_bridge import merging, models, windows
-from qstereo_bridge.container import OverLimit
-from qstereo_bridge.problem import made
+from qstereo_bridge.core import merging, models
+from qstereo_bridge.samplers import windows
+from qstereo_bridge.core.container import OverLimit
+from qstereo_bridge.core.problem import made
 
 SMALL = grid(2, 3, 3)
 seeds = st.integers(0, 10**6)

@@ -20,8 +20,8 @@ from problems import (
     pack_qcf,
     random_problem,
 )
-from qstereo_bridge import merging, models
-from qstereo_bridge.container import OverLimit
+from qstereo_bridge.core import merging, models
+from qstereo_bridge.core.container import OverLimit
 
 SEEDS = st.integers(0, 2**32 - 1)
 

@@ -5,7 +5,7 @@ import dwave.graphs
 import networkx as nx
 import numpy as np
 import pytest
-from qstereo_bridge import embedding, packing
+from qstereo_bridge.ocean import embedding, packing
 
 
 def source_of(*parts):

@@ -17,7 +17,10 @@ import pytest
 from dwave.optimization import Model
 from problems import Table, Toeplitz, all_states, grid, make, pack_qcf, random_problem
 from service import TOKEN
-from qstereo_bridge import cli, hybrid, models, qsf, qpu, services, solvers, text
+from qstereo_bridge.desk import cli
+from qstereo_bridge.ocean import hybrid, qpu, services
+from qstereo_bridge.core import models, qsf, text
+from qstereo_bridge.samplers import solvers
 
 HYBRIDS = ["hybrid-bqm", "hybrid-cqm", "hybrid-nl"]
 SERVICES = ["qpu", *HYBRIDS]
@@ -261,7 +264,7 @@ def test_ocean_has_the_warnings_that_we_put_into_words():
 
 
 def test_embedding_of_the_user(solve, service, tmp_path):
-    from qstereo_bridge import embedding
+    from qstereo_bridge.ocean import embedding
     with services.connect("qpu") as session:
         chip = embedding.Chip.of_solver(session.solver)
     found = embedding.find(embedding.Source.of(SMALL), chip, 7)
@@ -283,14 +286,14 @@ def test_embedding_of_the_user(solve, service, tmp_path):
 
 
 def test_chip_of_the_solver_is_that_of_the_topology(service):
-    from qstereo_bridge import embedding
+    from qstereo_bridge.ocean import embedding
     with services.connect("qpu") as session:
         chip, named = embedding.Chip.of_solver(session.solver), embedding.Chip.named("zephyr:3")
     assert (chip.digest, chip.family, chip.size) == (named.digest, named.family, named.size)
 
 
 def test_an_embedding_is_looked_for_once(solve, monkeypatch):
-    from qstereo_bridge import embedding
+    from qstereo_bridge.ocean import embedding
     problem = grid(3, 2, 3, dense=True)
     assert solve("qpu", problem=problem)[0] == 0
     monkeypatch.setattr(embedding, "find", None)
@@ -387,7 +390,7 @@ def test_nonlinear_model_is_built_once(solve, monkeypatch):
 
 
 def test_copies_of_a_problem_that_fits_once(solve, service, tmp_path):
-    from qstereo_bridge import embedding
+    from qstereo_bridge.ocean import embedding
     chip = service.solvers["Advantage2_mock"]["properties"]
     with services.connect("qpu") as session:
         found = embedding.find(embedding.Source.of(SMALL), embedding.Chip.of_solver(session.solver),
@@ -404,7 +407,7 @@ def test_copies_of_a_problem_that_fits_once(solve, service, tmp_path):
 
 def test_copies_are_looked_for_once(solve, monkeypatch, tmp_path):
     """Those of each number, and those of auto, beside the embedding of one."""
-    from qstereo_bridge import embedding
+    from qstereo_bridge.ocean import embedding
     options = [("--copies", "auto"), ("--copies", 3), ()]
     def run():
         for more in options:

@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from problems import Table, all_states, domain_walls, grid, make, pack_qcf, random_problem
-from qstereo_bridge import models, qcf, qsf, solvers
-from qstereo_bridge.container import OverLimit
+from qstereo_bridge.core import models, qcf, qsf
+from qstereo_bridge.samplers import solvers
+from qstereo_bridge.core.container import OverLimit
 
 SMALL = grid(2, 2, 3)
 DENSE = grid(2, 2, 3, dense=True)

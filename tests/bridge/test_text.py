@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from service import TOKEN
-from qstereo_bridge import text
+from qstereo_bridge.core import text
 
 
 @pytest.fixture(autouse=True)

@@ -5,7 +5,8 @@ import io
 import dimod
 import pytest
 from problems import grid, random_problem
-from qstereo_bridge import models, upload
+from qstereo_bridge.core import models
+from qstereo_bridge.ocean import upload
 
 
 def both(problem):

@@ -9,9 +9,9 @@ from hashlib import sha256
 import numpy as np
 import pytest
 from problems import Table, altered, grid, make, pack_qcf
-from qstereo_bridge import certificate as qpf
-from qstereo_bridge import container, models, qcf, qsf
-from qstereo_bridge.failure import InputError
+from qstereo_bridge.verify import certificate as qpf
+from qstereo_bridge.core import container, models, qcf, qsf
+from qstereo_bridge.core.failure import InputError
 from qstereo_bridge.verify import verify
 
 SCALE = 4

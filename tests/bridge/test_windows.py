@@ -18,8 +18,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from problems import (Table, all_states, carrying, domain_walls, grid, make, nothing, pack_qcf,
                       random_problem)
-from qstereo_bridge import jobs, merging, models, windows
-from qstereo_bridge.problem import made
+from qstereo_bridge.runs import jobs
+from qstereo_bridge.core import merging, models
+from qstereo_bridge.samplers import windows
+from qstereo_bridge.core.problem import made
 
 
 seeds = st.integers(0, 10**6)
@@ -102,6 +104,7 @@ def test_windows_reach_the_optimum(solver, core, tmp_path, main):
                             "--windows", 8, "--calls", 30, "--bound", least, *options, "--json")
     told = json.loads(out)
     assert status == 0 and told["proven_optimal"] and told["energy"] == least
+    assert told["feasible"] is None  # domain walls: `qstereo validate` tells
     assert max(told["variables_of_calls"]) <= 8 and len(told["variables_of_calls"]) == told["calls"]
     assert (np.diff(told["energies_of_calls"]) <= 0).all()
     samples, p = qb.load_samples(tmp_path / "s.qsf"), qb.load(path)
@@ -206,6 +209,9 @@ def test_what_the_file_carries_is_where_it_begins_and_ends(core, carried, tmp_pa
     assert status == 0 and f"bound {least} (stated by {path}), gap 0" in out
     assert "proven" not in out and "No call was made" in out
     assert f"meets the lower bound that {path} states" in out and "qstereo verify" in out
+    for alone, count in (([], 0), (["--alone", "--calls", 2], 2)):
+        status, out, _ = main("solve", path, "--windows", 12, *alone, "--dry-run", "--json")
+        assert status == 0 and len(json.loads(out)["calls"]) == count
     # The user's word is another matter.
     status, out, _ = main("solve", path, "-o", tmp_path / "u.qsf", "--windows", 5, "--bound", least,
                           *LOCAL, "--json")

@@ -37,6 +37,7 @@ KEYS = {
     "bad_1_0",
     "seconds",
     "map",
+    "file",
 }
 
 
@@ -136,7 +137,10 @@ def test_the_table(solved, truth):
         assert (float(cells[0]), float(cells[1])) == (result["energy"], result["gap"])
         assert cells[3] == f"{result['feasible']}/{result['samples']}"
         assert float(cells[2]) == pytest.approx(100 * result["gap"] / result["energy"], abs=1e-4)
-        assert ("optimal" in cells) == result["proven_optimal"]
+        assert ("optimal" in line) == result["proven_optimal"]
+        last = "optimal" if result["proven_optimal"] else cells[-1]
+        assert line.endswith(result["file"] or last)
+    assert [result["file"] for result in facts["results"]] == [None, None, str(solved.samples)]
     assert (
         lines[-1] == f"best lower bound {facts['lower_bound']:g}: no labelling has a lower energy"
     )
@@ -341,7 +345,7 @@ def test_memory_limit(tmp_path):
         (["--solvers", ""], "is empty"),
         (["--time-limit", "0"], "above 0"),
         (["--scale", "1"], "from 2"),
-        (["--truth-scale", "x"], "whole"),
+        (["--truth", "t.pgm", "--truth-scale", "x"], "whole"),
     ],
 )
 def test_usage_errors(solved, options, words):

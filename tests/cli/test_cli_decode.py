@@ -308,4 +308,4 @@ def test_palettes_and_the_bar(tmp_path, palette):
 
 def test_a_bar_goes_with_colours(folder, solved):
     done = run("decode", solved.problem, solved.samples, "-o", folder / "m.pgm", "--scale-bar")
-    assert done.status == 2 and "--scale-bar goes with a map in colours: add --color" in done.err
+    assert done.status == 2 and "--scale-bar goes with --color: add --color" in done.err

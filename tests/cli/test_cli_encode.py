@@ -597,7 +597,7 @@ USAGE = {
     "memory": (["--memory-limit", "0"], "--memory-limit 0 is not a whole number from 1"),
     "unknown option": (
         ["--lamda", "3"],
-        "did you mean --lambda? The options are: --output --problem --encoding",
+        "unknown option --lamda: did you mean --lambda? (help: qstereo encode --help)\n",
     ),
 }
 
@@ -674,7 +674,7 @@ def test_pictures_of_other_sizes(folder, pair):
 @pytest.mark.parametrize(
     "options, words",
     [
-        (["--disparity", "0:12"], "too narrow for disparity 12"),
+        (["--disparity", "0:12"], "disparity 12 needs one at 12 or further right"),
         (["--roi", "0,0,3,3", "--disparity", "0:3"], "move --roi"),
         (["--roi", "10,0,3,3", "--disparity", "0:3"], "--roi 10,0,3,3 does not fit inside"),
         (["--roi", "0,3,12,3", "--disparity", "0:3"], "does not fit inside"),

@@ -98,7 +98,8 @@ class TestOutputs:
         done = run(name, *arguments, "-o", output)
         assert (done.status, done.out) == (4, b"")
         assert (
-            done.err == f"qstereo {name}: {output}: cannot be written: No such file or directory\n"
+            done.err == f"qstereo {name}: {output}: cannot be written, make its folder first: "
+            "No such file or directory\n"
         )
 
     def test_a_folder_in_its_place(self, commands, folder, name):

@@ -186,7 +186,7 @@ def smallest(tmp_path):
 @pytest.mark.parametrize("kind", ["qcf", "qsf"])
 def test_every_truncation(folder, smallest, kind):
     whole = smallest[kind]
-    for status, out, err in statuses(folder, [whole[:size] for size in range(len(whole))]):
+    for status, out, err in statuses(folder, [whole[:size] for size in range(1, len(whole))]):
         assert (status, out) == (3, b"")
         assert "cut short" in err, err
 
@@ -239,6 +239,16 @@ def test_other_files(tmp_path, pair, solved):
         3,
         f"qstereo info: {pair.paths[0]}: is not a .qcf or .qsf file\n",
     )
+    (tmp_path / "empty").touch()
+    done = run("info", tmp_path / "empty")
+    assert (done.status, done.err) == (
+        3,
+        f"qstereo info: {tmp_path / 'empty'}: is empty: a .qcf or .qsf file is needed here\n",
+    )
+    succeed("solve", solved.problem, "-o", tmp_path / "s.qsf", "--certificate", tmp_path / "c.qpf")
+    for command in (["info"], ["solve", "-o", tmp_path / "t.qsf"]):
+        done = run(*command, tmp_path / "c.qpf")
+        assert done.status == 3 and "file but a .qpf: a certificate" in done.err
     done = run("info", tmp_path / "none")
     assert (done.status, done.err) == (
         4,

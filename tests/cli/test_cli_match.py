@@ -172,9 +172,17 @@ def test_standard_streams(folder, pair):
     assert (done.status, done.out) == (0, (folder / "m.pgm").read_bytes())
 
 
+def test_it_names_every_file_that_it_wrote(folder, pair):
+    names = [folder / name for name in ("m.pgm", "m.color.ppm", "sure.pgm", "seen.pgm", "t.csv")]
+    done = run("match", *pair.paths, "-o", names[0], "--disparity", "0:3", "--color",
+               "--confidence", names[2], "--mask", names[3], "--trace", names[4])
+    assert done.status == 0 and sorted(folder.iterdir()) == sorted(names)
+    assert done.out.decode().startswith(", ".join(map(str, names)) + ": energy ")
+
+
 def test_a_pair_that_does_not_fit(tmp_path, folder, pair):
     done = run("match", *pair.paths, "-o", folder / "m.pgm")
-    assert (done.status, "too narrow for disparity 15" in done.err) == (3, True)
+    assert (done.status, "disparity 15 needs one at 15 or further right" in done.err) == (3, True)
     small = write_pgm(tmp_path / "small.pgm", np.zeros((3, 3), int))
     done = run("match", pair.paths[0], small, "-o", folder / "m.pgm", "--disparity", "0:3")
     assert (done.status, "both pictures need the same size" in done.err) == (3, True)
@@ -247,7 +255,10 @@ def test_a_pairwise_cost_that_cut_does_not_take(folder, pair):
         (["--solver", "beste"], "did you mean best?"),
         (["--encoding", "one-hot"], "unknown option --encoding"),
         (["--scale", "1"], "from 2"),
-        (["--truth-scale", "0"], "from 1"),
+        (["--truth", "t.pgm", "--truth-scale", "0"], "from 1"),
+        (["--truth-scale", "8"], "--truth-scale goes with --truth: add --truth"),
+        (["--truth-no-value", "0"], "--truth-no-value goes with --truth: add --truth"),
+        (["--palette", "viridis"], "--palette goes with --color: add --color"),
         (["--truncation", "2"], "potts has nothing to truncate"),
         (["--time-limit", "never"], "above 0"),
         (["-o", "m.jpg"], ".png, .pgm or .pfm"),

@@ -115,7 +115,7 @@ def test_whole_numbers_hold_none_below_0(tmp_path, scene, name, opencv):
     for arguments in (["match", *paths, "--disparity", "-1:2"], ["decode", problem, samples]):
         done = run(*arguments, "-o", output)
         assert done.status == 3 and done.out == b""
-        assert "begin at -1" in done.err and "write a .pfm" in done.err
+        assert "begin at -1" in done.err and "name a .pfm with -o" in done.err
         assert set(tmp_path.iterdir()) == before
 
 

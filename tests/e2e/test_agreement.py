@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from library import Qubo, ROOT
-from qstereo_bridge import models, qcf, qsf
-from qstereo_bridge.container import Corrupt
+from qstereo_bridge.core import models, qcf, qsf
+from qstereo_bridge.core.container import Corrupt
 
 sys.path.insert(0, str(ROOT / "tests" / "bridge"))
 

@@ -12,11 +12,11 @@ from pathlib import Path
 import google_crc32c
 import numpy as np
 import pytest
-from qstereo_bridge import container
-from qstereo_bridge import certificate as checker
-from qstereo_bridge.certificate import FIELDS, MAGIC
-from qstereo_bridge.container import FormatError
-from qstereo_bridge.failure import Error
+from qstereo_bridge.core import container
+from qstereo_bridge.verify import certificate as checker
+from qstereo_bridge.verify.certificate import FIELDS, MAGIC
+from qstereo_bridge.core.container import FormatError
+from qstereo_bridge.core.failure import Error
 from qstereo_bridge.verify import verify
 
 ROOT = Path(__file__).parents[2]

@@ -4,7 +4,7 @@ read and annealed by the bridge without knowing of labels, repaired and decoded 
 
 import numpy as np
 import pytest
-from qstereo_bridge import qcf
+from qstereo_bridge.core import qcf
 
 
 def instance(tmp_path):

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from library import ROOT
-from qstereo_bridge import models, qcf
+from qstereo_bridge.core import models, qcf
 
 PAPER = ROOT / "samples" / "paper"
 

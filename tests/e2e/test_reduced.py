@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from library import ROOT
-from qstereo_bridge import models, qcf
+from qstereo_bridge.core import models, qcf
 
 RENDERED = ROOT / "samples" / "rendered"
 SCENES = ROOT.parent / "shared" / "data" / "middlebury"

@@ -30,7 +30,7 @@ def call(program, *arguments, status=0):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Results of each kind, and the page of them with its parts."""
+    """Results of each kind, and the page of them."""
     made = tmp_path_factory.mktemp("report")
     out, problem = made / "out", made / "p.qcf"
     out.mkdir()
@@ -49,8 +49,7 @@ def folder(tmp_path_factory):
         for number in (1, 2, 3))]
     (out / "s.qsf.journal").write_text("".join(json.dumps(line) + "\n" for line in journal))
     (out / "other.json").write_text('["of something else"]')
-    call(BRIDGE, "report", out, "-o", made / "r.html", "--title", "A <title>", "--parts",
-         made / "parts")
+    call(BRIDGE, "report", out, "-o", made / "r.html", "--title", "A <title>")
     return made
 
 
@@ -96,7 +95,9 @@ def test_a_page_needs_nothing_but_itself(folder):
 
 
 def test_parts(folder):
-    parts = {path.name: path.read_text() for path in (folder / "parts").iterdir()}
+    from qstereo_bridge.desk import report
+
+    parts = report.parts_of(report.sections_of(report.load(folder / "out")))
     assert sorted(parts) == [
         *(f"01-p-co-{name}" for name in ("course.svg", "energies.svg", "maps.svg", "results.csv")),
         "03-reduced-course.svg", "03-reduced-left.svg", "04-s.qsf-calls.svg"]
@@ -110,7 +111,7 @@ def test_parts(folder):
 
 
 def test_maps_are_cut_and_coloured_in_one_scale(folder):
-    from qstereo_bridge import drawing, report
+    from qstereo_bridge.desk import drawing, report
 
     (problem,) = report.load(folder / "out" / "<p> & co.json")
     found, truth, pair = report.all_maps(problem)

@@ -15,8 +15,8 @@ import warnings
 from pathlib import Path
 
 import google_crc32c
-from qstereo_bridge import models, qcf, qsf
-from qstereo_bridge.container import FormatError, OverLimit
+from qstereo_bridge.core import models, qcf, qsf
+from qstereo_bridge.core.container import FormatError, OverLimit
 
 CORPUS = Path(__file__).with_name("corpus")
 LIMIT = 64 << 20

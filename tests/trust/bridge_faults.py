@@ -12,9 +12,10 @@ import signal
 import sys
 import tempfile
 
-import qstereo_bridge.solvers  # noqa: F401
-from qstereo_bridge import cli, qsf
-from qstereo_bridge.container import FormatError
+import qstereo_bridge.samplers.solvers  # noqa: F401
+from qstereo_bridge.desk import cli
+from qstereo_bridge.core import qsf
+from qstereo_bridge.core.container import FormatError
 
 COMMANDS = [
     ["solve", "p.qcf", "-o", "out", "--solver", "exact", "--quiet"],

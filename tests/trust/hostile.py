@@ -7,7 +7,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from qstereo_bridge import certificate, container
+from qstereo_bridge.verify import certificate
+from qstereo_bridge.core import container
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "bridge"))
 from problems import RUN, Raw, Toeplitz  # noqa: E402

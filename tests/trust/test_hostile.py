@@ -17,8 +17,8 @@ from hostile import (
     sound,
     sound_proofs,
 )
-from qstereo_bridge import qcf
-from qstereo_bridge.container import FormatError
+from qstereo_bridge.core import qcf
+from qstereo_bridge.core.container import FormatError
 from qstereo_bridge.verify import verify
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))

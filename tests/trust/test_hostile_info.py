@@ -6,9 +6,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from qstereo_bridge.cli import main
-from qstereo_bridge.container import FormatError
-from qstereo_bridge.qsf import parse_qsf
+from qstereo_bridge.desk.cli import main
+from qstereo_bridge.core.container import FormatError
+from qstereo_bridge.core.qsf import parse_qsf
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 from cli_tools import random_pair, run, succeed, with_chunk  # noqa: E402

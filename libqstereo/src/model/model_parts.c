@@ -19,7 +19,8 @@ int64_t qs_largest_pairwise(const qs_model *model)
         }
         return largest;
     }
-    for (uint32_t edge = 0, edges = qs_edge_numbers(model); edge < edges; edge++) {
+    uint32_t numbers = model->width > 0 ? 2 * model->sites : model->edges; /* of edges */
+    for (uint32_t edge = 0; edge < numbers; edge++) {
         largest = qs_max_i32(largest, model->table_max[model->table_of[edge]]);
     }
     return largest;

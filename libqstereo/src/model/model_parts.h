@@ -9,12 +9,6 @@
 /* The largest V of two labels. Of QS_TABLES: that of all edges' tables. */
 int64_t qs_largest_pairwise(const qs_model *model);
 
-/* How many numbers of edges there are: see qs_model_edge_pairwise. Grids do not use all. */
-static inline uint32_t qs_edge_numbers(const qs_model *model)
-{
-    return model->width > 0 ? 2 * model->sites : model->edges;
-}
-
 /* Finds the largest entry of each of `count` tables. */
 void qs_find_table_max(const int32_t *tables, size_t count, uint32_t labels, int32_t *table_max);
 

@@ -16,6 +16,12 @@ typedef struct qs_edge_seen {
  * them; then edge->site is some site that exists. */
 bool qs_see_edge(const qs_model *model, uint32_t site, uint32_t at, qs_edge_seen *edge);
 
+/* Whether an edge of a grid, of weight above 0, leads up or down. */
+static inline bool qs_is_vertical(const qs_edge_seen *edge)
+{
+    return edge->edge % 2 == 1; /* qs_cell_edge */
+}
+
 /* The most that a site's edges can cost: the largest V of each times its weight. At most
  * 2^QS_MODEL_BITS. */
 int64_t qs_most_of_edges(const qs_model *model, uint32_t site);

@@ -2,8 +2,10 @@
 
 #include "../base/bits.h"
 
-int64_t qs_near_energy(const qs_index *index, const uint8_t *bits, uint32_t group,
-                       uint32_t variable, const qs_neighbour *near)
+/* What the couplings of `variable` with one neighbour of its group cost in a sample in which it is
+ * 1. The neighbour is not the group itself. */
+static int64_t near_energy(const qs_index *index, const uint8_t *bits, uint32_t group,
+                           uint32_t variable, const qs_neighbour *near)
 {
     uint32_t own = variable - index->start[group], base = index->start[near->group],
              end = index->start[near->group + 1];
@@ -20,7 +22,7 @@ int64_t qs_field(const qs_index *index, const uint8_t *bits, uint32_t group, uin
     for (uint32_t n = index->near_start[group]; n < index->near_start[group + 1]; n++) {
         cost += index->near[n].group == group
                     ? 0
-                    : qs_near_energy(index, bits, group, variable, &index->near[n]);
+                    : near_energy(index, bits, group, variable, &index->near[n]);
     }
     return cost;
 }
@@ -50,7 +52,7 @@ static int64_t group_energy(const qs_index *index, const uint8_t *bits, uint32_t
             if (near->group == group) {
                 energy += own_energy(index, bits, group, i, near);
             } else if ((near->block & QS_TRANSPOSED) == 0) { /* each pair of groups once */
-                energy += qs_near_energy(index, bits, group, i, near);
+                energy += near_energy(index, bits, group, i, near);
             }
         }
     }

@@ -14,11 +14,6 @@ static inline int32_t qs_near_entry(const qs_index *index, const qs_neighbour *n
                           turned ? own : other);
 }
 
-/* What the couplings of `variable` with one neighbour of its group cost in a sample in which it is
- * 1. The neighbour is not the group itself. */
-int64_t qs_near_energy(const qs_index *index, const uint8_t *bits, uint32_t group,
-                       uint32_t variable, const qs_neighbour *near);
-
 /* What `variable` costs if it is 1 and the other groups are as they are. */
 int64_t qs_field(const qs_index *index, const uint8_t *bits, uint32_t group, uint32_t variable);
 

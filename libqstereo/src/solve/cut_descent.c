@@ -31,7 +31,8 @@ size_t qs_descent_workspace(const qs_model *model)
  * these labels; and so does each site, if its slopes add up to a number between two bounds. To find
  * such slopes is a flow: from p to q it lowers the slope of their edge, and what p is charged. */
 
-enum { UNBOUNDED = 1 << 29 }; /* above all that the edges of a site can have in slopes */
+/* Above all that the edges of a site can have in slopes (qs_fusion_fits). */
+#define UNBOUNDED (QS_NUMBER_MAX / 4 + 1)
 
 /* The largest slope of an edge, and the smallest: what V rises by from the difference of the labels
  * on, and up to it. */
@@ -65,10 +66,7 @@ static qs_number *arc_of(const qs_fusion *f, uint32_t site, uint32_t at, const q
     if (model->width == 0) {
         return &f->m.cut.residual[model->link_start[site] + at];
     }
-    bool row = model->width > 1 && (edge->site + 1 == site || site + 1 == edge->site);
-    uint32_t way = row ? QS_CUT_RIGHT : QS_CUT_DOWN;
-    way += edge->first ? 0 : 1;
-    return &f->m.cut.residual[(size_t)way * model->sites + site];
+    return &f->m.cut.residual[(size_t)qs_cut_way(edge) * model->sites + site];
 }
 
 static void load_slopes(qs_fusion *f)
@@ -148,15 +146,10 @@ static void find_slopes(qs_fusion *f)
     }
 }
 
-static void take_slope(const void *context, uint32_t site, const qs_edge_seen *edge, int64_t *sum)
+static void take_slope(const void *context, uint32_t site, uint32_t at, const qs_edge_seen *edge,
+                       int64_t *sum)
 {
     const qs_fusion *f = context;
-    uint32_t at = 0;
-    for (qs_edge_seen seen; qs_see_edge(f->m.model, site, at, &seen); at++) {
-        if (seen.edge == edge->edge && seen.weight > 0) {
-            break;
-        }
-    }
     int64_t slope = slope_now(f, site, at, edge);
     for (int64_t a = 0; a < f->m.model->labels; a++) {
         sum[a] += edge->first ? -slope * a : slope * a;

@@ -293,9 +293,8 @@ static void load_product(levels *l, uint32_t p, const qs_edge_seen *edge, qs_num
                          const product *gained)
 {
     const qs_model *model = l->model;
-    uint32_t q = edge->site;
     int64_t gain_of_edge = model->tables ? gain_of(model, edge->edge, 0, 0) : gained->gain;
-    uint32_t from = node_of(l, gained->i, p), to = node_of(l, gained->j, q);
+    uint32_t from = node_of(l, gained->i, p), to = node_of(l, gained->j, edge->site);
     qs_number gain = (qs_number)(weight * gain_of_edge), in = gain / 2, out = gain - in;
     l->cut.excess[from] += out;
     l->cut.excess[to] += in;
@@ -303,7 +302,7 @@ static void load_product(levels *l, uint32_t p, const qs_edge_seen *edge, qs_num
         add_arcs(l, from, to, out, in);
         return;
     }
-    uint32_t way = q == p + 1 && model->width > 1 ? QS_CUT_RIGHT : QS_CUT_DOWN;
+    uint32_t way = qs_cut_way(edge);
     l->cut.residual[(size_t)way * l->cut.nodes + from] = out;
     l->cut.residual[(size_t)(way ^ 1) * l->cut.nodes + to] = in;
 }
@@ -557,28 +556,27 @@ static bool flow(levels *l, uint16_t *labelling)
 
 /* ---- The flow as a split. ---- */
 
-/* What the arc from a node of the site that sees an edge to one at its other site still takes. No
- * two edges join the same sites. */
-static qs_number residual_to(const levels *l, uint32_t site, const qs_edge_seen *edge,
-                             uint32_t from, uint32_t to)
+/* What the arc along edge `at` of a site still takes, from a node of the site to one of the other
+ * site. No two edges join the same sites. The search ends at once with two labels: there a node of
+ * a graph has its arcs in the order of its edges, without those of weight 0. */
+static qs_number residual_to(const levels *l, uint32_t at, const qs_edge_seen *edge, uint32_t from,
+                             uint32_t to)
 {
     if (l->layered) {
-        bool row = l->model->width > 1 && (edge->site + 1 == site || site + 1 == edge->site);
-        uint32_t way = row ? QS_CUT_RIGHT : QS_CUT_DOWN;
-        way += edge->first ? 0 : 1;
-        return l->cut.residual[(size_t)way * l->cut.nodes + from];
+        return l->cut.residual[(size_t)qs_cut_way(edge) * l->cut.nodes + from];
     }
-    uint32_t arc = l->start[from];
+    uint32_t first = l->start[from], last = l->start[from + 1] - 1,
+             arc = qs_min_u32(first + at, last);
     while (l->links[arc].site != to) {
-        arc++;
+        arc = arc > first ? arc - 1 : last;
     }
     return l->cut.residual[arc];
 }
 
 /* An edge's excess at level i is what V rises by there while the other site has label 0, and what
  * the arcs of the level still take. */
-static void take_level_excess(const void *context, uint32_t site, const qs_edge_seen *edge,
-                              int64_t *sum)
+static void take_level_excess(const void *context, uint32_t site, uint32_t at,
+                              const qs_edge_seen *edge, int64_t *sum)
 {
     const levels *l = context;
     const qs_model *model = l->model;
@@ -594,8 +592,7 @@ static void take_level_excess(const void *context, uint32_t site, const qs_edge_
             uint32_t own = edge->first ? gained->i : gained->j,
                      other = edge->first ? gained->j : gained->i;
             if (own == i) {
-                all +=
-                    residual_to(l, site, edge, node_of(l, i, site), node_of(l, other, edge->site));
+                all += residual_to(l, at, edge, node_of(l, i, site), node_of(l, other, edge->site));
             }
         }
         sum[i + 1] += all;

@@ -264,11 +264,10 @@ QS_KERNEL void pass_run(expansion *e, bool potts, pass what, const edge_run *run
 static void pass_grid(expansion *e, pass what, bool down, uint32_t begin, uint32_t end)
 {
     edge_run run = run_of(e, down, begin, end);
-    bool potts = e->m.model->pairwise.smoothness == QS_POTTS;
-    switch (what) {
-    case SETTLE: potts ? pass_run(e, true, SETTLE, &run) : pass_run(e, false, SETTLE, &run); break;
-    case LOAD: potts ? pass_run(e, true, LOAD, &run) : pass_run(e, false, LOAD, &run); break;
-    case STORE: potts ? pass_run(e, true, STORE, &run) : pass_run(e, false, STORE, &run); break;
+    if (e->m.model->pairwise.smoothness == QS_POTTS) {
+        pass_run(e, true, what, &run);
+    } else {
+        pass_run(e, false, what, &run);
     }
 }
 

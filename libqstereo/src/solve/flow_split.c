@@ -2,33 +2,42 @@
 
 #include <string.h>
 
-/* The chain of an edge at a site: qs_witness says how they are numbered. `earlier` and `later`
- * count the edges of the site so far. */
-static uint32_t chain_of(const qs_model *model, uint32_t site, const qs_edge_seen *edge,
-                         uint32_t *earlier, uint32_t *later)
+/* The edge of a chain at a site that leads to a later site, or to an earlier one: qs_witness says
+ * how chains are numbered. Of a graph this is the next one; `at` goes on from chain to chain. */
+static bool see_edge_of_chain(const qs_model *model, uint32_t site, uint32_t chain, bool first,
+                              uint32_t *at, qs_edge_seen *edge)
 {
-    if (model->width > 0) {
-        uint32_t apart = edge->first ? edge->site - site : site - edge->site;
-        return model->width == 1 || apart != 1;
-    }
-    return edge->first ? (*later)++ : (*earlier)++;
-}
-
-/* Sums up the edges of a chain at a site. Returns whether there are any. */
-static bool sum_chain(const qs_flow_split *split, uint32_t site, uint32_t chain,
-                      qs_edge_takes *takes, const void *context)
-{
-    uint32_t earlier = 0, later = 0;
-    bool any = false;
-    qs_edge_seen edge;
-    memset(split->sum, 0, sizeof *split->sum * split->model->labels);
-    for (uint32_t at = 0; qs_see_edge(split->model, site, at, &edge); at++) {
-        if (edge.weight > 0 && chain_of(split->model, site, &edge, &earlier, &later) == chain) {
-            takes(context, site, &edge, split->sum);
-            any = true;
+    bool grid = model->width > 0;
+    *at = grid ? 0 : *at;
+    while (qs_see_edge(model, site, (*at)++, edge)) {
+        if (edge->weight > 0 && edge->first == first &&
+            (!grid || chain == (qs_is_vertical(edge) ? 1 : 0))) {
+            return true;
         }
     }
-    return any;
+    return false;
+}
+
+static void tell_site(const qs_flow_split *split, const qs_witness *witness, uint32_t site,
+                      qs_edge_takes *takes, const void *context)
+{
+    const qs_model *model = split->model;
+    uint32_t at[] = {0, 0}; /* of the edges to earlier sites, and to later ones */
+    bool any = true;
+    for (uint32_t chain = 0; any; chain++) {
+        qs_edge_seen edge;
+        any = model->width > 0 && chain < 2;
+        memset(split->sum, 0, sizeof *split->sum * model->labels);
+        for (int first = 0; first < 2; first++) {
+            if (see_edge_of_chain(model, site, chain, first != 0, &at[first], &edge)) {
+                takes(context, site, at[first] - 1, &edge, split->sum);
+                any = true;
+            }
+        }
+        if (any) {
+            witness->share(witness->context, model, site, chain, split->sum, sizeof *split->sum);
+        }
+    }
 }
 
 void qs_flow_split_tell(const qs_flow_split *split, const qs_solve_options *options, unsigned shift,
@@ -41,13 +50,7 @@ void qs_flow_split_tell(const qs_flow_split *split, const qs_solve_options *opti
     const qs_witness *witness = options->witness;
     witness->split(witness->context, model, shift, labelling);
     for (uint32_t p = 0; p < model->sites; p++) {
-        for (uint32_t chain = 0;; chain++) {
-            bool any = sum_chain(split, p, chain, takes, context);
-            if (!any && (model->width == 0 || chain > 1)) {
-                break;
-            }
-            witness->share(witness->context, model, p, chain, split->sum, sizeof *split->sum);
-        }
+        tell_site(split, witness, p, takes, context);
     }
     witness->end(witness->context, model->kept);
 }

@@ -19,10 +19,10 @@ static inline void qs_flow_split_take(qs_flow_split *split, const qs_model *mode
     split->sum = qs_arena_take(arena, model->labels, sizeof *split->sum);
 }
 
-/* Adds to the sum of each label what the edge takes off it at a site that sees the edge: minus the
- * part of its costs that the flow has moved to that site. Any numbers prove a bound. */
-typedef void qs_edge_takes(const void *context, uint32_t site, const qs_edge_seen *edge,
-                           int64_t *sum);
+/* Adds to the sum of each label what the edge takes off it at a site that sees it as edge `at`:
+ * minus the part of its costs that the flow has moved to that site. Any numbers prove a bound. */
+typedef void qs_edge_takes(const void *context, uint32_t site, uint32_t at,
+                           const qs_edge_seen *edge, int64_t *sum);
 
 /* Tells the witness, if the options have one.
  *

@@ -14,7 +14,7 @@
 
 #include <stdbool.h>
 
-#include "../../include/qstereo/model.h"
+#include "../model/neighbours.h"
 #include "number.h"
 
 /* The parent of a node in the tree: the number of the arc to it among the node's arcs; or: */
@@ -32,6 +32,12 @@ typedef struct qs_cut_node {
 
 /* The arcs of a node of a grid. The last two are those to the next and the previous layer. */
 enum { QS_CUT_RIGHT, QS_CUT_LEFT, QS_CUT_DOWN, QS_CUT_UP, QS_CUT_ABOVE, QS_CUT_BELOW };
+
+/* The one of these along an edge that a site sees; its weight is above 0. */
+static inline uint32_t qs_cut_way(const qs_edge_seen *edge)
+{
+    return (qs_is_vertical(edge) ? QS_CUT_DOWN : QS_CUT_RIGHT) + (edge->first ? 0U : 1U);
+}
 
 /* All memory is the caller's. */
 typedef struct qs_cut {

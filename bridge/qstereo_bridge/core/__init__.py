@@ -1,0 +1,1 @@
+"""Both files, models, exact energies, merging, and the face for Python. Sees numpy and dimod."""
