@@ -15,7 +15,8 @@
 #include "text/numbers.h"
 #include "text/options.h"
 
-/* The regular files that were read. No command reads more files than its line has words. */
+/* The regular files that were read: as many as a command line can name. A sequence may read more;
+ * their names follow one pattern, so the first ones tell whether an output is one of them. */
 static struct {
     dev_t device;
     ino_t inode;

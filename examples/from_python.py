@@ -1,6 +1,6 @@
 """A stereo problem from Python: read it, sample it twice, save, decode, draw.
 
-    qstereo encode left.png right.png -o p.qcf --roi 160,120,40,40
+    qstereo encode left.png right.png -o p.qcf --roi 90,60,40,40
     python examples/from_python.py p.qcf --qstereo build/qstereo
 """
 

@@ -161,7 +161,7 @@ const command cmd_encode = {
             OPTIONS(stereo_options),
             .examples =
                 "  qstereo encode left.png right.png -o p.qcf --disparity 0:15 --lambda 20\n"
-                "  qstereo encode left.png right.png -o p.qcf --roi 160,120,40,40 \\\n"
+                "  qstereo encode left.png right.png -o p.qcf --roi 90,60,40,40 \\\n"
                 "      --penalty paper\n"
                 "  qstereo encode left.png right.png -o p.qcf --encoding domain-wall \\\n"
                 "      --truncate --gap 20\n"

@@ -224,7 +224,7 @@ const command cmd_reduce = {
                 "needs one-hot-sparse: --encoding one-hot-sparse writes a problem that was "
                 "reduced as domain-wall once more for it.\n",
             OPTIONS(options),
-            .examples = "  qstereo reduce p.qcf -o small.qcf\n"
+            .examples = "  qstereo reduce p.qcf -o small.qcf --certificate reduced.qpf\n"
                         "  qstereo reduce p.qcf -o small.qcf --target 500 \\\n"
                         "      --encoding domain-wall --truncate\n"
                         "  qstereo reduce core.qcf -o core-sparse.qcf --encoding one-hot-sparse\n",

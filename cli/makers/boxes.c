@@ -11,7 +11,7 @@ static const char *const column_names[COLUMNS] = {"picture", "x", "y", "width", 
 
 const char kept_list_head[] = "box,keep";
 
-enum { FIELDS_MAX = 64, HUNDREDTHS = 100, PLACE_MAX = 1 << 26, SCORE_MAX = 1 << 30 };
+enum { FIELDS_MAX = 64, HUNDREDTHS = 100 };
 
 /* Where each column stands in a line; FIELDS_MAX = nowhere. */
 typedef struct columns {
@@ -116,7 +116,7 @@ static int read_box(box_file *file, uint32_t at, const columns *places)
                                       &box->width, &box->height, &box->score};
     *box = (qs_box){.picture = at};
     for (size_t c = 0; c < COLUMNS; c++) {
-        double most = c == SCORE ? SCORE_MAX : PLACE_MAX;
+        double most = c == SCORE ? QS_BOX_SCORE_MAX : QS_BOX_PLACE_MAX;
         double least = c == WIDTH || c == HEIGHT ? 1 : -most;
         size_t place = places->of[c];
         if (place == FIELDS_MAX) {

@@ -77,7 +77,8 @@ int label_map_check(const label_map *map, const label_map *truth)
 {
     return strcmp(map->shape, truth->shape) == 0
                ? DONE
-               : fail(BAD_INPUT, map->name, "is %s, but %s is %s: both need the same size",
+               : fail(BAD_INPUT, map->name,
+                      "has %s values (rows x columns), but %s has %s: both need the same size",
                       map->shape, truth->name, truth->shape);
 }
 

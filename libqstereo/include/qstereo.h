@@ -33,6 +33,14 @@
  *             checked from a .qcf alone
  *   recode    a model, or what is left of it, in any encoding
  *
+ * The caller brings all memory. A function says how much a call needs:
+ *
+ *     size_t size = qs_model_of_problem_workspace(&problem);
+ *     void *memory = size < SIZE_MAX ? malloc(size) : NULL;
+ *     status = qs_model_of_problem(&problem, memory, size, &model, NULL);
+ *
+ * Whole programs are in examples/.
+ *
  * What a QUBO is and what the words mean, docs/GLOSSARY.md says.
  *
  * Common to all: the library allocates nothing, does no I/O, keeps no state and

@@ -18,7 +18,7 @@ from service import TOKEN
 from qstereo_bridge import __version__
 from qstereo_bridge.desk import cli
 from qstereo_bridge.core import models, qcf, qsf
-from qstereo_bridge.runs import remote
+from qstereo_bridge.runs import bill, remote
 from qstereo_bridge.samplers import solvers
 
 SERVICES = ["qpu", "hybrid-nl", "hybrid-bqm", "hybrid-cqm"]
@@ -659,7 +659,7 @@ def test_dry_run_without_memory(tmp_path, main, monkeypatch):
     def full(*arguments):
         raise MemoryError
 
-    monkeypatch.setattr(remote, "plan", full)
+    monkeypatch.setattr(bill, "plan", full)
     status, out, err = main(*dry_run)
     assert (status, out) == (4, "") and "not enough memory" in err
 

@@ -632,7 +632,7 @@ def test_dry_run_with_an_account_goes_by_the_solver(solver, problem_file, main, 
 
 def planning(solver, problem, **options):
     options = SimpleNamespace(**{**cli.SOLVERS[solver].options, "solver": solver, **options})
-    return cli.SOLVERS[solver].run(solver, problem, options).plan(hybrid.PUBLISHED[solver])
+    return cli.SOLVERS[solver].run(problem, options).plan(hybrid.PUBLISHED[solver])
 
 
 @pytest.mark.parametrize("dense", [False, True])
@@ -727,7 +727,7 @@ def test_least_times_are_those_of_oceans_samplers(name, service):
         models.to_nl, "estimated_min_time_limit")}[name]
     with getattr(dwave.system, sampler)() as sampler:
         expected = getattr(sampler, least)(build(problem))
-        kind = cli.SOLVERS[name].run(name, problem, SimpleNamespace(time_limit=None))
+        kind = cli.SOLVERS[name].run(problem, SimpleNamespace(time_limit=None))
         assert kind.least_time(sampler.properties) == pytest.approx(expected, rel=1e-12)
 
 

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 CHUNK = 1 << 19
 # Bytes a term: 16 in three arrays; twice 16 in dimod's vectors, which may be half empty.
 COO_BYTES, BQM_BYTES = 16, 64
+# What a block serves as: itself, its part above the diagonal, transposed, that part mirrored.
+WAYS = (lambda block: block, lambda block: np.triu(block, 1), np.transpose,
+        lambda block: np.triu(block, 1) + np.triu(block, 1).T)
 
 
 class Terms:
@@ -49,7 +52,7 @@ class Terms:
             of_size, at = np.unique(sizes[own], return_inverse=True)
             links = np.append(links, [own, own, len(blocks) + at, problem.b[own]], axis=1)
             blocks += [np.broadcast_to(np.int32(1), (size, size)) for size in of_size.tolist()]
-        # What a block serves as, a place in WAYS.
+        # What the block of each serves as: a place in WAYS.
         way = (1 + 2 * both) * (links[0] == links[1])
         if both:
             back = links[:, way == 0][[1, 0, 2, 3]]
@@ -108,11 +111,6 @@ class Terms:
             row = np.arange(low, high)
             at, columns, values = self.of_rows(row)
             yield row[at], columns, values
-
-
-# Of a block: itself, its part above the diagonal, transposed, that part mirrored.
-WAYS = (lambda block: block, lambda block: np.triu(block, 1), np.transpose,
-        lambda block: np.triu(block, 1) + np.triu(block, 1).T)
 
 
 def _count(block, way):

@@ -22,7 +22,7 @@ from ..core.failure import BAD_INPUT, NO, OK, SERVICE, USAGE, Error, Failure, fa
 from ..core.output import save
 from ..core.problem import load_samples
 from ..core.text import parse
-from ..runs import calls, registry, remote, runner
+from ..runs import bill, calls, registry, remote, runner
 
 STEPS = "encode", "reduce", "solve", "decode", "score"
 COLUMNS = ("name", "variables", "variables_left", "energy", "lower_bound", "gap", "proven_optimal",
@@ -168,11 +168,11 @@ def planned(frame, before):
     given = frame["solve"]
     given.dry_run = frame["dry_run"]
     _, done = _known(frame, "solve", _key(before["key"], frame["words"]["solve"]), (".qsf",))
-    plans = [] if done else calls.plans(given) if given.windows else remote.plans(given)
+    plans = [] if done else calls.planned(given) if given.windows else remote.planned(given)
     unfit = [{key: found[key] for key in ("fits", "reason")} for found in plans
              if found.get("fits") is False]
     return {"frame": frame["name"], "variables": before["variables_left"], "calls": len(plans),
-            "charge_seconds": remote.charge_of(plans), "skipped": done, **dict(*unfit[:1])}
+            "charge_seconds": bill.charge_of(plans), "skipped": done, **dict(*unfit[:1])}
 
 
 @_task
@@ -326,12 +326,12 @@ def frames(options):
             first[name] = frame, client.submit(reduced, frame, pure=False)
             if options.dry_run or options.max_charge:
                 plans[client.submit(planned, *first[name], pure=False)] = name
-        bill = sorted(_ends(client, plans, failed, tell), key=lambda one: one["frame"])
+        costs = sorted(_ends(client, plans, failed, tell), key=lambda one: one["frame"])
         if options.dry_run:
-            remote.show_plans(options, "frames", bill)
+            bill.show(options, "frames", costs)
             return NO if failed else OK
         if options.max_charge:
-            remote.check_charge(options, bill)
+            bill.check(options, costs)
         for name in [name for name in first if name not in failed]:
             frame, before = first[name]
             second = client.submit(solved, frame, before, pure=False,

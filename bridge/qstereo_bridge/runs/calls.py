@@ -28,7 +28,7 @@ from ..core.qsf import NO_CHAINS, RECORD, Samples
 from ..core.text import parse
 from ..samplers import windows
 from ..ocean import embedding
-from . import jobs, registry, remote, runner
+from . import bill, jobs, registry, remote, runner
 
 UNREDUCED = ("windows of a picture that is not reduced gain nothing. Reduce it, then give the "
              "windows of what is left:\n"
@@ -212,7 +212,7 @@ def solve(options):
     with (Journal(f"{options.output}.journal", run.head()) as journal,
           remote.account(options) as run.session):
         if options.max_charge is not None:
-            remote.check_charge(options, _plans(run))
+            bill.check(options, _plans(run))
         _calls(run, journal)
         run.tell(None)
         return _deliver(run, journal, time.monotonic() - began)
@@ -306,17 +306,17 @@ def _plans(run):
             figures = run.embedded(part, variables).figures()
             chains = {"embedded_qubits": figures.pop("qubits"), **figures, "fits": True}
         call = _options_of(options, number)
-        plans.append({"call": number + 1, **remote.plan(call, run.session, part),
+        plans.append({"call": number + 1, **bill.plan(call, run.session, part),
                       **chains})
     return plans
 
 
 def dry_run(options):
     """The command `solve --windows --dry-run`."""
-    remote.show_plans(options, "calls", plans(options))
+    bill.show(options, "calls", planned(options))
 
 
-def plans(options):
+def planned(options):
     """What each call would send, at most: dicts."""
     run = _Run(options)
     with remote.account(options) as run.session:

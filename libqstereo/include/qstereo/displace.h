@@ -28,25 +28,21 @@ extern "C" {
  *
  * To stay within integers, one grey level is
  *
- *     qs_displace_scale = window^2 * unit^2 * scale
+ *     window^2 * unit^2 * scale
  *
- * units, and lambda * scale must be an integer. */
+ * units, the scale of the problem, and lambda * scale must be an integer. */
 typedef struct qs_displace {
     qs_image first, second;
     uint32_t step; /* pixels between sites, 1 .. 65535 */
     uint32_t window; /* odd, 1 .. 255 */
-    uint32_t radius_x,
-        radius_y; /* the largest displacements, in 1 / unit pixel;
-                                    labels: (2 radius_x + 1) (2 radius_y + 1) */
+    /* The largest displacements, in 1 / unit pixel. There are
+     * (2 radius_x + 1) (2 radius_y + 1) labels. */
+    uint32_t radius_x, radius_y;
     uint32_t unit; /* displacements are multiples of 1 / unit pixel, 1 .. 16 */
     uint32_t scale; /* as above, at least 1 */
     int32_t weight; /* lambda * scale, at least 0 */
     uint32_t truncation; /* of V, in 1 / unit pixel; 0 = none */
 } qs_displace;
-
-/* Integer units in one grey level: the scale of the problem. 0 = it does not
- * fit. */
-uint32_t qs_displace_scale(const qs_displace *displace);
 
 /* Bytes of workspace for qs_displace_problem: the table V, and the sums of one
  * row. SIZE_MAX = more than this machine can address. */

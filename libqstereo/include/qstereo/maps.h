@@ -47,7 +47,7 @@ QS_MUST_CHECK qs_status qs_map_fill(int32_t *values, size_t width,
  *
  * Returns
  *   QS_OK
- *   QS_E_ARGUMENT  a null pointer */
+ *   QS_E_ARGUMENT  a null pointer, or out is values */
 QS_MUST_CHECK qs_status qs_map_median(const int32_t *values, size_t width,
                                       size_t height, int32_t *out);
 

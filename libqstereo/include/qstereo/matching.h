@@ -71,9 +71,9 @@ typedef struct qs_matching {
      * Veksler and Zabih 2001, section 8.2). 0 = every edge has `weight`. */
     uint32_t contrast_below; /* in greys, 0 .. 256 */
     uint32_t contrast_times; /* at least 1 where contrast_below is not 0 */
-    uint32_t
-        copies; /* rows of costs that are computed at the same time, at most
-                        QS_MATCH_COPIES; 0 = one */
+    /* Rows of costs that are computed at the same time, at most
+     * QS_MATCH_COPIES; 0 = one. */
+    uint32_t copies;
 } qs_matching;
 
 /* The largest theta that the terms can have, without `scale`; 0 if a term is

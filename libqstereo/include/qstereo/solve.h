@@ -26,8 +26,9 @@ typedef bool qs_watch(void *context, const qs_progress *progress);
 enum { QS_ALL_TIME = 1 << 16 };
 
 /* Takes down what proves a bound: certificate.h has one that writes a file.
- * trws calls it at its end, best too where it passes messages, reduce whenever
- * labels may leave. Other solvers do not. `context` is its own. */
+ * trws and min_cut call it at their end, best too where it passes messages or
+ * cuts, reduce whenever labels may leave. Other solvers do not. `context` is
+ * its own. */
 typedef struct qs_witness {
     /* A split of the costs among chains begins.
      *

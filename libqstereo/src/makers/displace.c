@@ -61,7 +61,8 @@ static bool is_displace(const qs_displace *displace)
            displace->scale >= 1;
 }
 
-uint32_t qs_displace_scale(const qs_displace *displace)
+/* Integer units in one grey level: the scale of the problem. 0 = it does not fit. */
+static uint32_t scale_of(const qs_displace *displace)
 {
     uint64_t scale = (uint64_t)displace->window * displace->window * displace->unit *
                      displace->unit * displace->scale;
@@ -225,7 +226,7 @@ static bool find_weight(const qs_displace *displace, int32_t *weight)
 
 static bool costs_fit(const qs_displace *displace)
 {
-    uint32_t scale = qs_displace_scale(displace);
+    uint32_t scale = scale_of(displace);
     return scale != 0 && scale <= INT32_MAX / UINT8_MAX;
 }
 
@@ -279,7 +280,7 @@ qs_status qs_displace_problem(const qs_displace *displace, void *workspace, size
     fill_table(self);
     qs_problem made = {
         .labels = d.columns * d.rows,
-        .scale = qs_displace_scale(displace),
+        .scale = scale_of(displace),
         .weight = weight,
         .pairwise = {QS_TABLE, 0, self->table},
         .grid = {.width = d.width, .height = d.height},

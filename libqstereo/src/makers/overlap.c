@@ -6,7 +6,7 @@
 #include "../base/arena.h"
 #include "../base/minmax.h"
 
-enum { PLACE_MAX = 1 << 26, SCORE_MAX = 1 << 30, FULL_OVERLAP = 400, UNITS = 100 };
+enum { FULL_OVERLAP = 400, UNITS = 100 };
 
 /* V: only two kept boxes cost something. */
 static const int32_t both_kept[4] = {0, 0, 0, 1};
@@ -45,7 +45,8 @@ static int32_t overlap_cost(const qs_box *a, const qs_box *b)
                                  : 0;
 }
 
-size_t qs_overlap_edges(const qs_box *boxes, uint32_t count, qs_edge *edges, size_t room)
+/* Writes the edges, in order, if there is room. Returns how many there are. */
+static size_t find_edges(const qs_box *boxes, uint32_t count, qs_edge *edges, size_t room)
 {
     size_t found = 0;
     for (uint32_t p = 0; p < count; p++) {
@@ -60,13 +61,6 @@ size_t qs_overlap_edges(const qs_box *boxes, uint32_t count, qs_edge *edges, siz
     return found;
 }
 
-size_t qs_overlap_workspace(const qs_box *boxes, uint32_t count)
-{
-    qs_arena arena = {0};
-    (void)lay_out(&arena, count, qs_overlap_edges(boxes, count, NULL, 0));
-    return qs_arena_size(&arena);
-}
-
 static bool in_range(int32_t value, int32_t least, int32_t most)
 {
     return value >= least && value <= most;
@@ -76,13 +70,25 @@ static bool boxes_in_range(const qs_box *boxes, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {
         const qs_box *box = &boxes[i];
-        if (!in_range(box->x, -PLACE_MAX, PLACE_MAX) || !in_range(box->y, -PLACE_MAX, PLACE_MAX) ||
-            !in_range(box->width, 1, PLACE_MAX) || !in_range(box->height, 1, PLACE_MAX) ||
-            !in_range(box->score, -SCORE_MAX, SCORE_MAX)) {
+        if (!in_range(box->x, -QS_BOX_PLACE_MAX, QS_BOX_PLACE_MAX) ||
+            !in_range(box->y, -QS_BOX_PLACE_MAX, QS_BOX_PLACE_MAX) ||
+            !in_range(box->width, 1, QS_BOX_PLACE_MAX) ||
+            !in_range(box->height, 1, QS_BOX_PLACE_MAX) ||
+            !in_range(box->score, -QS_BOX_SCORE_MAX, QS_BOX_SCORE_MAX)) {
             return false;
         }
     }
     return count > 0;
+}
+
+size_t qs_overlap_workspace(const qs_box *boxes, uint32_t count)
+{
+    qs_arena arena = {0};
+    if (!boxes_in_range(boxes, count)) {
+        return SIZE_MAX;
+    }
+    (void)lay_out(&arena, count, find_edges(boxes, count, NULL, 0));
+    return qs_arena_size(&arena);
 }
 
 qs_status qs_overlap_problem(const qs_box *boxes, uint32_t count, void *workspace,
@@ -91,7 +97,7 @@ qs_status qs_overlap_problem(const qs_box *boxes, uint32_t count, void *workspac
     if (!boxes || !workspace || !problem || !boxes_in_range(boxes, count)) {
         return QS_E_ARGUMENT;
     }
-    size_t edges = qs_overlap_edges(boxes, count, NULL, 0);
+    size_t edges = find_edges(boxes, count, NULL, 0);
     qs_arena arena = {.base = workspace};
     chooser c = lay_out(&arena, count, edges);
     if (workspace_size < qs_arena_size(&arena)) {
@@ -101,7 +107,7 @@ qs_status qs_overlap_problem(const qs_box *boxes, uint32_t count, void *workspac
         c.costs[2 * i] = 0;
         c.costs[2 * i + 1] = -boxes[i].score;
     }
-    (void)qs_overlap_edges(boxes, count, c.edges, edges);
+    (void)find_edges(boxes, count, c.edges, edges);
     qs_problem made = {
         .sites = count,
         .labels = 2,

@@ -2,16 +2,11 @@
 
 #include <string.h>
 
-static bool is_site(const qs_grid *grid, uint32_t x, uint32_t y)
-{
-    return !grid->mask || grid->mask[(size_t)y * grid->width + x] != 0;
-}
-
 static uint32_t sites_in_row(const qs_grid *grid, uint32_t y)
 {
     uint32_t count = 0;
     for (uint32_t x = 0; x < grid->width; x++) {
-        count += is_site(grid, x, y);
+        count += qs_is_site(grid, x, y);
     }
     return count;
 }
@@ -41,8 +36,8 @@ static void masked_row(const qs_grid *grid, uint32_t y, bool down, uint32_t site
     const int32_t *weights = down ? grid->down : grid->right;
     qs_edge_run run = {.repeat = 1};
     for (uint32_t x = 0; x < grid->width; x++) {
-        bool here = is_site(grid, x, y), there = down && is_site(grid, x, y + 1);
-        bool pair = here && (down ? there : x + 1 < grid->width && is_site(grid, x + 1, y));
+        bool here = qs_is_site(grid, x, y), there = down && qs_is_site(grid, x, y + 1);
+        bool pair = here && (down ? there : x + 1 < grid->width && qs_is_site(grid, x + 1, y));
         if (pair && run.count++ == 0) {
             run.first = site;
             run.second = down ? below : site + 1;
@@ -94,25 +89,24 @@ int32_t qs_edge_weight(const qs_problem *problem, const qs_edge_run *run, uint32
     return run->weights ? run->weights[r * run->pitch + c] : problem->weight;
 }
 
-/* The weight of the edge from a cell to its right or its lower neighbour; 0 = there is none. */
-static int64_t cell_weight(const qs_problem *problem, uint32_t x, uint32_t y, bool down)
+int32_t qs_cell_weight(const qs_problem *problem, uint32_t x, uint32_t y, bool down)
 {
     const qs_grid *grid = &problem->grid;
+    const int32_t *weights = down ? grid->down : grid->right;
     uint32_t to_x = x + !down, to_y = y + down;
-    if (to_x >= grid->width || to_y >= grid->height || !is_site(grid, x, y) ||
-        !is_site(grid, to_x, to_y)) {
+    if (to_x == grid->width || !qs_is_site(grid, x, y) || !qs_is_site(grid, to_x, to_y)) {
         return 0;
     }
-    const int32_t *weights = down ? grid->down : grid->right;
     return weights ? weights[(size_t)y * grid->width + x] : problem->weight;
 }
 
 static void visit_cell(const qs_problem *problem, uint32_t x, uint32_t y, uint32_t count,
                        qs_reach_visit *visit, void *context)
 {
-    int64_t first = cell_weight(problem, x, y, false) + cell_weight(problem, x, y, true);
-    int64_t second = (x > 0 ? cell_weight(problem, x - 1, y, false) : 0) +
-                     (y > 0 ? cell_weight(problem, x, y - 1, true) : 0);
+    int64_t first = qs_cell_weight(problem, x, y, false);
+    int64_t second = x > 0 ? qs_cell_weight(problem, x - 1, y, false) : 0;
+    first += qs_cell_weight(problem, x, y, true);
+    second += y > 0 ? qs_cell_weight(problem, x, y - 1, true) : 0;
     visit(context, count, first, second);
 }
 
@@ -123,7 +117,7 @@ static void visit_grid(const qs_problem *problem, qs_reach_visit *visit, void *c
     for (uint32_t y = 0; y < grid->height; y++) {
         for (uint32_t x = 0, count; x < grid->width; x += count) {
             count = plain && x == 1 && grid->width > 2 ? grid->width - 2 : 1;
-            if (is_site(grid, x, y)) {
+            if (qs_is_site(grid, x, y)) {
                 visit_cell(problem, x, y, count, visit, context);
             }
         }

@@ -7,6 +7,15 @@
 
 #include "../../include/qstereo/problem.h"
 
+/* Returns true if a cell of a grid is not masked. There is none below the last row. */
+static inline bool qs_is_site(const qs_grid *grid, uint32_t x, uint32_t y)
+{
+    return y < grid->height && (!grid->mask || grid->mask[(size_t)y * grid->width + x] != 0);
+}
+
+/* The weight of the edge from a cell to its right or its lower neighbour; 0 = there is none. */
+int32_t qs_cell_weight(const qs_problem *problem, uint32_t x, uint32_t y, bool down);
+
 /* A run: the pairs of sites (first + r * stride + c, second + r * stride + c) with r < repeat and c
  * < count. Where `list` is given it is the `count` edges of the list. */
 typedef struct qs_edge_run {

@@ -4,15 +4,11 @@
 
 #include "../base/minmax.h"
 #include "../base/saturate.h"
+#include "edge_runs.h"
 
 static size_t entries_of(const qs_problem *problem)
 {
     return (size_t)problem->labels * problem->labels;
-}
-
-static bool is_site(const qs_grid *grid, uint32_t x, uint32_t y)
-{
-    return y < grid->height && (!grid->mask || grid->mask[(size_t)y * grid->width + x] != 0);
 }
 
 qs_table_strip qs_table_strip_first(const qs_problem *problem, qs_arena *arena)
@@ -32,7 +28,7 @@ static uint32_t number_row(const qs_grid *grid, uint32_t y, uint32_t site, uint3
 {
     for (uint32_t x = 0; x < grid->width; x++) {
         numbers[x] = site;
-        site += is_site(grid, x, y);
+        site += qs_is_site(grid, x, y);
     }
     return site;
 }
@@ -45,7 +41,7 @@ static void number_rows(qs_table_strip *strip, uint32_t y)
         (void)number_row(grid, 0, 0, strip->below);
     }
     uint32_t last = grid->width - 1, *free_row = strip->here,
-             end = strip->below[last] + is_site(grid, last, y);
+             end = strip->below[last] + qs_is_site(grid, last, y);
     strip->here = strip->below;
     strip->below = free_row;
     (void)number_row(grid, y + 1, end, strip->below);
@@ -75,18 +71,6 @@ bool qs_table_strip_next(qs_table_strip *strip)
     return true;
 }
 
-/* The weight of the edge from a cell to its right or its lower neighbour; 0 = there is none. */
-static int32_t cell_weight(const qs_problem *problem, uint32_t x, uint32_t y, bool down)
-{
-    const qs_grid *grid = &problem->grid;
-    const int32_t *weights = down ? grid->down : grid->right;
-    uint32_t to_x = x + !down, to_y = y + down;
-    if (to_x == grid->width || !is_site(grid, x, y) || !is_site(grid, to_x, to_y)) {
-        return 0;
-    }
-    return weights ? weights[(size_t)y * grid->width + x] : problem->weight;
-}
-
 qs_table_edge qs_table_edge_at(const qs_table_strip *strip, uint32_t at)
 {
     const qs_problem *problem = strip->problem;
@@ -98,7 +82,7 @@ qs_table_edge qs_table_edge_at(const qs_table_strip *strip, uint32_t at)
     }
     uint32_t site = strip->here[at];
     return (qs_table_edge){site, strip->down ? strip->below[at] : site + 1,
-                           cell_weight(problem, at, strip->row - 1, strip->down),
+                           qs_cell_weight(problem, at, strip->row - 1, strip->down),
                            strip->tables + at * entries};
 }
 
@@ -146,9 +130,9 @@ static void reach_row(const qs_table_strip *strip, uint32_t y, uint64_t *here, u
     problem->table_source.row(problem->table_source.context, y, width > 1 ? right : NULL,
                               last ? NULL : down);
     for (uint32_t x = 0; x < width; x++) {
-        reach_along(problem, cell_weight(problem, x, y, false), right + x * entries,
+        reach_along(problem, qs_cell_weight(problem, x, y, false), right + x * entries,
                     here + x * labels, here + (x + 1) * labels);
-        reach_along(problem, cell_weight(problem, x, y, true), down + x * entries,
+        reach_along(problem, qs_cell_weight(problem, x, y, true), down + x * entries,
                     here + x * labels, below + x * labels);
     }
 }
@@ -164,7 +148,7 @@ static void reach_grid(const qs_table_strip *strip, uint64_t *reach, qs_table_re
         memset(below, 0, sizeof *below * row);
         reach_row(strip, y, here, below);
         for (uint32_t x = 0; x < grid->width; x++) {
-            if (is_site(grid, x, y)) {
+            if (qs_is_site(grid, x, y)) {
                 visit(context, largest_of(here + x * labels, (uint32_t)labels));
             }
         }

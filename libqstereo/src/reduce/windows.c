@@ -11,20 +11,11 @@ static uint32_t cut(int64_t begin, uint32_t side, uint32_t all, uint32_t *length
     return (uint32_t)from;
 }
 
-static bool is_open(const qs_elimination *e, uint32_t site)
-{
-    const uint8_t *kept = e->kept + (size_t)site * e->model.labels;
-    uint32_t count = 0;
-    for (uint32_t d = 0; d < e->model.labels && count < 2; d++) {
-        count += kept[d];
-    }
-    return count > 1;
-}
-
+/* Whether a site of the window has two labels or more. */
 static bool has_open(const qs_elimination *e, const qs_block *b)
 {
     for (uint32_t c = 0; c < b->model.sites; c++) {
-        if (is_open(e, qs_block_site(b, &e->model, c))) {
+        if (qs_eliminate_count(e, qs_block_site(b, &e->model, c)) > 1) {
             return true;
         }
     }

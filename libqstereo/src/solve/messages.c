@@ -171,15 +171,6 @@ size_t qs_message_scratch(const qs_model *model)
     return model->pairwise.smoothness == QS_TRUNCATED_QUADRATIC ? 2 * (size_t)model->labels : 0;
 }
 
-static qs_number least_of(const qs_number *costs, uint32_t labels)
-{
-    qs_number least = costs[0];
-    for (uint32_t d = 1; d < labels; d++) {
-        least = qs_min_number(least, costs[d]);
-    }
-    return least;
-}
-
 /* message = costs less `least`, and at most `most`. */
 static void normalise(qs_number *message, const qs_number *costs, uint32_t labels, qs_number least,
                       qs_number most)
@@ -298,7 +289,7 @@ qs_number qs_message_send(const qs_model *model, uint32_t edge, qs_number weight
                           qs_number *costs, qs_number *message, qs_number *scratch)
 {
     uint32_t labels = model->labels, reach;
-    qs_number least = least_of(costs, labels);
+    qs_number least = qs_least(costs, labels);
     if (weight == 0) {
         memset(message, 0, sizeof *message * labels);
         return least;
@@ -323,7 +314,7 @@ qs_number qs_message_send(const qs_model *model, uint32_t edge, qs_number weight
     case QS_TABLES: break;
     }
     by_table(qs_edge_table(model, edge), labels, weight, upward, costs, message);
-    least = least_of(message, labels);
+    least = qs_least(message, labels);
     normalise(message, message, labels, least, most);
     return least;
 }

@@ -42,6 +42,16 @@ static inline qs_number qs_max_number(qs_number a, qs_number b)
     return a > b ? a : b;
 }
 
+/* The least of `count` numbers, one or more. */
+static inline qs_number qs_least(const qs_number *numbers, uint32_t count)
+{
+    qs_number least = numbers[0];
+    for (uint32_t i = 1; i < count; i++) {
+        least = qs_min_number(least, numbers[i]);
+    }
+    return least;
+}
+
 /* Where the least of `count` numbers is; of equals the first. */
 static inline uint32_t qs_least_at(const qs_number *numbers, uint32_t count)
 {

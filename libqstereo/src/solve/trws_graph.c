@@ -57,15 +57,6 @@ static void take_part(const qs_number *total, uint32_t labels, uint32_t i, uint3
     }
 }
 
-static qs_number least_part(const qs_number *part, uint32_t labels)
-{
-    qs_number least = part[0];
-    for (uint32_t d = 1; d < labels; d++) {
-        least = qs_min_number(least, part[d]);
-    }
-    return least;
-}
-
 /* What a forward pass leaves for the sweep back. */
 typedef struct record {
     qs_number *total; /* of each site: what was charged there */
@@ -105,7 +96,7 @@ static int64_t visit(const qs_trws_state *state, uint32_t site, bool forward,
     }
     for (; sent < chains; sent++) { /* the chains that end here */
         take_part(total, labels, sent, chains, part);
-        bound += least_part(part, labels);
+        bound += qs_least(part, labels);
     }
     return bound;
 }
@@ -146,7 +137,7 @@ static void sweep_chain(const qs_trws_state *state, const pass_record *record,
             part[d] += later[d];
         }
     }
-    qs_number least = least_part(part, labels);
+    qs_number least = qs_least(part, labels);
     for (uint32_t d = 0; d < labels; d++) {
         qs_natural more = (qs_natural)part[d] - (qs_natural)least;
         marginals[d] = more < QS_NATURAL_MAX - marginals[d] ? marginals[d] + more : QS_NATURAL_MAX;

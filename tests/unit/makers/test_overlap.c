@@ -81,11 +81,13 @@ static void large_boxes(void **unused)
     const qs_box large[3] = {{1, -most, most, most, most, 1 << 30},
                              {1, -most, most, most, most, -(1 << 30)},
                              {1, -most, most, most / 2, most, 0}};
-    qs_edge edges[3];
-    assert_int_equal(qs_overlap_edges(large, 3, edges, 3), 3);
-    assert_int_equal(edges[0].weight, 400);
-    assert_int_equal(edges[1].weight, 200);
-    assert_int_equal(edges[2].weight, 200);
+    static uint64_t memory[64];
+    qs_problem p;
+    assert_int_equal(qs_overlap_problem(large, 3, memory, sizeof memory, &p), QS_OK);
+    assert_int_equal(p.edge_count, 3);
+    assert_int_equal(p.edges[0].weight, 400);
+    assert_int_equal(p.edges[1].weight, 200);
+    assert_int_equal(p.edges[2].weight, 200);
 }
 
 static void nonsense_is_refused(void **unused)
@@ -101,7 +103,11 @@ static void nonsense_is_refused(void **unused)
     qs_problem p;
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         assert_int_equal(qs_overlap_problem(&bad[i], 1, memory, sizeof memory, &p), QS_E_ARGUMENT);
+        assert_int_equal(qs_overlap_workspace(&bad[i], 1), SIZE_MAX);
     }
+    /* The areas of both together are beyond an int64_t. */
+    const qs_box huge = {1, 0, 0, INT32_MAX, INT32_MAX, 0}, two[] = {huge, huge};
+    assert_int_equal(qs_overlap_workspace(two, 2), SIZE_MAX);
     assert_int_equal(qs_overlap_problem(boxes, 0, memory, sizeof memory, &p), QS_E_ARGUMENT);
 }
 
