@@ -26,7 +26,7 @@ OPENCV ?= $(shell cat $(BUILD)/.kind 2>/dev/null || echo 1)
 # NEED= says and installs nothing.
 NEED := scripts/need
 run check check-c check-python check-style: NEED := scripts/need --install
-check-trust check-cortex-m check-all check-browser check-units: NEED := scripts/need --install
+check-trust check-cortex-m check-browser check-units: NEED := scripts/need --install
 check-warnings check-analysis: NEED := scripts/need --install
 paper deb wheel docs check-packages: NEED := scripts/need --install
 check-valgrind coverage fuzz: NEED := scripts/need --install
@@ -47,13 +47,13 @@ PIC_OBJ := $(LIB_SRC:libqstereo/src/%.c=$(BUILD)/pic/%.o)
 CLI := $(BUILD)/opencv$(OPENCV)
 CLI_SRC := $(filter-out cli/pictures/picture_none.c,$(wildcard cli/*.c cli/*/*.c))
 ifeq ($(OPENCV),1)
-CLI_OBJ := $(CLI_SRC:cli/%.c=$(CLI)/%.o) $(CLI)/pictures/picture_opencv.o
+CLI_OBJ := $(CLI_SRC:cli/%.c=$(BUILD)/cli/%.o) $(BUILD)/cli/pictures/picture_opencv.o
 OPENCV_CPPFLAGS ?= $(shell pkg-config --cflags opencv4 2>/dev/null || echo -I/usr/include/opencv4)
 CLI_LINK := $(CXX)
 CLI_LIBS := -lopencv_imgcodecs -lopencv_core
 OPENCV_STAMP := $(BUILD)/.opencv
 else
-CLI_OBJ := $(CLI_SRC:cli/%.c=$(CLI)/%.o) $(CLI)/pictures/picture_none.o
+CLI_OBJ := $(CLI_SRC:cli/%.c=$(BUILD)/cli/%.o) $(BUILD)/cli/pictures/picture_none.o
 CLI_LINK := $(CC)
 CLI_LIBS :=
 REMEMBERED := echo "Built without OpenCV. This is remembered; make OPENCV=1 builds with it."
@@ -203,14 +203,14 @@ $(BUILD)/libqstereo.so: $(BUILD)/libqstereo.so.$(VERSION)
 	$(Q)ln -sf $(<F) $(BUILD)/$(SONAME)
 	$(Q)ln -sf $(SONAME) $@
 
-# The command. The two kinds live apart; .kind remembers which one build/qstereo is.
+# The command. The two kinds differ in one object; .kind remembers which one build/qstereo is.
 
-$(CLI)/%.o: cli/%.c
+$(BUILD)/cli/%.o: cli/%.c
 	@mkdir -p $(@D)
 	$(call say,CC,$@)
 	$(Q)$(CC) $(C_FLAGS) $(INCLUDE) -Icli -c $< -o $@
 
-$(CLI)/%.o: cli/%.cpp | $(OPENCV_STAMP)
+$(BUILD)/cli/%.o: cli/%.cpp | $(OPENCV_STAMP)
 	@mkdir -p $(@D)
 	$(call say,CXX,$@)
 	$(Q)$(CXX) -std=c++17 -Wall -Wextra -MMD -MP $(CPPFLAGS) $(OPENCV_CPPFLAGS) $(INCLUDE) -Icli \
@@ -221,6 +221,7 @@ $(BUILD)/.kind: FORCE
 	@echo $(OPENCV) | cmp -s - $@ || echo $(OPENCV) > $@
 
 $(CLI)/qstereo: $(CLI_OBJ) $(BUILD)/libqstereo.a
+	@mkdir -p $(@D)
 	$(call say,LINK,$@)
 	$(Q)$(CLI_LINK) $(CFLAGS) $(LDFLAGS) $(CLI_OBJ) $(BUILD)/libqstereo.a $(CLI_LIBS) -lm -pthread \
 	    -o $@
@@ -228,9 +229,9 @@ $(CLI)/qstereo: $(CLI_OBJ) $(BUILD)/libqstereo.a
 $(BUILD)/qstereo: $(CLI)/qstereo $(BUILD)/.kind
 	$(Q)cp -f $< $@
 
-# The command of the other kind.
+# The command of the other kind, after this one, whose objects it shares.
 OTHER := $(if $(filter 0,$(OPENCV)),1,0)
-$(BUILD)/opencv$(OTHER)/qstereo: $(BUILD)/libqstereo.a FORCE
+$(BUILD)/opencv$(OTHER)/qstereo: $(CLI)/qstereo FORCE
 	@$(MAKE) --no-print-directory OPENCV=$(OTHER) NEED="$(NEED)" $@
 
 # $(call need,TEST,PACKAGES): the packages, unless the shell command TEST works.

@@ -2,6 +2,7 @@ import multiprocessing
 import os
 import subprocess
 import sys
+from multiprocessing import forkserver
 from pathlib import Path
 
 import pytest
@@ -34,9 +35,11 @@ def environment(tmp_path):
 def processes():
     """Processes that have the modules already: to import them takes longer than most commands."""
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["qstereo_bridge.runs.remote", "dwave.cloud.client",
+    context.set_forkserver_preload(["qstereo_bridge.desk.frames", "dwave.cloud.client",
                                     "dwave.cloud.api.resources", "dwave.optimization",
-                                    "dwave.samplers", "dimod"])
+                                    "dwave.samplers", "dimod", "distributed"])
+    # Those of dask come from it, too: whoever starts it says what it has.
+    forkserver.ensure_running()
     return context
 
 

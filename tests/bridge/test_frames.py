@@ -9,9 +9,11 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from unittest import mock
 
 import pytest
 from bridge_tools import COMMAND
+from dask import config
 from PIL import Image
 
 distributed = pytest.importorskip("distributed")
@@ -81,14 +83,16 @@ def summary(tmp_path):
 
 def test_workers_die_and_all_frames_are_done(pairs, noted, tmp_path, environment):
     command = [*COMMAND, "frames", pairs, "--out-dir", tmp_path / "out", "--workers", "2", *WORDS]
-    kills = {"KILLS": "left_02.png left_04.png decode"}
+    for name in NAMES[4:]:
+        (pairs / f"left_{name}.png").unlink()
+    kills = {"KILLS": "left_02.png decode"}
     done = subprocess.run(command, capture_output=True, text=True, timeout=600,
                           env={**environment, **kills, "QSTEREO": str(tmp_path / "qstereo")})
     assert done.returncode == 0, done.stderr
-    assert len(list(tmp_path.glob("died-*"))) == 3
-    assert "dashboard at http://127.0.0.1:" in done.stderr and "6 of 6 frames" in done.stdout
+    assert len(list(tmp_path.glob("died-*"))) == 2
+    assert "dashboard at http://127.0.0.1:" in done.stderr and "4 of 4 frames" in done.stdout
     told = summary(tmp_path)
-    assert not told["failed"] and [one["name"] for one in told["problems"]] == NAMES
+    assert not told["failed"] and [one["name"] for one in told["problems"]] == NAMES[:4]
     for one in told["problems"]:
         result = one["results"][0]
         assert result["energy"] == one["lower_bound"] and result["proven_optimal"]
@@ -97,7 +101,7 @@ def test_workers_die_and_all_frames_are_done(pairs, noted, tmp_path, environment
             assert Image.open(tmp_path / "out" / file).size == (32, 20)
     with open(tmp_path / "out" / "summary.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    assert [row["name"] for row in rows] == NAMES
+    assert [row["name"] for row in rows] == NAMES[:4]
     assert [float(row["rms"]) for row in rows] == [
         one["results"][0]["rms"] for one in told["problems"]]
 
@@ -188,13 +192,17 @@ PAID = ["--solve", "--solver qpu --windows 60 --calls 2 --num-reads 5", "--reduc
 
 
 @pytest.fixture
-def paid(pairs, main, tmp_path, service):
+def paid(pairs, main, tmp_path, service, environment, processes):
     """Runs the command for two pairs on one worker with a chip, a process of its own, the chip's
     service being the stand-in. `paid.pid()` is the worker's process."""
     for name in NAMES[2:]:
         (pairs / f"left_{name}.png").unlink()
-    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, resources={"qpu": 1},
-                                  dashboard_address=":0") as cluster:
+    # What dask leaves in the environment makes later commands some times as slow
+    # (MALLOC_TRIM_THRESHOLD_): it goes with the worker.
+    with (mock.patch.dict(os.environ),
+          config.set({"distributed.worker.multiprocessing-method": "forkserver"}),
+          distributed.LocalCluster(n_workers=1, threads_per_worker=1, resources={"qpu": 1},
+                                   dashboard_address=":0", env=environment) as cluster):
         def run(*words):
             return main("frames", pairs, "--out-dir", tmp_path / "out", "--scheduler",
                         cluster.scheduler_address, *WORDS, *PAID, *words)
@@ -295,7 +303,6 @@ def test_options_that_are_for_all_frames(pairs, main, tmp_path):
 
 
 def test_a_scheduler_that_is_not_there(pairs, main, tmp_path):
-    from dask import config
     with config.set({"distributed.comm.timeouts.connect": "200ms"}):
         status, _, err = main("frames", pairs, "--out-dir", tmp_path / "out", "--scheduler",
                               "tcp://127.0.0.1:1", *WORDS)

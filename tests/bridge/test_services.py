@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from dwave.optimization import Model
 from problems import Table, Toeplitz, all_states, grid, make, pack_qcf, random_problem
-from service import TOKEN
+from service import TOKEN, described
 from qstereo_bridge.desk import cli
 from qstereo_bridge.ocean import hybrid, qpu, services
 from qstereo_bridge.core import models, qsf, text
@@ -300,6 +300,12 @@ def test_an_embedding_is_looked_for_once(solve, monkeypatch):
     assert solve("qpu", problem=problem)[0] == 0
 
 
+@pytest.fixture
+def small_chip(service):
+    """The annealer of the service is a Zephyr of 2 x 2 tiles: each copy's search takes its time."""
+    service.solvers.update(json.loads(described(tiles=2)))
+
+
 def parts_sent(service):
     """The couplers sent with a bias tie qubits together: these parts, and h."""
     data, chip = sent(service)[1]["data"], service.solvers["Advantage2_mock"]["properties"]
@@ -315,7 +321,7 @@ def parts_sent(service):
 @pytest.mark.parametrize("missing", [0, 20])
 @pytest.mark.parametrize("copies", [4, "auto"])
 @pytest.mark.parametrize("problem", [SMALL, grid(2, 2, 3, dense=True)], ids=["sparse", "dense"])
-def test_copies_share_a_read(problem, copies, missing, solve, service, tmp_path):
+def test_copies_share_a_read(problem, copies, missing, solve, small_chip, service, tmp_path):
     chip = service.solvers["Advantage2_mock"]["properties"]
     gone = set(np.random.default_rng(2).choice(chip["qubits"], missing, replace=False).tolist())
     chip.update(qubits=[qubit for qubit in chip["qubits"] if qubit not in gone],
@@ -405,7 +411,7 @@ def test_copies_of_a_problem_that_fits_once(solve, service, tmp_path):
         "embedding"]["copies"] == 1)
 
 
-def test_copies_are_looked_for_once(solve, monkeypatch, tmp_path):
+def test_copies_are_looked_for_once(solve, small_chip, monkeypatch, tmp_path):
     """Those of each number, and those of auto, beside the embedding of one."""
     from qstereo_bridge.ocean import embedding
     options = [("--copies", "auto"), ("--copies", 3), ()]

@@ -26,9 +26,20 @@ def paper(*arguments):
         capture_output=True, text=True, timeout=LONG)
 
 
+def service(folder, name, *words):
+    """Samples as of a service, of the problem that the script makes with these words."""
+    problem, samples = folder / f"{name}.qcf", folder / "samples"
+    samples.mkdir(exist_ok=True)
+    for line in (["encode", *words, "-o", problem],
+                 ["solve", problem, "-o", samples / f"{name}.qsf", "--solver", "trws"]):
+        subprocess.run([QSTEREO, *map(str, line)], check=True, capture_output=True)
+    return samples
+
+
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """The folder after a run on the sample scene, under the name of one of the paper's."""
+    """The folder after a run on the sample scene, under the name of one of the paper's; with
+    samples of this problem and of another."""
     folder = tmp_path_factory.mktemp("paper")
     scene = folder / "data" / "barn1"
     scene.mkdir(parents=True)
@@ -37,13 +48,18 @@ def made(tmp_path_factory):
     (folder / "data" / "scenes.json").write_text('{"barn1": {"disparity_max": 14}}')
     (folder / "reference.json").write_text(json.dumps(
         {"crop100": {"barn1": {"icm": 10**6, "optimum": 2}}}))
-    done = paper("-o", folder / "out", folder / "data")
+    service(folder, "barn1", scene / "left.png", scene / "right.png", "--disparity", "0:14",
+            "--lambda", 20, "--roi", "84,59,32,32")
+    example = ROOT / "samples" / "paper"
+    samples = service(folder, "example", example / "left.pgm", example / "right.pgm",
+                      "--disparity", "0:1", "--lambda", 10, "--penalty", 200)
+    done = paper("-o", folder / "out", "--samples", samples, folder / "data")
     assert done.returncode == 0, done.stderr
     return folder, done
 
 
-def results_of(folder, out="out"):
-    (found,) = json.loads((folder / out / "results.json").read_text())["problems"]
+def results_of(folder):
+    (found,) = json.loads((folder / "out" / "results.json").read_text())["problems"]
     return found, {result["solver"]: result for result in found["results"]}
 
 
@@ -85,17 +101,9 @@ def test_variables_of_each_model(made):
     assert rows["Cruz-Santos et al. 2018"] == grid
 
 
-def test_samples_of_a_service_are_found_by_their_problem(made, tmp_path):
+def test_samples_of_a_service_are_found_by_their_problem(made):
     """Samples of this problem get a row, those of another none."""
-    folder, _ = made
-    problems = folder / "out" / "problems"
-    for problem in ("barn1.qcf", "example.qcf"):
-        subprocess.run([QSTEREO, "solve", problems / problem, "-o",
-                        tmp_path / f"{problem}.qsf", "--solver", "trws"],
-                       check=True, capture_output=True)
-    done = paper("-o", folder / "again", "--samples", tmp_path, folder / "data")
-    assert done.returncode == 0, done.stderr
-    names = [result["solver"] for result in results_of(folder, "again")[0]["results"]]
+    names = [result["solver"] for result in results_of(made[0])[0]["results"]]
     assert names == [*SOLVERS[:5], "trws", "trws", "best", ANNEALER]
 
 

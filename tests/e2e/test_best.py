@@ -5,11 +5,11 @@ import numpy as np
 
 def test_best_is_below_its_parts(run, tmp_path):
     better = 0
-    for seed in range(6):
+    for seed in range(3):
         random = np.random.default_rng(seed)
         for name in ("left.pgm", "right.pgm"):
-            picture = random.integers(0, 256, (50, 60), dtype=np.uint8)
-            (tmp_path / name).write_bytes(b"P5 60 50 255\n" + picture.tobytes())
+            picture = random.integers(0, 256, (30, 36), dtype=np.uint8)
+            (tmp_path / name).write_bytes(b"P5 36 30 255\n" + picture.tobytes())
         run("qstereo", "encode", "left.pgm", "right.pgm", "-o", "p.qcf", "--disparity", "0:7",
             "--lambda", "30")
         found = {

@@ -16,18 +16,19 @@ from dimod import ExactSolver
 from dwave.samplers import TreeDecompositionSolver
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from library import QSTEREO
+from library import QSTEREO_PNM
 
 
 @pytest.fixture(autouse=True, scope="module")
 def command_of_this_tree():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("QSTEREO", str(QSTEREO))
+        patch.setenv("QSTEREO", str(QSTEREO_PNM))
         yield
 
 
 def qstereo(folder, *words):
-    done = subprocess.run([QSTEREO, *map(str, words)], cwd=folder, capture_output=True, text=True)
+    done = subprocess.run([QSTEREO_PNM, *map(str, words)], cwd=folder, capture_output=True,
+                          text=True)
     assert done.returncode == 0, done.stderr
 
 
@@ -175,6 +176,21 @@ def test_labels_of_a_reduced_problem(seed, target):
         best = qb.load_samples(folder / "s.qsf").records["energy"].min()
     labels = qb.decode(core, core.sample(TreeDecompositionSolver()) if len(core) else None)
     assert energy_of(costs, 3, table, labels) == best
+
+
+@pytest.mark.parametrize("labels", [255, 256])
+def test_labels_have_one_byte_as_long_as_they_fit(labels, tmp_path):
+    """Fixed ones and those of the labelling that a file carries, in both readers."""
+    costs = np.full((6, 6, labels), 50)
+    costs[..., [0, 1, -2, -1]] = np.random.default_rng(1).integers(0, 9, (6, 6, 4))
+    costs[0, 0, -1] = -40
+    np.save(tmp_path / "costs.npy", costs)
+    qstereo(tmp_path, "encode", "--problem", "label", "costs.npy", "--lambda", 4, "-o", "p.qcf")
+    qstereo(tmp_path, "reduce", "p.qcf", "-o", "core.qcf", "--iterations", 1)
+    qstereo(tmp_path, "solve", "core.qcf", "-o", "s.qsf", "--solver", "best")
+    core = qb.load(tmp_path / "core.qcf")
+    assert core.known.size == len(core) > 0
+    assert qb.decode(core, qb.load_samples(tmp_path / "s.qsf")).max() == labels - 1
 
 
 def test_what_a_label_stands_for_does_not_matter(tmp_path):

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from library import BRIDGE, QSTEREO, ROOT
 from PIL import Image
+from qstereo_bridge.desk import cli
 
 pytest.importorskip("matplotlib")
 SAMPLE = ROOT / "samples" / "rendered"
@@ -136,11 +137,12 @@ def test_maps_are_cut_and_coloured_in_one_scale(folder):
     ('{"results": [{"solver": "x", "map": "none.png"}]}', "none.png: cannot be read"),
     ('{"results": [{"solver": "x", "map": "r.json"}]}', "r.json: is no picture"),
 ])
-def test_what_is_refused(tmp_path, content, said):
+def test_what_is_refused(tmp_path, content, said, capsys):
     (tmp_path / "r.json").write_text(content)
     status = 4 if "cannot be read" in said else 3
-    done = call(BRIDGE, "report", tmp_path / "r.json", "-o", tmp_path / "r.html", status=status)
-    assert said in done.stderr and not (tmp_path / "r.html").exists()
+    words = ["report", str(tmp_path / "r.json"), "-o", str(tmp_path / "r.html")]
+    assert cli.main(words) == status
+    assert said in capsys.readouterr().err and not (tmp_path / "r.html").exists()
 
 
 def browse(folder, page, *options):

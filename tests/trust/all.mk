@@ -3,7 +3,12 @@
 .PHONY: check-all check-browser check-kills check-units check-warnings check-analysis \
     check-analysis-gcc check-analysis-cppcheck check-analysis-tidy check-valgrind check-threads coverage
 
-check-all: check check-units check-warnings check-analysis check-valgrind check-threads coverage check-packages docs check-browser check-kills ## check, and every unit test on every target, all compilers and analysers, valgrind, coverage
+# What fails most and what is short comes first.
+ALL_PARTS := check-style check-c check-python check-trust check-kills docs check-browser check-threads coverage \
+    check-warnings check-analysis check-valgrind check-units check-packages
+
+check-all: ## check, and every unit test on every target, all compilers and analysers, valgrind, coverage, packages; goes on where it ended
+	@scripts/check-all $(BUILD)/all $(ALL_PARTS)
 
 # ---- The pages of the bridge in a browser; make check leaves this out where there is none.
 check-browser: all $(ENV)

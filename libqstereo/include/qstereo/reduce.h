@@ -20,8 +20,8 @@ typedef struct qs_reduction {
                            never is */
 } qs_reduction;
 
-/* Called after every iteration. Returns false to stop: what has been proven
- * until then stays. */
+/* Called after every iteration, and now and then within it and before the first
+ * one. Returns false to stop: what has been proven until then stays. */
 typedef bool qs_reduce_watch(void *context, const qs_reduction *so_far);
 
 enum { QS_REDUCE_ITERATIONS = 2000 };

@@ -85,9 +85,9 @@ typedef struct qs_solve_options {
     uint64_t seed; /* of the solvers that draw random numbers */
     /* NULL = nobody. It is called after each iteration and each move, and
      * within these about once in 2^20 numbers that are computed, which take
-     * about a millisecond. (While a flow is being prepared it is not called.)
-     * So a solver that it stops ends soon. The solution is then the best so
-     * far, or the winner's labelling and the bound that needs no iteration. */
+     * about a millisecond. So a solver that it stops ends soon. The solution is
+     * then the best so far, or the winner's labelling and the bound that needs
+     * no iteration. */
     qs_watch *watch;
     void *context; /* of watch and spent */
     /* The library has no clock. For anneal: how much of the time that it has is

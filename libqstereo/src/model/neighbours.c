@@ -63,8 +63,7 @@ int64_t qs_seen_cost(const qs_model *model, const qs_edge_seen *edge, uint32_t l
 
 bool qs_has_many_neighbours(const qs_model *model, uint32_t site)
 {
-    return model->width == 0 &&
-           model->link_start[site + 1] - model->link_start[site] > model->labels;
+    return model->width == 0 && qs_edges_at(model, site) > model->labels;
 }
 
 bool qs_labels_in_range(const qs_model *model, const uint16_t *labelling)

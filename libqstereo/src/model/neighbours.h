@@ -16,6 +16,20 @@ typedef struct qs_edge_seen {
  * them; then edge->site is some site that exists. */
 bool qs_see_edge(const qs_model *model, uint32_t site, uint32_t at, qs_edge_seen *edge);
 
+/* How many edges a site has, those of weight 0 among them. */
+static inline uint32_t qs_edges_at(const qs_model *model, uint32_t site)
+{
+    return model->width > 0 ? 4 : model->link_start[site + 1] - model->link_start[site];
+}
+
+/* Numbers that are looked at to find the best label of a site. */
+static inline uint64_t qs_work_at(const qs_model *model, uint32_t site)
+{
+    uint64_t edges = qs_edges_at(model, site), labels = model->labels;
+    bool few = model->pairwise.smoothness == QS_POTTS && edges < labels;
+    return labels + edges * (few ? edges : labels);
+}
+
 /* Whether an edge of a grid, of weight above 0, leads up or down. */
 static inline bool qs_is_vertical(const qs_edge_seen *edge)
 {

@@ -53,14 +53,21 @@ static qs_solve_options with_watch_of(const qs_solve_options *options)
                    : (qs_solve_options){0};
 }
 
-/* A cut, in whose time nothing else would get lower. */
+/* A cut, in whose time nothing else would get lower. A cut of two labels that is stopped returns
+ * what it began with, so that is what a sweep of icm finds. */
 static qs_status cut_quickly(const qs_model *model, const qs_solve_options *options,
                              void *workspace, size_t workspace_size, uint16_t *labelling,
                              qs_solution *solution)
 {
     qs_solve_options own = with_watch_of(options);
+    qs_solve_options few = own;
+    few.iterations = 1;
     qs_model_winner(model, labelling);
-    return qs_min_cut(model, &own, workspace, workspace_size, labelling, solution);
+    qs_status status =
+        model->labels == 2 ? qs_icm(model, &few, NULL, 0, labelling, solution) : QS_OK;
+    return status != QS_OK
+               ? status
+               : qs_min_cut(model, &own, workspace, workspace_size, labelling, solution);
 }
 
 /* The watch of a reduction, which tells that of a solver. */

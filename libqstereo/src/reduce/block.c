@@ -187,17 +187,29 @@ static void try_messages(qs_block *b)
     }
 }
 
-void qs_block_solve(qs_block *b)
+/* Returns false if the watch stops it. The marginals afterwards are not stopped: half of them would
+ * be of no use. */
+static bool iterate(qs_block *b, uint64_t times, qs_look *look)
+{
+    b->state.look = look;
+    qs_trws_iterate(&b->state, times);
+    b->state.look = NULL;
+    return qs_look_up(look, 0);
+}
+
+void qs_block_solve(qs_block *b, qs_look *look)
 {
     if (!begin(b)) {
         return;
     }
     for (uint32_t i = 1; i <= STEPS && b->energy > b->bound; i++) {
-        qs_trws_iterate(&b->state, (uint64_t)i * BETWEEN);
+        if (!iterate(b, (uint64_t)i * BETWEEN, look)) {
+            return;
+        }
         take_out(b);
         try_messages(b);
     }
-    uint64_t work = (uint64_t)b->model.sites * b->model.labels * WORK_A_LABEL;
+    qs_allowance work = {(uint64_t)b->model.sites * b->model.labels * WORK_A_LABEL, look};
     if (b->energy > b->bound &&
         qs_parts_solve(&b->sets, b->marginals, b->parts_size, &work, NULL)) {
         qs_trws_visit_only(&b->state, b->sets.left, b->sets.left_count);

@@ -34,8 +34,10 @@ bool qs_block_take(qs_block *b, const qs_model *whole, qs_rectangle at, void *me
 bool qs_block_hold(qs_block *b, const qs_model *whole, const uint16_t *labelling);
 
 /* Finds better labellings, and a bound, in a few dozen iterations of messages and as much work on
- * parts. */
-void qs_block_solve(qs_block *b);
+ * parts.
+ *
+ * look  ends it early; NULL = nobody looks */
+void qs_block_solve(qs_block *b, qs_look *look);
 
 /* The site of the whole that a cell of the window is. */
 static inline uint32_t qs_block_site(const qs_block *b, const qs_model *whole, uint32_t cell)

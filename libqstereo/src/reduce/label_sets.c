@@ -8,6 +8,8 @@
 #include "../model/neighbours.h"
 #include "../qubo/sites.h"
 
+enum { DUE = 1, UNSETTLED = 2 }; /* qs_elimination.due */
+
 void qs_eliminate_take(qs_elimination *e, const qs_model *model, qs_arena *arena)
 {
     uint64_t labels = model->labels, sites = model->sites, cells = model->width > 0 ? sites : 0;
@@ -42,7 +44,7 @@ static void settle(qs_elimination *e, uint32_t site)
         unary[d] = kept[d] ? unary[d] - least : out;
     }
     e->model.constant += least;
-    e->due[site] = 1;
+    e->due[site] = DUE;
 }
 
 /* The other site's link of the same edge: links are sorted by site, and edges between the same two
@@ -103,7 +105,7 @@ void qs_eliminate_follow_set(qs_elimination *e, uint32_t site)
     qs_take_kept_label(&e->model, e->labelling, site);
     qs_edge_seen edge;
     for (uint32_t at = 0; qs_see_edge(&e->model, site, at, &edge); at++) {
-        e->due[edge.site] = 1;
+        e->due[edge.site] = DUE;
     }
 }
 
@@ -117,8 +119,9 @@ uint32_t qs_eliminate_count(const qs_elimination *e, uint32_t site)
     return count;
 }
 
-/* Turns the edges of a site with one label left into costs of its neighbours. Returns true if there
- * were any. */
+/* Turns the edges of a site with one label left into costs of its neighbours, which are not in
+ * order then: to bring them in order each time would take as long as all edges of a neighbour.
+ * Returns true if there were any. */
 static bool fold(qs_elimination *e, uint32_t site)
 {
     bool changed = false;
@@ -129,7 +132,7 @@ static bool fold(qs_elimination *e, uint32_t site)
     for (uint32_t at = 0; qs_see_edge(&e->model, site, at, &edge); at++) {
         if (edge.weight > 0 && add_edge(e, &edge, e->labelling[site])) {
             remove_edge(e, site, at);
-            settle(e, edge.site);
+            e->due[edge.site] = UNSETTLED;
             changed = true;
         }
     }
@@ -179,6 +182,10 @@ static bool apply_everywhere(qs_elimination *e)
 {
     bool changed = false;
     for (uint32_t p = 0; p < e->model.sites; p++) {
+        uint64_t numbers = (uint64_t)e->model.labels * (1 + qs_edges_at(&e->model, p));
+        if (!qs_look_up(e->look, e->due[p] != 0 ? numbers : 1)) {
+            return false;
+        }
         if (e->due[p] != 0) {
             e->due[p] = 0;
             if (apply_criterion(e, p)) {
@@ -196,11 +203,17 @@ static bool fold_everywhere(qs_elimination *e)
     for (uint32_t p = 0; p < e->model.sites; p++) {
         changed |= fold(e, p);
     }
+    for (uint32_t p = 0; changed && p < e->model.sites; p++) {
+        if (e->due[p] == UNSETTLED) {
+            settle(e, p);
+        }
+    }
     return changed;
 }
 
-/* The criterion again and again, until nothing changes. Edges are folded only when it has nothing
- * more to say: before that there may be labels in the sets whose costs leave no room for more. */
+/* The criterion again and again, until nothing changes or the watch stops it. Edges are folded only
+ * when it has nothing more to say: before that there may be labels in the sets whose costs leave no
+ * room for more. */
 static void goldstein(qs_elimination *e)
 {
     bool again = true;
@@ -281,6 +294,12 @@ void qs_eliminate_lay(qs_elimination *e, const qs_model *model, bool walls, uint
     copy_sets(e, model);
 }
 
+void qs_eliminate_follow(qs_elimination *e)
+{
+    goldstein(e);
+    list_left(e);
+}
+
 void qs_eliminate_begin(qs_elimination *e)
 {
     const qs_model given = e->model;
@@ -288,8 +307,8 @@ void qs_eliminate_begin(qs_elimination *e)
     for (uint32_t p = 0; p < given.sites; p++) {
         qs_eliminate_follow_set(e, p);
     }
-    goldstein(e);
-    list_left(e);
+    list_left(e); /* for who looks on the way */
+    qs_eliminate_follow(e);
 }
 
 /* A part: sites that edges join, directly or by way of others. */
@@ -351,10 +370,4 @@ int64_t qs_eliminate_find_rooms(qs_elimination *e, const int64_t *shares, unsign
         gap += e->part[p] == p && !e->closed[p] ? e->room[p] >> shift : 0;
     }
     return gap;
-}
-
-void qs_eliminate_follow(qs_elimination *e)
-{
-    goldstein(e);
-    list_left(e);
 }

@@ -11,6 +11,7 @@
 #include "../../include/qstereo/model.h"
 #include "../base/arena.h"
 #include "../solve/number.h"
+#include "../solve/progress.h"
 
 typedef struct qs_elimination {
     /* The problem as it is. Labellings of kept labels have the same energies as before. The
@@ -22,7 +23,8 @@ typedef struct qs_elimination {
     uint8_t *kept;
     uint16_t *labelling; /* of kept labels only: if one leaves, its site takes another */
     uint8_t *due; /* of each site: 1 = Goldstein's criterion has not seen it since its costs, or the
-                     labels of a neighbour, have changed */
+                     labels of a neighbour, have changed; 2 = its costs are not in order */
+    qs_look *look; /* NULL = nothing stops the criterion; where it is stopped, labels may stay */
     int64_t *saved; /* of each label of a site: what its edges can save it */
     uint32_t *left; /* the sites with edges, in order. Of the others no more can be said, and their
                        labels cost 0 */

@@ -259,7 +259,7 @@ static int64_t begin_search(part *w)
 }
 
 /* Only looks for a better labelling. Returns true if there is one. */
-static bool improve(part *w, uint64_t *work)
+static bool improve(part *w, qs_allowance *work)
 {
     int64_t energy = begin_search(w);
     (void)qs_branch_search(&w->search, work);
@@ -268,7 +268,7 @@ static bool improve(part *w, uint64_t *work)
 }
 
 /* Returns true if anything has changed. */
-static bool solve(part *w, uint64_t *work)
+static bool solve(part *w, qs_allowance *work)
 {
     qs_branch *s = &w->search;
     int64_t energy = begin_search(w);
@@ -293,7 +293,7 @@ static bool find_sites(part *w, uint32_t i)
 }
 
 /* Lays out and solves the part of site number i of the list. */
-static bool see_to(part *w, uint32_t i, uint64_t *work)
+static bool see_to(part *w, uint32_t i, qs_allowance *work)
 {
     if (!find_sites(w, i) || !measure(w) || !take(w)) {
         return false;
@@ -302,22 +302,23 @@ static bool see_to(part *w, uint32_t i, uint64_t *work)
         return false;
     }
     fill(w);
-    uint64_t share = *work / SHARE + 1, left = share;
-    bool changed = w->only_improve ? improve(w, &left) : solve(w, &left);
+    uint64_t share = work->left / SHARE + 1;
+    qs_allowance own = {share, work->look};
+    bool changed = w->only_improve ? improve(w, &own) : solve(w, &own);
     changed |= w->witness != NULL; /* which waits for the next split */
-    *work -= qs_min_u64(*work, share - left);
+    qs_take_used(work, share, &own);
     return changed;
 }
 
 bool qs_parts_solve_one(qs_elimination *e, uint32_t first, void *memory, size_t size,
-                        uint64_t *work, const qs_witness *witness)
+                        qs_allowance *work, const qs_witness *witness)
 {
     part w = {.e = e, .arena = {.base = memory}, .size = size, .witness = witness};
     uint32_t p = e->left[first];
-    return *work > 0 && e->part[p] == p && !e->closed[p] && see_to(&w, first, work);
+    return work->left > 0 && e->part[p] == p && !e->closed[p] && see_to(&w, first, work);
 }
 
-bool qs_parts_solve(qs_elimination *e, void *memory, size_t size, uint64_t *work,
+bool qs_parts_solve(qs_elimination *e, void *memory, size_t size, qs_allowance *work,
                     const qs_witness *witness)
 {
     bool changed = false;
@@ -345,11 +346,11 @@ bool qs_parts_prove(qs_elimination *e, void *memory, size_t size, const qs_witne
     return any;
 }
 
-bool qs_parts_improve(qs_elimination *e, void *memory, size_t size, uint64_t *work)
+bool qs_parts_improve(qs_elimination *e, void *memory, size_t size, qs_allowance *work)
 {
     bool changed = false;
     qs_eliminate_find_parts(e);
-    for (uint32_t i = 0; i < e->left_count && *work > 0; i++) {
+    for (uint32_t i = 0; i < e->left_count && work->left > 0; i++) {
         uint32_t p = e->left[i];
         part w = {.e = e, .arena = {.base = memory}, .size = size, .only_improve = true};
         changed |= e->part[p] == p && !e->closed[p] && see_to(&w, i, work);

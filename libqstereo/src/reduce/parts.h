@@ -13,17 +13,17 @@
  * work    numbers that may be looked at; out: what is left of them
  * witness NULL, or it is asked for each part whether it may be solved
  * Returns true if anything has changed. */
-bool qs_parts_solve(qs_elimination *e, void *memory, size_t size, uint64_t *work,
+bool qs_parts_solve(qs_elimination *e, void *memory, size_t size, qs_allowance *work,
                     const qs_witness *witness);
 
 /* The same for the part of site number `first` of those left, if that is the first of its part.
  * Parts have been found; label sets do not follow yet. */
 bool qs_parts_solve_one(qs_elimination *e, uint32_t first, void *memory, size_t size,
-                        uint64_t *work, const qs_witness *witness);
+                        qs_allowance *work, const qs_witness *witness);
 
 /* Searches the parts that are not closed for better labellings; no label leaves. Arguments are as
  * above. Returns true if the labelling has changed. */
-bool qs_parts_improve(qs_elimination *e, void *memory, size_t size, uint64_t *work);
+bool qs_parts_improve(qs_elimination *e, void *memory, size_t size, qs_allowance *work);
 
 /* Asks a witness to solve the parts that are not closed, for their least energies alone: what it
  * solves stays as it is here. Returns true if it has solved any. */

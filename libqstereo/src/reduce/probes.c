@@ -141,10 +141,10 @@ static bool rises_above(trial *t, int64_t limit)
 {
     uint64_t numbers = 2 * (uint64_t)t->count * qs_trws_work(&t->e->model);
     int64_t missing = INT64_MAX;
-    for (uint32_t i = 0; *t->probes->work > 0; i++) {
+    for (uint32_t i = 0; t->probes->work->left > 0; i++) {
         (void)copy_messages(t, t->before, false);
         int64_t bound = pass(t->state, true);
-        *t->probes->work -= qs_min_u64(*t->probes->work, numbers);
+        (void)qs_spend(t->probes->work, numbers);
         if (is_stopped(t)) {
             return false;
         }
@@ -226,7 +226,7 @@ static bool is_open(const qs_elimination *e, uint32_t site, uint32_t label)
 static bool try_site(trial *t, uint32_t site, uint32_t *label)
 {
     bool leaves = false;
-    for (; *label < t->e->model.labels && !leaves && *t->probes->work > 0 && !is_stopped(t);
+    for (; *label < t->e->model.labels && !leaves && t->probes->work->left > 0 && !is_stopped(t);
          ++*label) {
         leaves = is_open(t->e, site, *label) && try_label(t, site, *label);
     }
@@ -268,7 +268,7 @@ static void solve_what_is_left(trial *t)
 static bool try_part(trial *t)
 {
     bool changed = false;
-    for (uint32_t i = 0; i < t->all_count && *t->probes->work > 0 && !is_stopped(t); i++) {
+    for (uint32_t i = 0; i < t->all_count && t->probes->work->left > 0 && !is_stopped(t); i++) {
         uint32_t label = 0;
         bool leaves = false;
         while (t->probes->most > 0 && is_visited(t, t->turn[i]) &&
@@ -305,7 +305,7 @@ bool qs_probes_take_out(qs_probes *probes)
         return false;
     }
     qs_eliminate_find_parts(e);
-    for (uint32_t p = 0; p < e->model.sites && *probes->work > 0 && !is_stopped(&t); p++) {
+    for (uint32_t p = 0; p < e->model.sites && probes->work->left > 0 && !is_stopped(&t); p++) {
         bool is_first = qs_eliminate_has_edges(e, p) && e->part[p] == p;
         if (is_first && !e->closed[p] && begin_part(&t, p)) {
             changed = try_part(&t) || changed;

@@ -18,7 +18,7 @@ typedef struct qs_probes {
     void *memory; /* aligned for any type */
     size_t size;
     const qs_witness *witness; /* NULL, or it is told of every label that leaves */
-    uint64_t *work; /* numbers that may be looked at; out: what is left of them */
+    qs_allowance *work; /* numbers that may be looked at; out: what is left of them */
     uint32_t most; /* labels that may leave; out: less those that have */
 } qs_probes;
 

@@ -30,7 +30,7 @@ enum {
     TRIALS = 256, /* labels that leave after a trial, at most: each takes a stage of a proof */
     NUMBERS_A_LABEL = 8, /* that two passes of messages look at */
     LEAST_WORK = 1 << 27, /* on parts that is allowed each time, */
-    AT_ONCE = 1 << 28, /* and the most: until then the watch is not called */
+    AT_ONCE = 1 << 28, /* and the most */
     SEARCH_SHARE = 4, /* a search for a labelling alone takes this part of it */
     KICKS_WORK = 1 << 29, /* numbers that searches by kicks may look at each time */
     /* Windows of a grid are solved for the first time after the iteration FIRST_WINDOWS, and then
@@ -96,7 +96,8 @@ typedef struct reducer {
     uint64_t next; /* without a target: the iteration to find marginals after */
     int64_t looked; /* the gap after that was done last, */
     uint64_t looked_at; /* and the iteration */
-    bool stopped; /* by the watch */
+    bool stopped; /* by the watch, */
+    qs_look look; /* in which what is no message is done */
     bool begun; /* the costs are the reduction's own, and labels may leave */
     restart again;
     last_gain gain;
@@ -217,10 +218,11 @@ static bool solve_parts(reducer *r, const qs_trws_state *state, const qs_solutio
              numbers = qs_trws_visits(state) * labels * NUMBERS_A_LABEL +
                        2 * labels * labels * state->model->edges;
     r->work += qs_max_u64(iterations * numbers, LEAST_WORK);
-    uint64_t share = qs_min_u64(r->work, AT_ONCE), left = share;
+    uint64_t share = qs_min_u64(r->work, AT_ONCE);
+    qs_allowance work = {share, &r->look};
     const qs_witness *witness = witness_of(r);
-    bool changed = qs_parts_solve(&r->sets, r->marginals, r->parts_size, &left, witness);
-    r->work -= share - left;
+    bool changed = qs_parts_solve(&r->sets, r->marginals, r->parts_size, &work, witness);
+    r->work -= share - work.left;
     return changed;
 }
 
@@ -239,19 +241,20 @@ static bool try_labels(reducer *r, qs_trws_state *state, const qs_solution *so_f
     if (!witness_of(r) || !has_stalled(r, so_far)) {
         return false; /* without a witness, branch and bound of parts does more */
     }
-    uint64_t share = qs_min_u64(r->work, AT_ONCE), left = share;
+    uint64_t share = qs_min_u64(r->work, AT_ONCE);
+    qs_allowance work = {share, &r->look};
     qs_probes probes = {&r->sets,      state, r->marginals, r->parts_size,
-                        witness_of(r), &left, r->trials};
+                        witness_of(r), &work, r->trials};
     bool changed = qs_probes_take_out(&probes);
-    r->work -= share - left;
+    r->work -= share - work.left;
     r->trials = probes.most;
     if (changed) {
         return true;
     }
     share = qs_min_u64(r->work, share / SEARCH_SHARE);
-    left = share;
-    changed = qs_parts_improve(&r->sets, r->marginals, r->parts_size, &left);
-    r->work -= share - left;
+    work.left = share;
+    changed = qs_parts_improve(&r->sets, r->marginals, r->parts_size, &work);
+    r->work -= share - work.left;
     return changed;
 }
 
@@ -314,10 +317,11 @@ static void finish(reducer *r, qs_trws_state *state, qs_solution *so_far, int64_
     }
 }
 
-/* The watch of windows only asks the caller's whether to stop. */
-static bool watch_windows(void *context)
+/* Where there are no messages, the watch is only asked whether to stop. */
+static bool watch_on_the_way(void *context)
 {
     reducer *r = context;
+    count(r);
     r->stopped = r->stopped || (r->options && r->options->watch &&
                                 !r->options->watch(r->options->context, &r->so_far));
     return !r->stopped;
@@ -333,8 +337,8 @@ static void go_round(reducer *r)
         qs_rectangle first = {.width = SIDE, .height = SIDE};
         first.x = qs_draw_below(&r->random, SIDE);
         first.y = qs_draw_below(&r->random, SIDE);
-        int64_t gain = qs_windows_improve(&r->sets, first, r->trial, r->marginals, r->parts_size,
-                                          watch_windows, r);
+        int64_t gain =
+            qs_windows_improve(&r->sets, first, r->trial, r->marginals, r->parts_size, &r->look);
         gain += qs_merge(&r->merger, r->trial, r->sets.labelling);
         idle = gain > 0 ? 0 : idle + 1;
     }
@@ -386,9 +390,8 @@ static void search_by_kicks(reducer *r, qs_solution *so_far)
     }
     uint64_t numbers = qs_trws_work(model) * NUMBERS_A_LABEL * (1 + r->sets.left_count),
              rounds = qs_max_u64(so_far->iterations / QS_KICKS_MOVES, KICKS_WORK / numbers);
-    so_far->energy -=
-        qs_kicks_improve(&r->kicks, model, r->sets.left, r->sets.left_count, rounds,
-                         r->sets.labelling, r->marginals, r->parts_size, watch_windows, r);
+    so_far->energy -= qs_kicks_improve(&r->kicks, model, r->sets.left, r->sets.left_count, rounds,
+                                       r->sets.labelling, r->marginals, r->parts_size, &r->look);
 }
 
 /* Takes over the caller's labelling where it is the best one. Labels of it that have left are
@@ -467,6 +470,8 @@ static void note_gain(reducer *r, const qs_solution *so_far)
 
 static void begin(reducer *r)
 {
+    r->look = (qs_look){.going = watch_on_the_way, .context = r};
+    r->sets.look = &r->look;
     qs_eliminate_begin(&r->sets);
     r->begun = true;
     tell_end(r);
@@ -607,6 +612,8 @@ qs_status qs_reduce_as(const qs_model *model, const qs_reduce_options *options,
     r.sets.answer = aim->answer;
     if (!aim->answer || witness_of(&r)) {
         qs_model_winner(model, labelling);
+        r.so_far.upper_bound = qs_model_energy(model, labelling);
+        r.so_far.lower_bound = model->constant; /* no cost is below 0 */
         begin(&r);
     }
     return run(&r, labelling, reduction, converged);

@@ -24,7 +24,7 @@ static bool has_open(const qs_elimination *e, const qs_block *b)
 
 /* Solves one window. Returns what that gained. */
 static int64_t improve(const qs_elimination *e, qs_rectangle at, uint16_t *labelling, void *memory,
-                       size_t size)
+                       size_t size, qs_look *look)
 {
     qs_block b;
     if (at.width == 0 || at.height == 0 || !qs_block_take(&b, &e->model, at, memory, size) ||
@@ -32,7 +32,7 @@ static int64_t improve(const qs_elimination *e, qs_rectangle at, uint16_t *label
         return 0;
     }
     int64_t before = b.energy;
-    qs_block_solve(&b);
+    qs_block_solve(&b, look);
     for (uint32_t c = 0; c < b.model.sites && b.energy < before; c++) {
         labelling[qs_block_site(&b, &e->model, c)] = b.labelling[c];
     }
@@ -40,7 +40,7 @@ static int64_t improve(const qs_elimination *e, qs_rectangle at, uint16_t *label
 }
 
 int64_t qs_windows_improve(const qs_elimination *e, qs_rectangle first, uint16_t *labelling,
-                           void *memory, size_t size, qs_windows_watch *watch, void *context)
+                           void *memory, size_t size, qs_look *look)
 {
     int64_t all = 0;
     for (int64_t y = -(int64_t)first.y; y < e->model.height; y += first.height) {
@@ -48,10 +48,10 @@ int64_t qs_windows_improve(const qs_elimination *e, qs_rectangle first, uint16_t
             qs_rectangle at;
             at.x = cut(x, first.width, e->model.width, &at.width);
             at.y = cut(y, first.height, e->model.height, &at.height);
-            if (!watch(context)) {
+            if (!qs_look_up(look, (uint64_t)at.width * at.height * e->model.labels)) {
                 return all;
             }
-            all += improve(e, at, labelling, memory, size);
+            all += improve(e, at, labelling, memory, size, look);
         }
     }
     return all;

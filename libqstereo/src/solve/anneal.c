@@ -52,13 +52,15 @@ static int64_t accepted_rise(uint64_t temperature, uint32_t u)
     return (int64_t)(temperature * minus_ln >> 24);
 }
 
-enum { WORK = 64 }; /* what the offer of a label counts as, in numbers computed */
-
 /* A sweep at one temperature: every site in turn is offered a label. */
 static void sweep(const qs_model *model, uint64_t temperature, qs_look *look, uint64_t *random,
                   uint16_t *labelling, qs_solution *s)
 {
-    for (uint32_t p = 0; p < model->sites && qs_look_at(look, p, WORK); p++) {
+    enum { DRAW_WORK = 32, EDGE_WORK = 8 }; /* in numbers computed */
+    for (uint32_t p = 0; p < model->sites; p++) {
+        if (!qs_look_up(look, DRAW_WORK + EDGE_WORK * (uint64_t)qs_edges_at(model, p))) {
+            return;
+        }
         uint64_t number = qs_draw(random);
         uint16_t label = (uint16_t)((number >> 32) * model->labels >> 32);
         if (label == labelling[p]) {

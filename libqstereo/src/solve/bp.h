@@ -6,6 +6,7 @@
 #ifndef QS_BP_H
 #define QS_BP_H
 
+#include "../model/neighbours.h"
 #include "messages.h"
 #include "progress.h"
 
@@ -36,9 +37,11 @@ void qs_bp_send(const qs_bp_state *state, uint32_t edge, qs_number weight, bool 
 /* In a loop over the sites: false if the sweep is to stop. */
 static inline bool qs_bp_going(const qs_bp_state *state, uint32_t at)
 {
-    bool table = state->model->pairwise.smoothness >= QS_TABLE;
-    uint64_t labels = state->model->labels;
-    return qs_look_at(state->look, at, table ? labels * labels : labels);
+    const qs_model *model = state->model;
+    bool table = model->pairwise.smoothness >= QS_TABLE;
+    uint64_t labels = model->labels, each = table ? labels * labels : labels;
+    return model->width > 0 ? qs_look_at(state->look, at, each)
+                            : qs_look_up(state->look, each * (1 + qs_edges_at(model, at)));
 }
 
 /* The sweeps of one iteration. The wide one is for grids with Potts costs and at least 8 labels; it

@@ -34,11 +34,11 @@ void qs_branch_take(qs_branch *b, uint32_t levels, size_t cells, qs_arena *arena
 /* Tries a problem with a label fixed, or taken out. Returns how far the bound rises; INT64_MAX: no
  * labelling is left. */
 static int64_t try_label(qs_branch *b, const qs_table_costs *c, uint32_t node, uint32_t label,
-                         bool fix, int64_t most, uint64_t *work)
+                         bool fix, int64_t most, qs_allowance *work)
 {
     qs_tables_copy(b->t, c, &b->trial);
     (fix ? qs_tables_fix : qs_tables_leave)(b->t, &b->trial, node, label);
-    *work -= qs_min_u64(*work, b->t->cells);
+    (void)qs_spend(work, b->t->cells);
     return qs_tables_tighten(b->t, &b->trial, most, TRIAL_PASSES, work)
                ? b->trial.constant - c->constant
                : INT64_MAX;
@@ -50,12 +50,12 @@ static bool is_there(const qs_branch *b, const qs_table_costs *c, uint32_t node,
 }
 
 /* Tries each label of a node. Returns true if any leaves. */
-static bool probe_node(qs_branch *b, uint32_t node, uint64_t *work)
+static bool probe_node(qs_branch *b, uint32_t node, qs_allowance *work)
 {
     qs_table_costs *c = &b->level[0];
     bool changed = false;
     int64_t least = INT64_MAX;
-    for (uint32_t a = 0; a < qs_tables_labels(b->t, node) && *work > 0; a++) {
+    for (uint32_t a = 0; a < qs_tables_labels(b->t, node) && work->left > 0; a++) {
         if (!is_there(b, c, node, a) || c->left[node] < 2) {
             continue;
         }
@@ -70,13 +70,13 @@ static bool probe_node(qs_branch *b, uint32_t node, uint64_t *work)
     return changed;
 }
 
-void qs_branch_probe(qs_branch *b, uint64_t *work)
+void qs_branch_probe(qs_branch *b, qs_allowance *work)
 {
     qs_table_costs *c = &b->level[0];
     bool again = qs_tables_tighten(b->t, c, b->best, ROOT_PASSES, work);
-    while (again && c->constant <= b->best - b->unit && *work > 0) {
+    while (again && c->constant <= b->best - b->unit && work->left > 0) {
         again = false;
-        for (uint32_t p = 0; p < b->t->nodes && *work > 0; p++) {
+        for (uint32_t p = 0; p < b->t->nodes && work->left > 0; p++) {
             if (c->left[p] > 1 && probe_node(b, p, work)) {
                 again = qs_tables_tighten(b->t, c, b->best, LEVEL_PASSES, work);
             }
@@ -85,7 +85,7 @@ void qs_branch_probe(qs_branch *b, uint64_t *work)
 }
 
 /* Solves what is left at a level by elimination. Returns false if it is too wide for that. */
-static bool solve_narrow(qs_branch *b, const qs_table_costs *c, uint64_t *work)
+static bool solve_narrow(qs_branch *b, const qs_table_costs *c, qs_allowance *work)
 {
     int64_t value;
     qs_tables_collect(b->t, c);
@@ -99,11 +99,11 @@ static bool solve_narrow(qs_branch *b, const qs_table_costs *c, uint64_t *work)
     return true;
 }
 
-bool qs_branch_eliminate(qs_branch *b, uint64_t *work)
+bool qs_branch_eliminate(qs_branch *b, qs_allowance *work)
 {
     qs_table_costs *c = &b->level[0];
     return !qs_tables_tighten(b->t, c, b->best - b->unit, ROOT_PASSES, work) ||
-           (*work > 0 && solve_narrow(b, c, work));
+           (work->left > 0 && solve_narrow(b, c, work));
 }
 
 static uint32_t cheapest(const qs_branch *b, const qs_table_costs *c, uint32_t node)
@@ -141,7 +141,7 @@ typedef enum choice { BRANCH, AGAIN, DEAD } choice;
 
 /* Chooses the node whose cheapest label, fixed as well as taken out, raises the bound most. Where a
  * trial leaves no labelling the problem is changed instead (AGAIN). */
-static choice choose(qs_branch *b, qs_table_costs *c, uint32_t *node, uint64_t *work)
+static choice choose(qs_branch *b, qs_table_costs *c, uint32_t *node, qs_allowance *work)
 {
     uint32_t nodes[CANDIDATES], count = find_candidates(b, c, nodes);
     int64_t most = b->best - b->unit, best = -1;
@@ -166,14 +166,14 @@ static choice choose(qs_branch *b, qs_table_costs *c, uint32_t *node, uint64_t *
 }
 
 /* Sees to a level. Returns BRANCH if it is still open. */
-static choice visit(qs_branch *b, qs_table_costs *c, uint32_t *node, uint64_t *work)
+static choice visit(qs_branch *b, qs_table_costs *c, uint32_t *node, qs_allowance *work)
 {
     choice next = AGAIN;
-    while (next == AGAIN && *work > 0) {
+    while (next == AGAIN && work->left > 0) {
         if (!qs_tables_tighten(b->t, c, b->best - b->unit, LEVEL_PASSES, work)) {
             return DEAD;
         }
-        if (*work == 0) {
+        if (work->left == 0) {
             break;
         }
         if (solve_narrow(b, c, work)) {
@@ -195,7 +195,7 @@ static int64_t open_bound(const qs_branch *b, uint32_t levels)
     return part > 0 ? bound - part + b->unit : bound;
 }
 
-int64_t qs_branch_search(qs_branch *b, uint64_t *work)
+int64_t qs_branch_search(qs_branch *b, qs_allowance *work)
 {
     uint32_t levels = 1, node = 0;
     while (levels > 0) {
@@ -203,7 +203,7 @@ int64_t qs_branch_search(qs_branch *b, uint64_t *work)
         switch (visit(b, c, &node, work)) {
         case DEAD: levels--; break;
         default:
-            if (*work == 0 || levels == b->levels) {
+            if (work->left == 0 || levels == b->levels) {
                 return open_bound(b, levels);
             }
             uint32_t label = cheapest(b, c, node);

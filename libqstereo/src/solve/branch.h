@@ -30,13 +30,13 @@ void qs_branch_take(qs_branch *b, uint32_t levels, size_t cells, qs_arena *arena
  * with one label fixed.
  *
  * work  less by the numbers looked at; it ends when that is used up */
-void qs_branch_probe(qs_branch *b, uint64_t *work);
+void qs_branch_probe(qs_branch *b, qs_allowance *work);
 
 /* Finds the least S F by elimination alone. Returns false if there is no room for its tables. */
-bool qs_branch_eliminate(qs_branch *b, uint64_t *work);
+bool qs_branch_eliminate(qs_branch *b, qs_allowance *work);
 
 /* Searches for better labellings than the best one known. Returns the bound: no labelling has S F
  * below it. It is equal to `best` when the search has come to its end. */
-int64_t qs_branch_search(qs_branch *b, uint64_t *work);
+int64_t qs_branch_search(qs_branch *b, qs_allowance *work);
 
 #endif

@@ -123,8 +123,10 @@ static void list_open(qs_bucket *b, const qs_table_costs *c)
     }
 }
 
-static void join_neighbours(qs_bucket *b)
+/* Returns false if the watch stops it. */
+static bool join_neighbours(qs_bucket *b, qs_allowance *work)
 {
+    bool go = true;
     memset(b->near, 0, sizeof *b->near * b->count * words(b->count));
     for (uint32_t e = 0; e < b->t->edges; e++) {
         uint32_t p = b->place[b->t->edge[e].first], q = b->place[b->t->edge[e].second];
@@ -133,9 +135,11 @@ static void join_neighbours(qs_bucket *b)
             set(near_of(b, q), p);
         }
     }
-    for (uint32_t p = 0; p < b->count; p++) {
+    for (uint32_t p = 0; go && p < b->count; p++) {
         b->fill[p] = count_fill(b, p);
+        go = qs_spend(work, b->count + (uint64_t)degree(b, p) * words(b->count));
     }
+    return go;
 }
 
 /* The place whose leaving joins the fewest pairs; of equals that with the fewest neighbours. */
@@ -233,8 +237,8 @@ static uint32_t list_scope(const qs_bucket *b, uint32_t place, uint32_t *scope)
 }
 
 /* Finds an order. The neighbours of a place that has left stay those that it had then. Returns
- * false if a scope is too wide, or the tables would take too many numbers. */
-static bool find_order(qs_bucket *b, const qs_table_costs *c)
+ * false if a scope is too wide, the tables would take too many numbers, or the watch stops it. */
+static bool find_order(qs_bucket *b, const qs_table_costs *c, qs_allowance *work)
 {
     size_t cells = 0;
     memset(b->turn, 0, sizeof *b->turn * b->count);
@@ -243,7 +247,8 @@ static bool find_order(qs_bucket *b, const qs_table_costs *c)
         uint32_t p = choose(b), scope[QS_BUCKET_WIDEST];
         b->order[i] = p;
         b->turn[p] = i;
-        if (degree(b, p) > QS_BUCKET_WIDEST) {
+        uint64_t near = degree(b, p);
+        if (near > QS_BUCKET_WIDEST || !qs_spend(work, near * near * near * words(b->count))) {
             return false;
         }
         size_t more = cells_of(b, c, scope, list_scope(b, p, scope));
@@ -378,9 +383,10 @@ static uint32_t best_here(const walk *w, uint32_t labels, int64_t *cost)
     return best;
 }
 
-/* A place leaves: what it costs at least becomes a function of its neighbours. */
+/* A place leaves: what it costs at least becomes a function of its neighbours. Returns false if
+ * there is no room, or if the watch stops it. */
 static bool eliminate(qs_bucket *b, const qs_table_costs *c, uint32_t place, int64_t *value,
-                      uint64_t *work)
+                      qs_allowance *work)
 {
     walk w;
     if (!begin_walk(b, c, place, &w)) {
@@ -395,17 +401,17 @@ static bool eliminate(qs_bucket *b, const qs_table_costs *c, uint32_t place, int
         }
         out = b->cells + f->table;
     }
-    size_t cells = 0;
-    do {
+    bool go = true, more = true;
+    while (go && more) {
         (void)best_here(&w, labels, &cost);
         if (out) {
-            out[cells] = cost;
+            *out++ = cost;
         }
-        cells++;
-    } while (step(&w));
-    *value += out ? 0 : cost;
-    *work -= qs_min_u64(*work, (uint64_t)cells * labels * w.functions);
-    return true;
+        more = step(&w);
+        go = qs_spend(work, (uint64_t)labels * w.functions);
+    }
+    *value += w.size > 0 ? 0 : cost;
+    return go;
 }
 
 /* Chooses a place's label when those of its neighbours are chosen. */
@@ -423,12 +429,10 @@ static void decide(const qs_bucket *b, const qs_table_costs *c, uint32_t place)
 }
 
 bool qs_bucket_solve(qs_bucket *b, const qs_table_costs *c, int64_t *value, uint32_t *best,
-                     uint64_t *work)
+                     qs_allowance *work)
 {
     list_open(b, c);
-    join_neighbours(b);
-    *work -= qs_min_u64(*work, (uint64_t)b->count * b->count);
-    if (!find_order(b, c) || !add_costs(b, c)) {
+    if (!join_neighbours(b, work) || !find_order(b, c, work) || !add_costs(b, c)) {
         return false;
     }
     *value = c->constant;

@@ -40,12 +40,13 @@ typedef struct qs_bucket {
 void qs_bucket_take(qs_bucket *b, size_t cells, qs_arena *arena);
 
 /* Solves what is left: qs_tables_tighten and qs_tables_collect have been called. Returns false if
- * that takes more numbers than there is room for.
+ * that takes more numbers than there is room for, or if the watch stops it. An allowance that comes
+ * to its end does not.
  *
  * value  out: the least S F
  * best   out: the labels of one labelling that has it
  * work   less by the numbers looked at */
 bool qs_bucket_solve(qs_bucket *b, const qs_table_costs *c, int64_t *value, uint32_t *best,
-                     uint64_t *work);
+                     qs_allowance *work);
 
 #endif

@@ -4,6 +4,7 @@
 
 #include "../base/arena.h"
 #include "../base/minmax.h"
+#include "../base/simd.h"
 #include "../model/edge_value.h"
 #include "../model/neighbours.h"
 #include "flow_split.h"
@@ -27,6 +28,8 @@ typedef struct levels {
     const qs_model *model;
     const qs_solve_options *options;
     qs_solution *solution;
+    qs_reporter reporter; /* of the solution, in these looks: */
+    qs_look look;
     uint32_t count; /* of levels */
     bool layered; /* products join equal levels of a grid: the graph is a grid for each level */
     qs_cut cut;
@@ -348,11 +351,18 @@ static void make_room(levels *l)
     }
 }
 
+/* In loops that load a site at all levels: false if the watch stops them. */
+static bool go_on(levels *l, uint32_t site)
+{
+    enum { LEVEL_WORK = 8 }; /* in numbers computed: levels lie far apart in memory */
+    return qs_look_up(&l->look, LEVEL_WORK * (uint64_t)l->count * qs_edges_at(l->model, site));
+}
+
 static void load_walls(levels *l)
 {
     const qs_model *model = l->model;
     int64_t largest = largest_sum(model);
-    for (uint32_t p = 0; p < model->sites; p++) {
+    for (uint32_t p = 0; p < model->sites && go_on(l, p); p++) {
         qs_number wall = (qs_number)wall_of(model, l->scale, p, largest); /* in range */
         for (uint32_t v = p; v + model->sites < l->cut.nodes; v += model->sites) {
             if (l->layered) {
@@ -373,7 +383,7 @@ static void load_costs(levels *l)
 {
     const qs_model *model = l->model;
     l->base = 0;
-    for (uint32_t p = 0; p < model->sites; p++) {
+    for (uint32_t p = 0; p < model->sites && go_on(l, p); p++) {
         l->base += cost_of(l, p, 0);
         for (uint32_t i = 0; i < l->count; i++) {
             l->cut.node[node_of(l, i, p)] = (qs_cut_node){.parent = QS_CUT_FREE};
@@ -382,24 +392,42 @@ static void load_costs(levels *l)
     }
 }
 
-static void load(levels *l)
+static void load_edges(levels *l)
 {
     const qs_model *model = l->model;
     qs_edge_seen edge;
-    if (l->layered) {
-        memset(l->cut.residual, 0, sizeof *l->cut.residual * 6 * (size_t)l->cut.nodes);
-    } else {
-        make_room(l);
-    }
-    load_walls(l);
-    load_costs(l);
-    for (uint32_t p = 0; p < model->sites; p++) {
+    for (uint32_t p = 0; p < model->sites && go_on(l, p); p++) {
         for (uint32_t at = 0; qs_see_edge(model, p, at, &edge); at++) {
             if (edge.first && edge.weight > 0) {
                 load_edge(l, p, &edge, qs_scaled_weight(l->scale, edge.weight));
             }
         }
     }
+}
+
+static void clear_nodes(levels *l)
+{
+    uint32_t around = l->layered ? l->model->sites : 0;
+    size_t all = l->cut.nodes + 2 * (size_t)around;
+    for (size_t i = 0; i < all && qs_look_at(&l->look, (uint32_t)i, 1); i++) {
+        l->padded[i] = (qs_cut_node){.parent = QS_CUT_UNLOADED};
+    }
+}
+
+/* Returns false if the watch stops it. */
+static bool load(levels *l)
+{
+    clear_nodes(l);
+    if (l->layered) {
+        size_t all = sizeof *l->cut.residual * 6 * (size_t)l->cut.nodes;
+        (void)qs_clear(&l->look, l->cut.residual, all);
+    } else {
+        make_room(l);
+    }
+    load_walls(l);
+    load_costs(l);
+    load_edges(l);
+    return !l->look.stopped;
 }
 
 /* ---- The flow. ---- */
@@ -424,12 +452,6 @@ static void settle_sites(levels *l)
         excess[v] -= back;
         excess[v + sites] += back;
     }
-}
-
-static bool watch_cut(void *context)
-{
-    levels *l = context;
-    return qs_report_progress(l->options, l->solution);
 }
 
 /* Turns a message m of an edge from q back to p, p < q, into a flow. The message adds m(a) to the
@@ -468,28 +490,36 @@ static void take_messages_labelling(levels *l, const qs_trws_state *state, uint1
     }
 }
 
-/* Sends messages as TRW-S does; what they come to is a flow that is nearly the maximum. False where
- * the watch ends it. */
+/* Sends messages as TRW-S does. Returns false if the watch stops it. */
 static bool send_messages(levels *l, uint16_t *labelling)
 {
     const qs_model *model = l->model;
-    size_t padding = (size_t)qs_trws_padding(model), labels = model->labels;
-    qs_trws_state state = {.model = model, .scale = l->scale, .scratch = l->scratch};
-    qs_look look = {.going = watch_cut, .context = l};
-    state.look = &look;
-    state.messages = l->messages + padding;
-    memset(l->messages, 0, sizeof *l->messages * (padding + (size_t)qs_trws_messages(model)));
-    for (int i = 1; i <= PASSES; i++) {
+    size_t padding = (size_t)qs_trws_padding(model);
+    qs_trws_state state = {.model = model,
+                           .scale = l->scale,
+                           .messages = l->messages + padding,
+                           .scratch = l->scratch,
+                           .wide = qs_lanes_avx2(),
+                           .look = &l->look};
+    size_t numbers = padding + (size_t)qs_trws_messages(model);
+    bool go = qs_clear(&l->look, l->messages, sizeof *l->messages * numbers);
+    for (int i = 1; go && i <= PASSES; i++) {
         qs_trws_iterate(&state, 1);
-        if (i % LABEL_EVERY == 0 && !look.stopped) {
+        if (!l->look.stopped && (i == 1 || i % LABEL_EVERY == 0)) {
             take_messages_labelling(l, &state, labelling);
         }
-        if (look.stopped || !watch_cut(l)) {
-            return false;
-        }
+        go = !l->look.stopped && qs_report_progress(l->options, l->solution);
     }
-    for (uint32_t p = 0; p < model->sites; p++) {
-        const qs_number *own = state.messages + 2 * labels * p;
+    return go;
+}
+
+/* What they come to is a flow that is nearly the maximum. */
+static void take_messages(levels *l)
+{
+    const qs_model *model = l->model;
+    size_t labels = model->labels;
+    for (uint32_t p = 0; p < model->sites && go_on(l, p); p++) {
+        const qs_number *own = l->messages + (size_t)qs_trws_padding(model) + 2 * labels * p;
         if (model->right[p] != 0) {
             take_message(l, own, p, QS_CUT_RIGHT);
         }
@@ -497,7 +527,6 @@ static bool send_messages(levels *l, uint16_t *labelling)
             take_message(l, own + labels, p, QS_CUT_DOWN);
         }
     }
-    return true;
 }
 
 /* The flow so far: no labelling is lower than F at label 0 less what may still flow. */
@@ -521,22 +550,19 @@ static void begin(levels *l)
     l->cut.start = l->start;
     l->cut.links = l->links;
     l->cut.sister = l->sister;
-    l->cut.going = watch_cut;
-    l->cut.context = l;
-    for (size_t i = 0; i < l->cut.nodes + 2 * (size_t)around; i++) {
-        l->padded[i] = (qs_cut_node){.parent = QS_CUT_UNLOADED};
-    }
+    l->cut.look = &l->look;
     size_t n = 0;
     for (product next = {0}; next_product(model, &next); next.j++) {
         l->products[n++] = next;
     }
 }
 
-static bool flow(levels *l, uint16_t *labelling)
+/* The graph is loaded. */
+static bool flow(levels *l)
 {
     qs_cut_begin(&l->cut);
-    if (l->messages && !send_messages(l, labelling)) {
-        return false;
+    if (l->messages) {
+        take_messages(l);
     }
     settle_sites(l);
     if (!l->messages) {
@@ -549,7 +575,7 @@ static bool flow(levels *l, uint16_t *labelling)
             qs_cut_source(&l->cut, v);
         }
     }
-    bool done = watch_cut(l) && qs_cut_run(&l->cut);
+    bool done = qs_report_progress(l->options, l->solution) && qs_cut_run(&l->cut);
     l->solution->lower_bound = bound_of(l);
     return done;
 }
@@ -614,7 +640,8 @@ static void take_labels(const levels *l, uint16_t *labelling)
 qs_status qs_levels(const qs_model *model, const qs_solve_options *options, void *workspace,
                     uint16_t *labelling, qs_solution *solution)
 {
-    levels l = {.options = options, .solution = solution};
+    levels l = {.options = options, .solution = solution, .reporter = {options, solution}};
+    l.look = (qs_look){.going = qs_report_now, .context = &l.reporter};
     (void)lay_out(&l, model, workspace);
     begin(&l);
     bool sends;
@@ -625,8 +652,10 @@ qs_status qs_levels(const qs_model *model, const qs_solve_options *options, void
     (void)qs_take_kept_everywhere(model, labelling);
     *solution =
         (qs_solution){.energy = qs_model_energy(model, labelling), .lower_bound = QS_NO_BOUND};
-    load(&l);
-    if (flow(&l, labelling)) {
+    if ((l.messages && !send_messages(&l, labelling)) || !load(&l)) {
+        return QS_OK;
+    }
+    if (flow(&l)) {
         take_labels(&l, labelling);
         solution->energy = qs_model_energy(model, labelling);
         solution->iterations = 1;

@@ -331,12 +331,6 @@ static void load(void *context, uint32_t node)
     load_chunk(context, node / CHUNK);
 }
 
-static bool watch_cut(void *context)
-{
-    expansion *e = context;
-    return qs_look_up(&e->look, QS_CUT_WORK);
-}
-
 /* What the flow made of the duals and heights of the label. */
 static void store_chunk(expansion *e, uint32_t chunk)
 {
@@ -394,20 +388,30 @@ static void take_label(expansion *e, uint32_t p)
     }
 }
 
+/* Before a pass over a chunk: false if the watch stops it. */
+static bool go_on(expansion *e, uint32_t chunk)
+{
+    enum { EACH = 2 }; /* a site or a link takes as long as so many numbers */
+    const qs_model *model = e->m.model;
+    uint32_t begin = chunk * CHUNK, end = chunk_end(e, chunk);
+    uint64_t links = qs_is_grid(model) ? 0 : model->link_start[end] - model->link_start[begin];
+    return qs_look_up(&e->look, EACH * (CHUNK + links));
+}
+
 /* Loads what has changed since the last move to the label, or everything where that is much. Then
  * names the sources to the cut. */
 static void find_sources(expansion *e)
 {
     uint64_t since = e->m.now - e->m.model->labels;
     uint32_t changed = 0;
-    for (uint32_t c = 0; c < e->chunks; c++) {
+    for (uint32_t c = 0; c < e->chunks && go_on(e, c); c++) {
         if (e->changed[c] > since) {
             pass_chunk(e, SETTLE, c);
             changed++;
         }
     }
     bool all = changed > e->chunks / MUCH;
-    for (uint32_t c = 0; c < e->chunks; c++) {
+    for (uint32_t c = 0; c < e->chunks && go_on(e, c); c++) {
         if (all || e->changed[c] > since) {
             load_chunk(e, c);
         }
@@ -439,7 +443,7 @@ static bool expand(expansion *e, uint16_t label)
     }
     qs_cut_begin(&e->m.cut);
     find_sources(e);
-    if (!qs_cut_run(&e->m.cut)) {
+    if (e->look.stopped || !qs_cut_run(&e->m.cut)) {
         return false;
     }
     for (uint32_t i = 0; i < e->loaded_count; i++) {
@@ -507,7 +511,7 @@ qs_status qs_expansion(const qs_model *model, const qs_solve_options *options, v
     }
     qs_mover_start(&e.m);
     e.m.cut.load = load;
-    e.m.cut.going = watch_cut;
+    e.m.cut.look = &e.look;
     e.m.cut.context = &e;
     *solution = (qs_solution){.energy = e.m.energy, .lower_bound = QS_NO_BOUND};
     qs_reporter reporter = {options, solution};

@@ -32,17 +32,12 @@ bool qs_fusion_fits(const qs_model *model)
     return true;
 }
 
-static bool watch_cut(void *context)
-{
-    qs_fusion *f = context;
-    return qs_report_progress(f->options, f->solution);
-}
-
 void qs_fusion_start(qs_fusion *fusion)
 {
     qs_mover_start(&fusion->m);
-    fusion->m.cut.going = watch_cut;
-    fusion->m.cut.context = fusion;
+    fusion->reporter = (qs_reporter){fusion->options, fusion->solution};
+    fusion->look = (qs_look){.going = qs_report_now, .context = &fusion->reporter};
+    fusion->m.cut.look = &fusion->look;
 }
 
 /* Whether the proposal has another label for site p that it may take. */
@@ -78,6 +73,13 @@ static void load_edge(qs_fusion *f, uint32_t p, const qs_edge_seen *edge, qs_num
     f->m.cut.excess[q] += q_takes ? *in - (qs_number)(weight * (q_alone - keep)) : 0;
 }
 
+/* Before a site's edges are loaded: false if the watch stops it. */
+static bool go_on(qs_fusion *f, uint32_t p)
+{
+    enum { EDGE_WORK = 8 }; /* in numbers computed */
+    return qs_look_up(&f->look, EDGE_WORK * (uint64_t)qs_edges_at(f->m.model, p));
+}
+
 static void load_grid(qs_fusion *f)
 {
     const qs_model *model = f->m.model;
@@ -85,7 +87,7 @@ static void load_grid(qs_fusion *f)
     qs_number *right = f->m.cut.residual, *left = right + sites, *down = left + sites,
               *up = down + sites;
     memset(right, 0, sizeof *right * 4 * sites);
-    for (uint32_t p = 0; p < model->sites; p++) {
+    for (uint32_t p = 0; p < model->sites && go_on(f, p); p++) {
         if (model->right[p] != 0) {
             qs_edge_seen edge = {p + 1, model->right[p], qs_cell_edge(p, false), true};
             load_edge(f, p, &edge, &right[p], &left[p + 1]);
@@ -101,7 +103,7 @@ static void load_graph(qs_fusion *f)
 {
     const qs_model *model = f->m.model;
     qs_number *residual = f->m.cut.residual;
-    for (uint32_t p = 0; p < model->sites; p++) {
+    for (uint32_t p = 0; p < model->sites && go_on(f, p); p++) {
         for (uint32_t n = model->link_start[p]; n < model->link_start[p + 1]; n++) {
             const qs_link *link = &model->links[n];
             if (link->site > p) {
@@ -157,7 +159,7 @@ bool qs_fuse(qs_fusion *fusion, int64_t *gain)
             qs_cut_source(&fusion->m.cut, p);
         }
     }
-    if (!qs_cut_run(&fusion->m.cut)) {
+    if (fusion->look.stopped || !qs_cut_run(&fusion->m.cut)) {
         return false;
     }
     *gain = take_move(fusion);

@@ -21,7 +21,9 @@ typedef struct qs_fusion {
     qs_mover m; /* its energy is that of the present labelling */
     uint16_t *proposal; /* the caller fills it in before each move */
     const qs_solve_options *options;
-    qs_solution *solution; /* what the watch is told during a cut */
+    qs_solution *solution; /* what the watch is told during a cut, */
+    qs_reporter reporter; /* by this, */
+    qs_look look; /* in these looks */
 } qs_fusion;
 
 /* Takes memory. m.model is set. */

@@ -13,7 +13,7 @@ size_t qs_icm_workspace(const qs_model *model)
 static uint32_t sweep(const qs_model *model, qs_look *look, uint16_t *labelling, qs_solution *s)
 {
     uint32_t changed = 0;
-    for (uint32_t p = 0; p < model->sites && qs_look_at(look, p, model->labels); p++) {
+    for (uint32_t p = 0; p < model->sites && qs_look_up(look, qs_work_at(model, p)); p++) {
         uint16_t best = qs_best_label(model, labelling, p);
         if (best != labelling[p]) {
             s->energy += qs_label_cost(model, labelling, p, best) -

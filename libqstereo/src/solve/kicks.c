@@ -56,7 +56,7 @@ static int64_t round_of(search *s, qs_kicks *kicks, uint16_t *labelling)
 
 int64_t qs_kicks_improve(qs_kicks *kicks, const qs_model *model, const uint32_t *sites,
                          uint32_t count, uint64_t most, uint16_t *labelling, void *memory,
-                         size_t size, qs_kicks_watch *watch, void *context)
+                         size_t size, qs_look *look)
 {
     search s = {.model = model, .sites = sites, .count = count};
     if (!take(&s, memory, size)) {
@@ -65,7 +65,8 @@ int64_t qs_kicks_improve(qs_kicks *kicks, const qs_model *model, const uint32_t 
     qs_trees_begin(&s.trees);
     int64_t all = 0;
     uint64_t last = kicks->rounds;
-    for (uint64_t i = 0; i < most && watch(context); i++) {
+    uint64_t numbers = QS_KICKS_MOVES * (uint64_t)model->labels * count;
+    for (uint64_t i = 0; i < most && qs_look_up(look, numbers); i++) {
         int64_t gain = round_of(&s, kicks, labelling);
         kicks->rounds++;
         all += gain;

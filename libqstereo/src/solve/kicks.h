@@ -6,6 +6,7 @@
 #define QS_KICKS_H
 
 #include "merge.h"
+#include "progress.h"
 #include "trees.h"
 
 /* What goes on from one search to the next. All zero in the beginning. */
@@ -16,9 +17,6 @@ typedef struct qs_kicks {
 
 enum { QS_KICKS_MOVES = 4 }; /* on trees, in each round */
 
-/* Returns false to stop. */
-typedef bool qs_kicks_watch(void *context);
-
 /* Rounds, until half as many as there were up to the last gain, and at least 64, have gained
  * nothing.
  *
@@ -26,10 +24,10 @@ typedef bool qs_kicks_watch(void *context);
  * most       rounds at most
  * labelling  of kept labels; out: a better one
  * memory     aligned for any type
- * watch      called before each round
+ * look       before each round; NULL = nobody looks
  * Returns by how much F has fallen; 0 also if the memory is too small. */
 int64_t qs_kicks_improve(qs_kicks *kicks, const qs_model *model, const uint32_t *sites,
                          uint32_t count, uint64_t most, uint16_t *labelling, void *memory,
-                         size_t size, qs_kicks_watch *watch, void *context);
+                         size_t size, qs_look *look);
 
 #endif

@@ -7,6 +7,11 @@
  * graph), is a constant wherever they are called. */
 enum { GRAPH = 0, FLAT = 4, LAYERED = 6 };
 
+enum {
+    ARC_WORK = 4, /* what a look along an arc counts as, in numbers computed (qs_look_up) */
+    BETWEEN = 1 << 16 /* how much of that is done without asking for the watch */
+};
+
 /* Where the residual of arc `a` of node `p` is. */
 QS_KERNEL size_t index_of(const qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a)
 {
@@ -67,6 +72,18 @@ QS_KERNEL void make_orphan(qs_cut *cut, uint32_t p)
 {
     cut->node[p].parent = QS_CUT_ORPHAN;
     cut->orphan[cut->orphan_count++] = p;
+}
+
+/* Counts work. Returns false if the watch stops it. */
+QS_KERNEL bool goes_on(qs_cut *cut, uint64_t work)
+{
+    cut->work += work;
+    if (cut->work < BETWEEN) {
+        return true;
+    }
+    work = cut->work;
+    cut->work = 0;
+    return qs_look_up(cut->look, work);
 }
 
 QS_KERNEL uint16_t farther(uint16_t distance)
@@ -164,6 +181,7 @@ QS_KERNEL void adopt(qs_cut *cut, uint32_t ways, uint32_t p)
 {
     qs_cut_node *node = cut->node;
     uint32_t nearest = UINT32_MAX, parent = 0;
+    cut->work += ARC_WORK * (uint64_t)arcs(cut, ways, p);
     for (uint32_t a = 0; a < arcs(cut, ways, p); a++) {
         ptrdiff_t q = head(cut, ways, p, a);
         if (!qs_cut_in_tree(&node[q]) || node[q].parent == QS_CUT_ORPHAN ||
@@ -259,16 +277,15 @@ QS_KERNEL void grow(qs_cut *cut, uint32_t ways, uint32_t p, uint32_t a)
 
 QS_KERNEL bool run(qs_cut *cut, uint32_t ways)
 {
-    for (uint32_t taken = 1; cut->queue_count > 0; taken++) {
-        if (taken % QS_CUT_BETWEEN == 0 && cut->going && !cut->going(cut->context)) {
-            return false;
-        }
+    bool go = true;
+    while (go && cut->queue_count > 0) {
         uint32_t p = next_active(cut);
-        for (uint32_t a = 0; a < arcs(cut, ways, p) && qs_cut_in_tree(&cut->node[p]); a++) {
+        for (uint32_t a = 0; go && a < arcs(cut, ways, p) && qs_cut_in_tree(&cut->node[p]); a++) {
             grow(cut, ways, p, a);
+            go = goes_on(cut, ARC_WORK);
         }
     }
-    return true;
+    return go;
 }
 
 /* How much of a flow an edge takes. `most` below 0 is a flow in the other direction.
@@ -283,6 +300,7 @@ QS_KERNEL qs_number clamp(qs_number most, qs_number in, qs_number out)
 QS_KERNEL void spread_node(qs_cut *cut, uint32_t ways, uint32_t p, bool forward)
 {
     uint32_t count = arcs(cut, ways, p), left = 0;
+    cut->work += 2 * ARC_WORK * (uint64_t)count;
     for (uint32_t a = 0; a < count; a++) {
         left += (head(cut, ways, p, a) > (ptrdiff_t)p) == forward;
     }
@@ -338,14 +356,14 @@ static void spread_rows(qs_cut *cut, size_t begin, size_t end)
     size_t width = cut->width, nodes = cut->nodes;
     qs_number *right = cut->residual, *left = right + nodes, *down = left + nodes,
               *up = down + nodes, *excess = cut->excess;
-    for (size_t row = begin; row < end; row += width) {
+    for (size_t row = begin; row < end && goes_on(cut, ARC_WORK * width); row += width) {
         spread_along(excess + row, right + row, left + row, cut->width, 1);
         if (row + width < end) {
             spread_across(excess + row, excess + row + width, down + row, up + row + width,
                           cut->width);
         }
     }
-    for (size_t row = end; row > begin; row -= width) {
+    for (size_t row = end; row > begin && goes_on(cut, ARC_WORK * width); row -= width) {
         spread_along(excess + row - 1, left + row - 1, right + row - 1, cut->width, -1);
         if (row > begin + width) {
             size_t at = row - width;
@@ -356,10 +374,10 @@ static void spread_rows(qs_cut *cut, size_t begin, size_t end)
 
 static void spread_graph(qs_cut *cut)
 {
-    for (uint32_t p = 0; p < cut->nodes; p++) {
+    for (uint32_t p = 0; p < cut->nodes && goes_on(cut, 1); p++) {
         spread_node(cut, GRAPH, p, true);
     }
-    for (uint32_t p = cut->nodes; p-- > 0;) {
+    for (uint32_t p = cut->nodes; p-- > 0 && goes_on(cut, 1);) {
         spread_node(cut, GRAPH, p, false);
     }
 }
@@ -379,10 +397,10 @@ void qs_cut_spread(qs_cut *cut)
 
 QS_KERNEL void spread_some(qs_cut *cut, uint32_t ways, const uint32_t *list, uint32_t count)
 {
-    for (uint32_t i = 0; i < count; i++) {
+    for (uint32_t i = 0; i < count && goes_on(cut, 1); i++) {
         spread_node(cut, ways, list[i], true);
     }
-    for (uint32_t i = count; i-- > 0;) {
+    for (uint32_t i = count; i-- > 0 && goes_on(cut, 1);) {
         spread_node(cut, ways, list[i], false);
     }
 }
@@ -402,6 +420,7 @@ void qs_cut_begin(qs_cut *cut)
     cut->queue_count = 0;
     cut->orphan_count = 0;
     cut->time = 0;
+    cut->work = 0;
 }
 
 void qs_cut_source(qs_cut *cut, uint32_t node)

@@ -16,6 +16,7 @@
 
 #include "../model/neighbours.h"
 #include "number.h"
+#include "progress.h"
 
 /* The parent of a node in the tree: the number of the arc to it among the node's arcs; or: */
 #define QS_CUT_ORPHAN   (UINT32_MAX - 3)
@@ -60,14 +61,10 @@ typedef struct qs_cut {
      * them has an excess. It is not needed if every arc from a loaded node to an unloaded one has
      * the residual 0. */
     void (*load)(void *context, uint32_t node);
-    /* Called now and then; returns false to stop qs_cut_run. NULL = nothing stops it. */
-    bool (*going)(void *context);
-    void *context; /* of both */
+    void *context; /* of load */
+    qs_look *look; /* NULL = nothing stops qs_cut_run */
+    uint64_t work; /* since the last look */
 } qs_cut;
-
-/* Nodes taken from the queue between two calls of `going`, and what that work counts as beside
- * numbers that are computed (qs_look_up). */
-enum { QS_CUT_BETWEEN = 1 << 14, QS_CUT_WORK = 16 * QS_CUT_BETWEEN };
 
 /* Makes ready for the next cut. The caller fills in nodes (free, and the rest of them 0), excess
  * and residuals. */
@@ -76,7 +73,9 @@ void qs_cut_begin(qs_cut *cut);
 /* Spreads flow without a search, before the sources are named. May be left out.
  *
  * qs_cut_spread       over all nodes, which are loaded
- * qs_cut_spread_some  over those of a list, which is in order; these are loaded */
+ * qs_cut_spread_some  over those of a list, which is in order; these are loaded
+ *
+ * They end early where the watch stops them. */
 void qs_cut_spread(qs_cut *cut);
 void qs_cut_spread_some(qs_cut *cut, const uint32_t *list, uint32_t count);
 
@@ -84,7 +83,7 @@ void qs_cut_spread_some(qs_cut *cut, const uint32_t *list, uint32_t count);
 void qs_cut_source(qs_cut *cut, uint32_t node);
 
 /* Finds the maximum flow. Afterwards the nodes in the tree are the smallest source side of a
- * minimum cut; excess and residual are what is left. Returns false if `going` stopped it: then
+ * minimum cut; excess and residual are what is left. Returns false if the watch stopped it: then
  * excess and residual are those of a flow that is not the maximum. */
 bool qs_cut_run(qs_cut *cut);
 

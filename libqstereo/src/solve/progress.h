@@ -42,6 +42,28 @@ static inline bool qs_look_up(qs_look *look, uint64_t work)
     return !look->stopped;
 }
 
+/* Work that may still be done. The watch ends it sooner. */
+typedef struct qs_allowance {
+    uint64_t left; /* numbers that may be looked at */
+    qs_look *look;
+} qs_allowance;
+
+/* Returns false if the watch stops it; then nothing is left. */
+static inline bool qs_spend(qs_allowance *work, uint64_t numbers)
+{
+    bool go = qs_look_up(work->look, numbers);
+    work->left = go && numbers < work->left ? work->left - numbers : 0;
+    return go;
+}
+
+/* Takes off what a part of it, of `share` numbers and with the same look, has used. */
+static inline void qs_take_used(qs_allowance *work, uint64_t share, const qs_allowance *part)
+{
+    uint64_t used = share - part->left;
+    bool stopped = work->look && work->look->stopped;
+    work->left = !stopped && used < work->left ? work->left - used : 0;
+}
+
 enum { QS_SITES_TOGETHER = 256 }; /* a power of two: sites between two calls of qs_look_up */
 
 /* The same in a loop over sites; `at` counts them.

@@ -126,13 +126,16 @@ static qs_number load_graph_arcs(const swapper *s, uint32_t p)
     return excess;
 }
 
-static void load_member(swapper *s, uint32_t p)
+/* Returns false if the watch stops it. */
+static bool load_member(swapper *s, uint32_t p)
 {
+    enum { EDGE_WORK = 8 }; /* in numbers computed */
     const qs_model *model = s->m.model;
     const int32_t *unary = model->unary + (size_t)p * model->labels;
     qs_number edges = qs_is_grid(model) ? load_grid_arcs(s, p) : load_graph_arcs(s, p);
     s->m.cut.node[p] = (qs_cut_node){.parent = QS_CUT_FREE};
     s->m.cut.excess[p] = (qs_number)unary[s->a] - unary[s->b] + edges;
+    return qs_look_up(&s->look, EDGE_WORK * (uint64_t)qs_edges_at(model, p));
 }
 
 /* What the terminal arcs cost that the present labelling cuts: from the source to a site with a,
@@ -185,20 +188,18 @@ static void take_sides(swapper *s)
     s->changed[s->b] = s->m.now;
 }
 
-static bool watch_cut(void *context)
-{
-    swapper *s = context;
-    return qs_look_up(&s->look, QS_CUT_WORK);
-}
-
 /* Makes the best move of the pair. Returns true if it lowered the energy; not if it was stopped. */
 static bool swap(swapper *s, uint16_t a, uint16_t b)
 {
     s->a = a;
     s->b = b;
     find_members(s);
-    for (uint32_t i = 0; i < s->member_count; i++) {
-        load_member(s, s->members[i]);
+    bool go = true;
+    for (uint32_t i = 0; go && i < s->member_count; i++) {
+        go = load_member(s, s->members[i]);
+    }
+    if (!go) {
+        return false;
     }
     int64_t cost = terminal_cost(s), lower = 0;
     if (cost > 0) {
@@ -273,8 +274,7 @@ qs_status qs_swap(const qs_model *model, const qs_solve_options *options, void *
     for (uint32_t a = 0; a < model->labels; a++) {
         s.changed[a] = s.m.now;
     }
-    s.m.cut.going = watch_cut;
-    s.m.cut.context = &s;
+    s.m.cut.look = &s.look;
     *solution = (qs_solution){.energy = s.m.energy, .lower_bound = QS_NO_BOUND};
     qs_reporter reporter = {options, solution};
     s.look = (qs_look){.going = qs_report_now, .context = &reporter};

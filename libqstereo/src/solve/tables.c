@@ -178,7 +178,8 @@ void qs_tables_collect(const qs_tables *t, const qs_table_costs *c)
     }
 }
 
-static bool pass(const qs_tables *t, qs_table_costs *c, int64_t most, bool forward, uint64_t *work)
+static bool pass(const qs_tables *t, qs_table_costs *c, int64_t most, bool forward,
+                 qs_allowance *work)
 {
     for (uint32_t i = 0; i < t->nodes; i++) {
         uint32_t p = forward ? i : t->nodes - 1 - i;
@@ -189,16 +190,16 @@ static bool pass(const qs_tables *t, qs_table_costs *c, int64_t most, bool forwa
         if (c->left[p] > 1) {
             share_out(t, c, p, forward);
         }
-        *work -= qs_min_u64(*work, work_at(t, p));
+        (void)qs_spend(work, work_at(t, p));
     }
     return true;
 }
 
 bool qs_tables_tighten(const qs_tables *t, qs_table_costs *c, int64_t most, uint32_t passes,
-                       uint64_t *work)
+                       qs_allowance *work)
 {
     int64_t before = c->constant;
-    for (uint32_t i = 0; i < passes && *work > 0; i++) {
+    for (uint32_t i = 0; i < passes && work->left > 0; i++) {
         if (!pass(t, c, most, i % 2 == 0, work)) {
             return false;
         }

@@ -15,6 +15,7 @@
 #include <stdint.h>
 
 #include "../base/hidden.h"
+#include "progress.h"
 
 enum { QS_TABLES_BITS = 50 }; /* S F of any labelling stays below 2^50 */
 
@@ -67,7 +68,7 @@ QS_HIDDEN void qs_tables_leave(const qs_tables *t, qs_table_costs *c, uint32_t n
  * work  less by the numbers looked at; the passes end when it is used up
  * Returns false if no labelling has S F <= most. */
 bool qs_tables_tighten(const qs_tables *t, qs_table_costs *c, int64_t most, uint32_t passes,
-                       uint64_t *work);
+                       qs_allowance *work);
 
 /* Moves to each node of several labels what its edges cost whatever the neighbours do. After
  * qs_tables_tighten nodes of one label, and their edges, then cost nothing. */

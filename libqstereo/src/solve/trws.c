@@ -134,13 +134,16 @@ static int64_t take_from_neighbours(const qs_model *model, uint32_t site, uint16
  * falls. */
 static int64_t improve(const qs_trws_state *state, uint16_t *labelling)
 {
-    enum { EACH = 16 }; /* a site takes as long as so many numbers */
     const qs_model *model = state->model;
     int64_t all = 0, gain = 1;
     while (gain > 0 && qs_look_up(state->look, model->sites)) {
         gain = 0;
-        for (uint32_t p = 0; p < model->sites && qs_look_at(state->look, p, EACH); p++) {
-            if (model->width == 0 || !is_inside(model, p, labelling)) {
+        for (uint32_t p = 0; p < model->sites; p++) {
+            bool inside = model->width > 0 && is_inside(model, p, labelling);
+            if (!qs_look_up(state->look, inside ? 1 : qs_work_at(model, p))) {
+                return all + gain;
+            }
+            if (!inside) {
                 gain += take_from_neighbours(model, p, labelling);
             }
         }

@@ -75,7 +75,9 @@ static inline uint64_t qs_trws_work(const qs_model *model)
 /* In a loop over the sites: false if the pass is to stop. */
 static inline bool qs_trws_going(const qs_trws_state *state, uint32_t at)
 {
-    return qs_look_at(state->look, at, qs_trws_work(state->model));
+    const qs_model *model = state->model;
+    uint64_t edges = model->width > 0 ? 1 : 1 + (uint64_t)model->edges / model->sites;
+    return qs_look_at(state->look, at, edges * qs_trws_work(model));
 }
 
 /* Memory, in numbers of 4 bytes: of messages, of the padding before them, and of scratch. */

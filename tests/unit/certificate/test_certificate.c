@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/bytes.h"
+#include "certificate/certificate_layout.h"
 #include "certificate/record_book.h"
 #include "files/crc32c.h"
 #include "model/convexity.h"
@@ -836,10 +837,22 @@ static void is_noticed(made_by *make)
     assert_int_equal(qs_certificate_open(c.file, size, &view, NULL), QS_OK);
 }
 
+static void stages_have_a_most(void)
+{
+    for (uint32_t over = 0; over < 2; over++) {
+        qs_certificate view;
+        qs_store_u32(c.file + COUNT_AT, QS_STAGES_MOST + over);
+        mend();
+        assert_int_equal(qs_certificate_open(c.file, c.size, &view, NULL),
+                         over ? QS_E_CORRUPT : QS_OK);
+    }
+}
+
 static void damage_is_noticed(void **unused)
 {
     (void)unused;
     is_noticed(by_reduce);
+    stages_have_a_most();
     is_noticed(by_cut);
     is_noticed(by_part);
     is_noticed(by_search);

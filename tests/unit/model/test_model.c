@@ -363,12 +363,29 @@ static void sums_beyond_the_model_are_refused(void **unused)
                      room / largest * largest + INT32_MAX);
 }
 
+/* A cost takes all 31 bits of a model's, and no more. */
+static void costs_at_the_edge_of_their_range(void **unused)
+{
+    (void)unused;
+    for (int32_t over = 0; over < 2; over++) {
+        memset(&t, 0, sizeof t);
+        t.costs[0] = -over;
+        t.costs[1] = t.costs[2] = INT32_MAX;
+        t.problem = (qs_problem){.sites = 2, .labels = 2, .scale = 1, .costs = t.costs};
+        tiny_encode(&t.problem, (qs_encode_options){.encoding = QS_ONE_HOT}, &q);
+        assert_int_equal(qs_model_build(&q.index, model_memory, sizeof model_memory, &model),
+                         over ? QS_E_OVERFLOW : QS_OK);
+        assert_true(over || (model.unary[1] == INT32_MAX && model.unary[2] == INT32_MAX));
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(model_has_the_problems_energy),
         cmocka_unit_test(links_are_sorted_and_numbered),
         cmocka_unit_test(winner_takes_all),
+        cmocka_unit_test(costs_at_the_edge_of_their_range),
         cmocka_unit_test(strange_models),
         cmocka_unit_test(reduced_models_have_the_problems_energy),
         cmocka_unit_test(reduced_files_that_are_not_what_they_say),

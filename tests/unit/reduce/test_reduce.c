@@ -1,5 +1,6 @@
 /* Labels that leave a problem, beside all labellings of tiny ones: none that leaves is in any
  * optimum. */
+#include "stopping.h"
 #include "tiny.h"
 
 #include <string.h>
@@ -338,8 +339,10 @@ static void parts_are_solved(void **unused)
         make(&state);
         begin_sets(&e, &b.model, false, kept, labelling);
         size_t size = tiny_random(&state, 3) ? qs_parts_memory(&b.model) : 4 * MEMORY;
-        uint64_t work = tiny_random(&state, 3) ? UINT64_MAX : tiny_random(&state, 5000);
-        bool all = work == UINT64_MAX;
+        qs_look look = look_that_stops_after(tiny_random(&state, 5000));
+        qs_allowance work = {tiny_random(&state, 3) ? UINT64_MAX : tiny_random(&state, 5000),
+                             tiny_random(&state, 3) ? NULL : &look};
+        bool all = work.left == UINT64_MAX;
         assert_true(size <= sizeof room);
         memset(room, 0xa5, size);
         (void)qs_parts_solve(&e, room, size, &work, NULL);

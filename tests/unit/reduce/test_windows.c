@@ -1,4 +1,5 @@
 /* Windows of grids with their neighbours held, beside all labellings of the window. */
+#include "stopping.h"
 #include "tiny.h"
 
 #include <string.h>
@@ -98,7 +99,7 @@ static void windows_are_solved(void **unused)
             continue;
         }
         int64_t before = b.energy, least = check_all(&b);
-        qs_block_solve(&b);
+        qs_block_solve(&b, NULL);
         assert_true(b.energy <= before && b.bound <= least);
         assert_int_equal(qs_model_energy(&b.model, b.labelling), b.energy);
         for (uint32_t c = 0; c < b.model.sites; c++) {
@@ -111,27 +112,24 @@ static void windows_are_solved(void **unused)
     assert_true(solved > ROUNDS * 99 / 100);
 }
 
-static bool until(void *context)
-{
-    uint32_t *left = context;
-    return (*left)-- > 0;
-}
-
-/* All windows in turn, with little memory or little patience at times. */
+/* All windows in turn, with little memory at times, and stopped early at times. */
 static void rounds_never_rise(void **unused)
 {
     (void)unused;
     uint64_t state = 62;
-    uint32_t gained = 0;
+    uint32_t gained = 0, stopped = 0;
     for (int round = 0; round < ROUNDS; round++) {
         make(&state);
         int64_t before = qs_model_energy(&sets.model, labelling);
-        uint32_t patience = tiny_random(&state, 3) ? 1000 : tiny_random(&state, 3);
+        qs_look look = look_that_stops_after(tiny_random(&state, 2000));
+        bool patient = tiny_random(&state, 3) > 0;
         size_t size = tiny_random(&state, 3) ? sizeof memory : tiny_random(&state, 20000);
         qs_rectangle first = {0, 0, 1 + tiny_random(&state, 3), 1 + tiny_random(&state, 3)};
         first.x = tiny_random(&state, first.width);
         first.y = tiny_random(&state, first.height);
-        int64_t gain = qs_windows_improve(&sets, first, labelling, memory, size, until, &patience);
+        int64_t gain =
+            qs_windows_improve(&sets, first, labelling, memory, size, patient ? NULL : &look);
+        stopped += look.stopped;
         assert_true(gain >= 0);
         assert_int_equal(qs_model_energy(&sets.model, labelling), before - gain);
         for (uint32_t p = 0; p < model.sites; p++) {
@@ -139,8 +137,8 @@ static void rounds_never_rise(void **unused)
         }
         gained += gain > 0;
     }
-    print_message("gained %u of %d\n", gained, ROUNDS);
-    assert_true(gained > ROUNDS / 5);
+    print_message("gained %u of %d, stopped %u\n", gained, ROUNDS, stopped);
+    assert_true(gained > ROUNDS / 5 && stopped > ROUNDS / 9);
 }
 
 int main(void)

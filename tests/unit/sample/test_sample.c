@@ -252,7 +252,7 @@ static void steps_go_the_cheaper_way(void **unused)
         request = (slow_request){.problem = &t.problem, .encoding = linear[round % 3], .gap = 1};
         slow_choose_labels(&request, &state);
         slow_encode(&request, &q);
-        for (int i = 0; i < 60; i++) {
+        for (int i = 0; i < 30; i++) {
             uint8_t bits[BYTES] = {0};
             uint16_t labelling[TINY_SITES];
             for (uint32_t v = 0; v < q.qubo.variables; v++) {
@@ -266,12 +266,14 @@ static void steps_go_the_cheaper_way(void **unused)
                 }
                 bits[at / 8] |= (uint8_t)(1u << at % 8);
                 bits[(at + 1) / 8] &= (uint8_t)~(1u << (at + 1) % 8);
+                int64_t least = qs_qubo_energy(&q.index, bits);
                 for (uint32_t z = at + 2; z < q.qubo.variables; z++) {
-                    uint8_t other[BYTES];
-                    memcpy(other, bits, sizeof other);
-                    other[z / 8] ^= (uint8_t)(1u << z % 8);
-                    if (qs_qubo_energy(&q.index, other) < qs_qubo_energy(&q.index, bits)) {
-                        memcpy(bits, other, sizeof bits);
+                    bits[z / 8] ^= (uint8_t)(1u << z % 8);
+                    int64_t energy = qs_qubo_energy(&q.index, bits);
+                    if (energy < least) {
+                        least = energy;
+                    } else {
+                        bits[z / 8] ^= (uint8_t)(1u << z % 8);
                     }
                 }
             }

@@ -1,5 +1,6 @@
 /* Small problems with a table for each edge, beside all their labellings: bounds, labels that
  * leave, elimination, and branch and bound. */
+#include "stopping.h"
 #include "tiny.h"
 
 #include <string.h>
@@ -136,7 +137,7 @@ static void passes_keep_every_labelling(void **unused)
         make(&state);
         qs_branch s = begin(&state, 1, 1);
         int64_t most = b.least + (int64_t)tiny_random(&state, 7) * b.unit - 3 * b.unit;
-        uint64_t work = UINT64_MAX;
+        qs_allowance work = {.left = UINT64_MAX};
         if (qs_tables_tighten(&b.t, &s.level[0], most, 1 + tiny_random(&state, 20), &work)) {
             check_equal(&s.level[0], most);
             tight += s.level[0].constant > b.least - b.unit;
@@ -158,9 +159,10 @@ static void elimination_is_exact(void **unused)
         size_t cells = tiny_random(&state, 3) ? CELLS + 1000 : tiny_random(&state, 200);
         qs_branch s = begin(&state, 1, cells);
         int64_t known = s.best;
-        uint64_t work = UINT64_MAX;
+        qs_look look = look_that_stops_after(tiny_random(&state, 2 * CELLS));
+        qs_allowance work = {UINT64_MAX, tiny_random(&state, 9) ? NULL : &look};
         if (!qs_branch_eliminate(&s, &work)) {
-            assert_true(cells <= CELLS);
+            assert_true(cells <= CELLS || look.stopped);
             wide++;
             continue;
         }
@@ -179,7 +181,9 @@ static void probes_keep_ties(void **unused)
     for (int round = 0; round < ROUNDS; round++) {
         make(&state);
         qs_branch s = begin(&state, 1, 1);
-        uint64_t work = tiny_random(&state, 2) ? UINT64_MAX : tiny_random(&state, 3000);
+        qs_look look = look_that_stops_after(tiny_random(&state, 3000));
+        qs_allowance work = {tiny_random(&state, 2) ? UINT64_MAX : tiny_random(&state, 3000),
+                             tiny_random(&state, 3) ? NULL : &look};
         qs_branch_probe(&s, &work);
         check_equal(&s.level[0], s.best);
         for (uint32_t p = 0; p < b.t.nodes; p++) {
@@ -189,19 +193,22 @@ static void probes_keep_ties(void **unused)
     assert_true(gone > ROUNDS);
 }
 
-/* With little memory for elimination, few levels, or little work, at times. */
+/* At times with little memory for elimination, few levels or little work, or until a watch stops
+ * it. */
 static void search_is_exact(void **unused)
 {
     (void)unused;
     uint64_t state = 54;
-    uint32_t ended = 0, stopped = 0;
+    uint32_t ended = 0, stopped = 0, watched = 0;
     for (int round = 0; round < ROUNDS; round++) {
         make(&state);
         bool few = tiny_random(&state, 4) == 0, probe = tiny_random(&state, 2);
         qs_branch s =
             begin(&state, few ? 1 + tiny_random(&state, 3) : 30, tiny_random(&state, FEW));
-        uint64_t work = tiny_random(&state, 4) ? UINT64_MAX : tiny_random(&state, 20000);
-        bool all = !few && work == UINT64_MAX;
+        qs_look look = look_that_stops_after(tiny_random(&state, 20000));
+        qs_allowance work = {tiny_random(&state, 4) ? UINT64_MAX : tiny_random(&state, 20000),
+                             tiny_random(&state, 4) ? NULL : &look};
+        bool all = !few && work.left == UINT64_MAX;
         if (probe) {
             qs_branch_probe(&s, &work);
         }
@@ -209,12 +216,14 @@ static void search_is_exact(void **unused)
         assert_true(bound <= b.least && s.best >= b.least);
         assert_int_equal(cost_of(0, b.cells, s.labels), s.best);
         assert_int_equal(bound % b.unit, 0);
-        assert_true(!all || bound == s.best);
+        assert_true(!all || look.stopped || bound == s.best);
+        assert_true(!look.stopped || work.left == 0);
+        watched += look.stopped && bound < s.best;
         ended += bound == s.best;
         stopped += bound < s.best;
     }
-    print_message("ended %u, stopped %u of %d\n", ended, stopped, ROUNDS);
-    assert_true(ended > ROUNDS / 2 && stopped > ROUNDS / 100);
+    print_message("ended %u, stopped %u of %d, by a look %u\n", ended, stopped, ROUNDS, watched);
+    assert_true(ended > ROUNDS / 2 && stopped > ROUNDS / 100 && watched > 0);
 }
 
 int main(void)

@@ -1,6 +1,7 @@
 /* What searches for labellings is made of: merging, moves on trees, and kicks, beside all
  * labellings of tiny problems. */
 #include "slow.h"
+#include "stopping.h"
 
 #include <string.h>
 
@@ -155,13 +156,6 @@ static void moves_on_trees_are_exact(void **unused)
     assert_true(moved > sites / 2);
 }
 
-/* Stops a search after some calls. */
-static bool until(void *context)
-{
-    uint32_t *left = context;
-    return (*left)-- > 0;
-}
-
 static int64_t least_of_all(void)
 {
     int64_t least = INT64_MAX;
@@ -181,21 +175,21 @@ static int64_t least_of_all(void)
 static void kicks_never_raise(void **unused)
 {
     (void)unused;
-    enum { FEWER = 400, PATIENCE = 40 };
+    enum { FEWER = 400, ROUNDS_MOST = 80 };
     uint64_t state = 73;
     uint32_t solved = 0, sites[TINY_SITES];
     for (int round = 0; round < FEWER; round++) {
         make(&state);
-        uint32_t patience = tiny_random(&state, 3) ? 2 * PATIENCE : tiny_random(&state, 3);
-        bool patient = patience == 2 * PATIENCE;
+        qs_look look = look_that_stops_after(tiny_random(&state, 200));
+        bool patient = tiny_random(&state, 3) > 0;
         size_t size = tiny_random(&state, 9) ? sizeof memory : tiny_random(&state, 200);
         for (uint32_t p = 0; p < model.sites; p++) {
             sites[p] = p;
         }
         int64_t before = qs_model_energy(&model, x);
         qs_kicks kicks = {0};
-        int64_t gain = qs_kicks_improve(&kicks, &model, sites, model.sites, UINT64_MAX, x, memory,
-                                        size, until, &patience);
+        int64_t gain = qs_kicks_improve(&kicks, &model, sites, model.sites, ROUNDS_MOST, x, memory,
+                                        size, patient ? NULL : &look);
         assert_true(gain >= 0);
         assert_int_equal(qs_model_energy(&model, x), before - gain);
         for (uint32_t p = 0; p < model.sites; p++) {

@@ -106,6 +106,106 @@ static void looks_and_stops(void **unused)
     }
 }
 
+enum {
+    LEAVES = 8000,
+    JOINED = 300,
+    EDGES = JOINED * (JOINED - 1) / 2,
+    GRAPH_LABELS = 12,
+    SOME = 6
+};
+
+/* A graph of edges that are in order. Costs and weights are drawn. */
+static void make_graph(uint32_t sites, uint32_t labels, qs_edge *edges, size_t count, void **memory)
+{
+    uint64_t state = 2;
+    for (size_t e = 0; e < count; e++) {
+        edges[e].weight = 1 + (int32_t)tiny_random(&state, 9);
+    }
+    for (uint32_t i = 0; i < sites * labels; i++) {
+        unary[i] = (int32_t)tiny_random(&state, 100);
+    }
+    qs_problem problem = {.sites = sites,
+                          .labels = labels,
+                          .scale = 1,
+                          .pairwise = {QS_TRUNCATED_LINEAR, 3, NULL},
+                          .edges = edges,
+                          .edge_count = count,
+                          .costs = unary};
+    size_t size = qs_model_of_problem_workspace(&problem);
+    *memory = malloc(size);
+    assert_int_equal(qs_model_of_problem(&problem, *memory, size, &model, NULL), QS_OK);
+}
+
+/* A site with thousands of neighbours, which have neighbours of their own: a single move of all
+ * that looks along all its edges again and again. */
+static void looks_within_a_move_at_a_hub(void **unused)
+{
+    (void)unused;
+    static qs_edge edges[2 * LEAVES];
+    size_t count = 0;
+    void *memory;
+    for (uint32_t p = 1; p <= LEAVES; p++) {
+        edges[count++] = (qs_edge){.first = 0, .second = p};
+    }
+    for (uint32_t p = 1; p < LEAVES; p++) {
+        edges[count++] = (qs_edge){.first = p, .second = p + 1};
+    }
+    make_graph(LEAVES + 1, 2, edges, count, &memory);
+    /* A cycle has two moves here, or one. So most of these looks are within a move. */
+    (void)run(qs_expansion, qs_expansion_workspace(&model), 1, SOME);
+    (void)run(qs_swap, qs_swap_workspace(&model), 1, SOME);
+    free(memory);
+}
+
+static bool stop_after_two(void *context, const qs_progress *unused)
+{
+    (void)unused;
+    return ++*(uint32_t *)context < 2;
+}
+
+/* A cut that has hardly begun has no labelling; best has one that is better than the winner's. */
+static void best_has_an_answer_before_the_cut(void **unused)
+{
+    (void)unused;
+    static qs_edge edges[LEAVES];
+    static uint16_t x[LEAVES + 1];
+    void *memory;
+    for (uint32_t p = 0; p < LEAVES; p++) {
+        edges[p] = (qs_edge){.first = p, .second = p + 1};
+    }
+    make_graph(LEAVES + 1, 2, edges, LEAVES, &memory);
+    qs_model_winner(&model, x);
+    int64_t winner = qs_model_energy(&model, x);
+    size_t size = qs_best_workspace(&model);
+    void *workspace = malloc(size);
+    uint32_t calls = 0;
+    qs_solve_options options = {.watch = stop_after_two, .context = &calls};
+    qs_solution s;
+    assert_int_equal(qs_best(&model, &options, workspace, size, x, &s), QS_OK);
+    assert_true(calls == 2 && s.energy < winner && s.energy == qs_model_energy(&model, x));
+    free(workspace);
+    free(memory);
+}
+
+/* All sites are neighbours: each is a long way to go. */
+static void looks_where_there_are_many_edges(void **unused)
+{
+    (void)unused;
+    static qs_edge edges[EDGES];
+    size_t count = 0;
+    void *memory;
+    for (uint32_t p = 0; p < JOINED; p++) {
+        for (uint32_t q = p + 1; q < JOINED; q++) {
+            edges[count++] = (qs_edge){.first = p, .second = q};
+        }
+    }
+    make_graph(JOINED, GRAPH_LABELS, edges, count, &memory);
+    for (size_t i = 0; i < SOLVERS; i++) {
+        assert_true(run(solvers[i].solve, solvers[i].workspace(&model) + 1, 1, 0) > 0);
+    }
+    free(memory);
+}
+
 /* Solvers with a bound have one at the first call: no cost is below 0. */
 static bool has_bound(void *context, const qs_progress *progress)
 {
@@ -129,6 +229,32 @@ static void bounds_come_early(void **unused)
         assert_int_equal(s.iterations, 0);
         free(memory);
     }
+}
+
+static bool note_first(void *context, const qs_reduction *so_far)
+{
+    qs_reduction *first = context;
+    *first = *so_far;
+    return false;
+}
+
+/* A reduction looks before the first labels have left, too, and has an answer then. */
+static void reduce_looks_from_the_beginning(void **unused)
+{
+    (void)unused;
+    static uint16_t x[SITES];
+    static uint8_t kept[SITES * LABELS];
+    make(QS_POTTS);
+    size_t size = qs_reduce_workspace(&model);
+    void *memory = malloc(size);
+    qs_reduction first = {0}, found;
+    qs_reduce_options options = {.watch = note_first, .context = &first};
+    assert_int_equal(qs_reduce(&model, &options, memory, size, kept, x, &found), QS_OK);
+    free(memory);
+    assert_int_equal(first.variables, SITES * LABELS);
+    assert_int_equal(first.upper_bound, qs_model_energy(&model, x));
+    assert_true(first.lower_bound == model.constant && found.lower_bound >= model.constant);
+    assert_true(found.upper_bound == first.upper_bound && found.iterations == 0);
 }
 
 /* A clock that goes on by so much at each look. */
@@ -202,7 +328,11 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(looks_and_stops),
+        cmocka_unit_test(looks_within_a_move_at_a_hub),
+        cmocka_unit_test(looks_where_there_are_many_edges),
+        cmocka_unit_test(best_has_an_answer_before_the_cut),
         cmocka_unit_test(bounds_come_early),
+        cmocka_unit_test(reduce_looks_from_the_beginning),
         cmocka_unit_test(anneal_follows_the_time),
         cmocka_unit_test(best_stops_at_a_gap),
     };
