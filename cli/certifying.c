@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "text/fail.h"
+#include "text/numbers.h"
 
 static int fail_record(const certifying *made, const char *by, qs_status status)
 {
@@ -108,6 +109,29 @@ static int check_trial(certifying *made, const uint16_t *labelling, int64_t ener
     return find_bound(made, &file, work, lower_bound);
 }
 
+/* Says where the answer states less than it would without a certificate, or may do so: none holds a
+ * long search of packing, nor what messages before the last ones prove, nor a search of a part that
+ * is too wide. */
+static void warn_of_less(const certifying *made, int64_t found, int64_t certified, int64_t energy)
+{
+    const laid_out *problem = made->problem;
+    char known[DECIMAL_SIZE], proven[DECIMAL_SIZE] = "none";
+    if (found > certified) {
+        decimal_write(found, problem->scale, known);
+        if (certified != QS_NO_BOUND) {
+            decimal_write(certified, problem->scale, proven);
+        }
+        warn(problem->name,
+             "the solver found the lower bound %s, but the certificate cannot hold it and proves "
+             "%s: the answer states that too. Without --certificate it states %s",
+             known, proven, known);
+    } else if (made->recorder.has_refused && certified < energy) {
+        warn(problem->name,
+             "a part of the problem is too wide for a certificate: without --certificate the lower "
+             "bound may be higher");
+    }
+}
+
 int certifying_end(certifying *made, const char *by, const uint16_t *labelling, int64_t energy,
                    int64_t *lower_bound)
 {
@@ -118,12 +142,14 @@ int certifying_end(certifying *made, const char *by, const uint16_t *labelling, 
     }
     TRY(growing_end(&made->stages, made->out->name, made->limit));
     budget work = budget_inside(made->limit);
+    int64_t found = *lower_bound;
     int checked = check_trial(made, labelling, energy, &work, lower_bound);
     budget_free(&work);
     if (checked != DONE) {
         return checked;
     }
     status = write_file(made, labelling, *lower_bound, energy, (qs_sink){output_sink, made->out});
+    warn_of_less(made, found, *lower_bound, energy);
     /* The end of the command reports refused bytes. */
     return status == QS_OK || status == QS_E_IO ? DONE : fail_status(made->out->name, status);
 }

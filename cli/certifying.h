@@ -30,12 +30,13 @@ uint64_t certifying_bytes(const laid_out *problem, uint64_t work);
 /* Begins. The problem is a file. Returns DONE, BAD_INPUT or NO_RESOURCE. */
 int certifying_begin(const laid_out *problem, budget *limit, output *out, certifying *made);
 
-/* Writes the certificate.
+/* Writes the certificate. Warns if without it the bound is higher, or may be.
  *
  * by           the name of the solver, for messages
  * labelling    of the problem's sites
  * energy       of it
- * lower_bound  out: what the certificate proves, which is what it states
+ * lower_bound  what the solver has found; out: what the certificate proves, which is what it
+ *              states
  *
  * Returns DONE, BAD_INPUT if the solver has no proof to write, or NO_RESOURCE. */
 int certifying_end(certifying *made, const char *by, const uint16_t *labelling, int64_t energy,

@@ -97,24 +97,6 @@ static int solve_plainly(job *at, const request *asked, const laid_out *laid, so
     return solved_check(laid, asked->by, found);
 }
 
-/* No certificate holds a long search of packing, nor what messages before the last ones prove: then
- * it is said that the answer states less than it would without one. */
-static void warn_of_less(const laid_out *laid, int64_t found, int64_t certified)
-{
-    char known[DECIMAL_SIZE], proven[DECIMAL_SIZE] = "none";
-    if (found <= certified) {
-        return;
-    }
-    decimal_write(found, laid->scale, known);
-    if (certified != QS_NO_BOUND) {
-        decimal_write(certified, laid->scale, proven);
-    }
-    warn(laid->name,
-         "the solver found the lower bound %s, but the certificate cannot hold it and proves %s: "
-         "the answer states that too. Without --certificate it states %s",
-         known, proven, known);
-}
-
 /* Solves with a certificate. The lower bound is then the one that the certificate proves. */
 static int solve_certified(job *at, request *asked, const laid_out *laid, solved *found)
 {
@@ -128,10 +110,8 @@ static int solve_certified(job *at, request *asked, const laid_out *laid, solved
         certifying_abandon(&proof);
         return status;
     }
-    int64_t *bound = &found->solution.lower_bound, uncertified = *bound;
-    TRY(certifying_end(&proof, asked->by->name, found->labelling, found->solution.energy, bound));
-    warn_of_less(laid, uncertified, *bound);
-    return DONE;
+    return certifying_end(&proof, asked->by->name, found->labelling, found->solution.energy,
+                          &found->solution.lower_bound);
 }
 
 static int run_solve(job *at)
@@ -178,7 +158,8 @@ const command cmd_solve = {
                 "--certificate writes what proves the bound of trws, cut or best; qstereo verify "
                 "checks it. The answer then states the bound that the certificate proves. Where "
                 "best packs (detection, independent sets), its search may prove more, with more "
-                "work than a certificate can ask for: a warning says so.\n\n"
+                "work than a certificate can ask for, and so may a search of a part that is too "
+                "wide for one: a warning says so.\n\n"
                 "--start begins with a labelling that is known, whoever found it: icm, anneal, "
                 "swap, expansion, cut and best go on from it, and no solver's answer is above "
                 "it. A file of reduce carries one, which is the default. The lower bound that it "

@@ -1,5 +1,6 @@
 """Certificates: solve and reduce write them, verify checks them."""
 
+import itertools
 import json
 import struct
 
@@ -206,6 +207,18 @@ def test_what_packing_proves_is_searched_again(tmp_path):
     assert done.status == 0 and facts["lower_bound"] == said["lower_bound"]
 
 
+def test_what_reduce_leaves_is_searched(tmp_path):
+    crowd = make_crowd(tmp_path, 80, 50)
+    done = run("solve", crowd / "p.qcf", "-o", crowd / "s.qsf", "--json")
+    least = json.loads(done.out)["energy"]
+    words = ["reduce", crowd / "p.qcf", "-o", crowd / "r.qcf", "--certificate", crowd / "c.qpf"]
+    done = run(*words, "--iterations", "20", "--json")
+    said = json.loads(done.out)
+    assert (said["lower_bound"], said["sites_after"], done.err) == (least, 80, "")
+    done, facts = verify(crowd, second="r.qcf")
+    assert done.status == 0 and facts["lower_bound"] == least
+
+
 def test_what_takes_packing_too_long_is_in_no_certificate(tmp_path):
     crowd = make_crowd(tmp_path, 120, 100)
     done = run("solve", crowd / "p.qcf", "-o", crowd / "s.qsf", "--json")
@@ -225,6 +238,26 @@ def test_what_takes_packing_too_long_is_in_no_certificate(tmp_path):
         assert words in done.err
     done, facts = verify(crowd)
     assert done.status == 0 and facts["lower_bound"] == said["lower_bound"]
+
+
+@pytest.mark.parametrize("command, bound", [("solve", "energy"), ("reduce", "upper_bound")])
+def test_a_part_that_is_too_wide_for_a_certificate(tmp_path, command, bound):
+    """What is proven without one is more, or may be."""
+    rng, edges = np.random.default_rng(1), np.array(list(itertools.combinations(range(24), 2)))
+    arrays = {"costs": rng.integers(0, 60, (24, 3)), "edges": edges, "pairs": 9 * np.eye(3),
+              "weights": rng.integers(1, 20, len(edges))}
+    for name, array in arrays.items():
+        np.save(tmp_path / f"{name}.npy", array.astype(np.int32))
+    names = [tmp_path / f"{name}.npy" for name in arrays]
+    done = run("encode", "--problem", "label", names[0], "--edges", names[1], "--pairwise",
+               names[2], "--weights", names[3], "-o", tmp_path / "p.qcf")
+    assert done.status == 0, done.err
+    line = [command, tmp_path / "p.qcf", "-o", tmp_path / "out", "--iterations", "20", "--json"]
+    assert run(*line).err == ""
+    done = run(*line, "--certificate", tmp_path / "c.qpf")
+    said = json.loads(done.out)
+    assert said["lower_bound"] < said[bound]
+    assert "p.qcf: warning: a part of the problem is too wide for a certificate" in done.err
 
 
 def test_a_site_with_too_many_neighbours(tmp_path):

@@ -110,6 +110,8 @@ typedef struct qs_recorder {
     const qs_sink *sink;
     struct qs_record_book *book;
     uint32_t stages;
+    bool has_refused; /* after qs_recorder_end: a part was too wide to be solved
+                         in a certificate, and not all is proven */
     qs_status status;
 } qs_recorder;
 

@@ -231,8 +231,11 @@ static bool solve_part(void *context, const uint32_t *cells, uint32_t count, boo
 {
     qs_recorder *r = context;
     qs_record_book *b = r->book;
-    return r->status == QS_OK && list_part(b, cells, count) &&
-           (solve_by_tables(r) || (!labels && list_part(b, cells, count) && solve_by_search(r)));
+    bool known = r->status == QS_OK && list_part(b, cells, count);
+    bool solved = known && (solve_by_tables(r) ||
+                            (!labels && list_part(b, cells, count) && solve_by_search(r)));
+    r->has_refused = r->has_refused || (known && !solved);
+    return solved;
 }
 
 static void end_stage(void *context, const uint8_t *kept)
@@ -285,6 +288,7 @@ qs_status qs_recorder_end(qs_recorder *recorder)
         qs_record_stage(recorder, false);
     }
     qs_record_end_parts(recorder);
+    recorder->has_refused = recorder->has_refused && recorder->book->stated.open_count > 0;
     if (recorder->status == QS_OK && recorder->stages == 0) {
         return QS_E_ENCODING;
     }

@@ -279,8 +279,9 @@ static bool solve(part *w, qs_allowance *work)
     return take_out(w) || closed || s->best < energy;
 }
 
-/* Lays out and solves the part of site number i of the list. */
-static bool see_to(part *w, uint32_t i, qs_allowance *work)
+/* Takes the memory for the sites of a part, and lists those of the part of site number i of the
+ * list. Returns false if they are too many. */
+static bool find_sites(part *w, uint32_t i)
 {
     w->node = qs_arena_take(&w->arena, w->e->model.sites, sizeof *w->node);
     w->sites = qs_arena_take(&w->arena, qs_min_u32(w->e->model.sites, NODES), sizeof *w->sites);
@@ -288,7 +289,13 @@ static bool see_to(part *w, uint32_t i, qs_allowance *work)
         return false;
     }
     list_sites(w, i);
-    if (w->count > NODES || !measure(w) || !take(w)) {
+    return w->count <= NODES;
+}
+
+/* Lays out and solves the part of site number i of the list. */
+static bool see_to(part *w, uint32_t i, qs_allowance *work)
+{
+    if (!find_sites(w, i) || !measure(w) || !take(w)) {
         return false;
     }
     if (w->witness && !w->witness->part(w->witness->context, w->sites, w->count, !w->e->answer)) {
@@ -323,6 +330,20 @@ bool qs_parts_solve(qs_elimination *e, void *memory, size_t size, qs_allowance *
         qs_eliminate_follow(e);
     }
     return changed;
+}
+
+bool qs_parts_prove(qs_elimination *e, void *memory, size_t size, const qs_witness *witness)
+{
+    bool any = false;
+    qs_eliminate_find_parts(e);
+    for (uint32_t i = 0; i < e->left_count; i++) {
+        part w = {.e = e, .arena = {.base = memory}, .size = size};
+        uint32_t p = e->left[i];
+        if (e->part[p] == p && !e->closed[p] && find_sites(&w, i)) {
+            any |= witness->part(witness->context, w.sites, w.count, false);
+        }
+    }
+    return any;
 }
 
 bool qs_parts_improve(qs_elimination *e, void *memory, size_t size, qs_allowance *work)

@@ -25,6 +25,10 @@ bool qs_parts_solve_one(qs_elimination *e, uint32_t first, void *memory, size_t 
  * above. Returns true if the labelling has changed. */
 bool qs_parts_improve(qs_elimination *e, void *memory, size_t size, qs_allowance *work);
 
+/* Asks a witness to solve the parts that are not closed, for their least energies alone: what it
+ * solves stays as it is here. Returns true if it has solved any. */
+bool qs_parts_prove(qs_elimination *e, void *memory, size_t size, const qs_witness *witness);
+
 /* Bytes that are worth giving it. */
 size_t qs_parts_memory(const qs_model *model);
 

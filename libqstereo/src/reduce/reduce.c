@@ -489,6 +489,18 @@ static void begin(reducer *r)
     count(r);
 }
 
+/* No more labels leave. The witness may still find the least energies of parts by search, which
+ * says nothing of their labels; a split of the rest has to follow. */
+static void prove_parts(reducer *r, const qs_trws_state *state)
+{
+    const qs_witness *witness = witness_of(r);
+    if (witness && !r->aim.answer &&
+        qs_parts_prove(&r->sets, r->marginals, r->parts_size, witness)) {
+        tell_split(r, state);
+        tell_end(r);
+    }
+}
+
 static bool between(void *context, qs_trws_state *state, qs_solution *so_far, bool stopped)
 {
     reducer *r = context;
@@ -524,6 +536,9 @@ static bool between(void *context, qs_trws_state *state, qs_solution *so_far, bo
         if (so_far->energy == so_far->lower_bound && !stopped && !r->aim.answer) {
             finish(r, state, so_far, room);
         }
+    }
+    if (ends && !stopped && r->target == 0 && so_far->energy > so_far->lower_bound) {
+        prove_parts(r, state);
     }
     if (at_target(r)) { /* the bound that is stated has a proof, too */
         tell_split(r, state);
