@@ -54,17 +54,16 @@ static qs_solve_options with_watch_of(const qs_solve_options *options)
 }
 
 /* A cut, in whose time nothing else would get lower. A cut of two labels that is stopped returns
- * what it began with, so that is what a sweep of icm finds. */
+ * what it began with, so that is what a sweep of icm finds, which is too short for the watch. */
 static qs_status cut_quickly(const qs_model *model, const qs_solve_options *options,
                              void *workspace, size_t workspace_size, uint16_t *labelling,
                              qs_solution *solution)
 {
     qs_solve_options own = with_watch_of(options);
-    qs_solve_options few = own;
-    few.iterations = 1;
+    const qs_solve_options sweep = {.iterations = 1};
     qs_model_winner(model, labelling);
     qs_status status =
-        model->labels == 2 ? qs_icm(model, &few, NULL, 0, labelling, solution) : QS_OK;
+        model->labels == 2 ? qs_icm(model, &sweep, NULL, 0, labelling, solution) : QS_OK;
     return status != QS_OK
                ? status
                : qs_min_cut(model, &own, workspace, workspace_size, labelling, solution);
