@@ -78,10 +78,10 @@ def sets_of(rows):
 
 
 def compared(sites, labels, rows):
-    """A stage of sites whose labels are compared with one each."""
+    """A stage of one round: sites whose labels are compared with one each."""
     return (
         struct.pack("<IIIII", 2, 0, 0, 0, len(sites))
-        + np.array(sites, "<u4").tobytes() + bytes(labels) + sets_of(rows)
+        + np.array(sites, "<u4").tobytes() + bytes(labels) + sets_of(rows) + bytes(4)
     )
 
 
@@ -319,6 +319,10 @@ def test_a_label_that_leaves_must_be_ruled_out(made):
         assert verdict.valid == valid and (valid or "does not rule out" in verdict.why)
 
 
+def test_a_stage_of_no_round(made):
+    refusing(made, made[0], "no sites", struct.pack("<5I", 2, 0, 0, 0, 0))
+
+
 def test_a_stage_that_does_nothing_known(made):
     for has in (0, 5, 9, 12, 16):
         refusing(made, made[0], "head of a stage", struct.pack("<IIII", has, 0, 0, 0))
@@ -334,7 +338,7 @@ def test_labels_of_a_stage_that_are_not_left(made):
     first = compared(range(4), best, row)
     two = np.ones((4, 2))
     for bits in (0x0F, 0x7F):  # none is left to the last site; a bit too many
-        again = compared(range(3), best[:3], two[:3])[:-1] + bytes([bits])
+        again = compared(range(3), best[:3], two[:3])[:-5] + bytes([bits]) + bytes(4)
         refusing_stages(made, problem, "label set", first + again)
     refusing_stages(made, problem, "not left", first + compared(range(4), other.tolist(), two))
     slots = bytes([0, 0, 1, 1, 1, 1, 0, 0])

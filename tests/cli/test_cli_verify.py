@@ -260,6 +260,23 @@ def test_a_part_that_is_too_wide_for_a_certificate(tmp_path, command, bound):
     assert "p.qcf: warning: a part of the problem is too wide for a certificate" in done.err
 
 
+def test_labels_that_leave_one_after_another(tmp_path):
+    """A chain whose labels leave from one end on, each for the one before it: one stage has more
+    rounds than a file has stages."""
+    costs = np.zeros((1, 5000, 2), np.int32)
+    costs[..., 1] = 1
+    costs[0, 0, 1] = 100
+    np.save(tmp_path / "c.npy", costs)
+    words = ["encode", "--problem", "label", tmp_path / "c.npy", "--lambda", "10"]
+    assert run(*words, "-o", tmp_path / "p.qcf").status == 0
+    words = ["reduce", tmp_path / "p.qcf", "-o", tmp_path / "r.qcf"]
+    done = run(*words, "--certificate", tmp_path / "c.qpf")
+    assert (done.status, done.err) == (0, "")
+    done, facts = verify(tmp_path, "r.qcf")
+    assert facts["valid"] and facts["proven_optimal"] and facts["stages"] < 5
+
+
+
 def test_a_site_with_too_many_neighbours(tmp_path):
     """Its slots have numbers of two bytes."""
     most = 2**16

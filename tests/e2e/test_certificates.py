@@ -194,16 +194,16 @@ def is_worse(problem, sets, p, d, e):
 
 
 def compared(sets, gone):
-    """A stage in which labels leave: of sites (label to compare with, those that leave)."""
+    """A round in which labels leave: of sites (label to compare with, those that leave)."""
     bits = [d not in gone[p][1] for p in sorted(gone) for d in sorted(sets[p])]
-    return (struct.pack("<5I", 2, 0, 0, 0, len(gone)) + np.array(sorted(gone), "<u4").tobytes()
+    return (struct.pack("<I", len(gone)) + np.array(sorted(gone), "<u4").tobytes()
             + bytes(gone[p][0] for p in sorted(gone))
             + np.packbits(np.array(bits, bool), bitorder="little").tobytes())
 
 
 @pytest.mark.parametrize("seed", range(12))
 def test_labels_that_leave_by_comparison(tmp_path, seed):
-    """Stage after stage all that are worse than some label; then one that is not."""
+    """Round after round all that are worse than some label; then one that is not."""
     rng, problem, samples, proof = np.random.default_rng(seed), *(
         tmp_path / name for name in ("p.qcf", "s.qsf", "c.qpf"))
     costs, label = rng.integers(0, 12, (1, 4, 5), dtype=np.int32), np.arange(5)
@@ -217,25 +217,25 @@ def test_labels_that_leave_by_comparison(tmp_path, seed):
     facts = (costs[0].astype(int), [(0, 1), (1, 2), (2, 3)],
              np.minimum((label - label[:, None])**2, 6))
 
-    def verdicts(stages):
+    def verdicts(rounds):
         chunks = [("PROB", digest), ("BEST", struct.pack("<I", 1) + labelling.tobytes()),
-                  ("STGS", b"".join(stages))]
-        fields = FIELDS.pack(4, len(stages), checker.NO_BOUND, energy, bytes(12))
+                  ("STGS", struct.pack("<4I", 2, 0, 0, 0) + b"".join(rounds) + bytes(4))]
+        fields = FIELDS.pack(4, 1, checker.NO_BOUND, energy, bytes(12))
         proof.write_bytes(container.pack(MAGIC, fields, chunks))
         return by_c(problem, samples, proof)[0], by_numpy(problem, samples, proof)[0]
 
-    sets, stages = [set(range(5)) for _ in range(4)], []
+    sets, rounds = [set(range(5)) for _ in range(4)], []
     while True:
         found = {(p, e): {d for d in sets[p] if is_worse(facts, sets, p, d, e)}
                  for p in range(4) for e in sets[p] if len(sets[p]) > 1}
         gone = {p: (e, leave) for (p, e), leave in found.items() if leave}
         if not gone:
             break
-        stages.append(compared(sets, gone))
+        rounds.append(compared(sets, gone))
         for p, (_, leave) in gone.items():
             sets[p] -= leave
-    assert stages and verdicts(stages) == (True, True)
+    assert rounds and verdicts(rounds) == (True, True)
     wrong = [(p, d, e) for p, own in enumerate(sets) for d in own for e in own - {d}]
     if wrong:
         p, d, e = wrong[rng.integers(len(wrong))]
-        assert verdicts([*stages, compared(sets, {p: (e, {d})})]) == (False, False)
+        assert verdicts([*rounds, compared(sets, {p: (e, {d})})]) == (False, False)

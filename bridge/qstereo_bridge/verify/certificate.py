@@ -244,10 +244,9 @@ def _leave(p, sites, stay, possible):
     p.fold(sites)
 
 
-def _compare(p, stages, kind):
-    """Labels that leave by Goldstein's criterion (1994): at its site each costs more than another,
-    whatever the neighbours have."""
-    (count,) = stages.unpack("<I")
+def _compare(p, stages, kind, count):
+    """A round of labels that leave by Goldstein's criterion (1994): at its site each costs more
+    than another, whatever the neighbours have."""
     sites = stages.array("<u4", count).astype(int)
     stages.need((sites < p.open.size).all() and p.open[sites].all() and (np.diff(sites) > 0).all(),
                 "the sites of a stage")
@@ -358,13 +357,19 @@ def _search_part(p, stages, count):
     p.open[sites] = False
 
 
-def _check_parts(p, stages, check_part):
+def _counts(stages):
+    """How many sites each round or part of a stage has, to be read one by one."""
     (count,) = stages.unpack("<I")
-    stages.need(count, "a stage of no parts")
+    stages.need(count, "a stage of no sites")
     while count:
+        yield count
+        (count,) = stages.unpack("<I")
+
+
+def _check_parts(p, stages, check_part):
+    for count in _counts(stages):
         stages.need(count <= MOST_SITES, "a part of too many sites")
         check_part(p, stages, count)
-        (count,) = stages.unpack("<I")
 
 
 def _check_stage(p, stages, kind):
@@ -373,7 +378,8 @@ def _check_stage(p, stages, kind):
     stages.need((1 <= has <= PARTS or has == SEARCHES) and (has & SPLITS or not any(head)),
                 "the head of a stage")
     if has == LEAVES:
-        _compare(p, stages, kind)
+        for count in _counts(stages):
+            _compare(p, stages, kind, count)
     elif not has & SPLITS:
         _check_parts(p, stages, _solve_part if has == PARTS else _search_part)
     else:

@@ -75,6 +75,14 @@ static const uint8_t *next_bytes(checker *c, uint64_t size)
     return bytes;
 }
 
+/* Reads how many there are of something. */
+static bool read_count(checker *c, uint32_t *count)
+{
+    const uint8_t *at = next_bytes(c, 4);
+    *count = at ? qs_load_u32(at) : 0;
+    return at != NULL;
+}
+
 /* ---- The labelling. ---- */
 
 static bool read_label(checker *c, const uint8_t *at, uint32_t site)
@@ -177,13 +185,12 @@ static bool take_sets(checker *c, const uint32_t *sites, uint32_t count, bool ar
     return are_out || refute(c, "a label leaves that its stage does not rule out");
 }
 
-/* A stage of sites that are compared with one label each. */
-static bool check_comparison(checker *c)
+/* A round: the labels of some sites are compared with one each. */
+static bool check_round(checker *c, uint32_t count)
 {
     const qs_stated *s = &c->stated;
-    const uint8_t *at = next_bytes(c, 4);
-    uint32_t count = at ? qs_load_u32(at) : 0, *sites = c->split.sites;
-    at = at ? next_bytes(c, 4 * (uint64_t)count) : NULL;
+    const uint8_t *at = next_bytes(c, 4 * (uint64_t)count);
+    uint32_t *sites = c->split.sites;
     for (uint32_t i = 0; at && i < count; i++) {
         uint32_t p = qs_load_u32(at + 4 * (size_t)i);
         if (p >= s->sites || s->settled[p] || (i > 0 && p <= sites[i - 1])) {
@@ -200,6 +207,19 @@ static bool check_comparison(checker *c)
             qs_goldstein_rules_out(s, sites[i], c->labelling[sites[i]], c->claimed, c->split.work);
     }
     return take_sets(c, sites, count, are_out);
+}
+
+static bool check_rounds(checker *c)
+{
+    uint32_t count;
+    bool good = read_count(c, &count);
+    if (good && count == 0) {
+        return reject(c, QS_E_CORRUPT, "a stage of no sites");
+    }
+    while (good && count > 0) {
+        good = check_round(c, count) && read_count(c, &count);
+    }
+    return good;
 }
 
 /* ---- A split. ---- */
@@ -255,14 +275,13 @@ static bool check_split(checker *c, const stage_head *head)
 /* ---- Parts that are solved. ---- */
 
 /* Reads how many sites a part has; none at the end of the stage. */
-static bool read_count(checker *c)
+static bool read_size(checker *c)
 {
-    const uint8_t *at = next_bytes(c, 4);
-    c->exact.count = at ? qs_load_u32(at) : 0;
+    bool good = read_count(c, &c->exact.count);
     if (c->exact.count > QS_EXACT_SITES || c->exact.count > c->stated.sites) {
         return reject(c, QS_E_CORRUPT, "a part of too many sites");
     }
-    return at != NULL;
+    return good;
 }
 
 static bool read_sites(checker *c)
@@ -331,12 +350,12 @@ static bool check_search(checker *c)
 
 static bool check_parts(checker *c, bool are_searched)
 {
-    bool good = read_count(c);
+    bool good = read_size(c);
     if (good && c->exact.count == 0) {
-        return reject(c, QS_E_CORRUPT, "a stage of no parts");
+        return reject(c, QS_E_CORRUPT, "a stage of no sites");
     }
     while (good && c->exact.count > 0) {
-        good = (are_searched ? check_search(c) : check_part(c)) && read_count(c);
+        good = (are_searched ? check_search(c) : check_part(c)) && read_size(c);
     }
     return good;
 }
@@ -350,7 +369,7 @@ static bool check_stage(checker *c)
     if (head.has & QS_STAGE_SPLITS) {
         return check_split(c, &head);
     }
-    return head.has == QS_STAGE_LEAVES ? check_comparison(c)
+    return head.has == QS_STAGE_LEAVES ? check_rounds(c)
                                        : check_parts(c, head.has == QS_STAGE_SEARCHES);
 }
 

@@ -156,7 +156,7 @@ qs_status qs_recorder_begin(qs_recorder *recorder, const qs_index *index, const 
     qs_stated_fold_all(&book->stated);
     place_sites(book, model);
     book->pending = false;
-    book->parts = 0;
+    book->unended = 0;
     book->exact_cells = 0;
     book->search_work = QS_SEARCH_WORK;
     book->search_tries = SEARCH_TRIES;
@@ -284,10 +284,9 @@ qs_status qs_recorder_end(qs_recorder *recorder)
         return QS_E_ARGUMENT;
     }
     if (recorder->status == QS_OK && recorder->book->pending) {
-        qs_record_list_open(recorder->book);
         qs_record_stage(recorder, false);
     }
-    qs_record_end_parts(recorder);
+    qs_record_end_stage(recorder);
     recorder->has_refused = recorder->has_refused && recorder->book->stated.open_count > 0;
     if (recorder->status == QS_OK && recorder->stages == 0) {
         return QS_E_ENCODING;

@@ -20,15 +20,15 @@ typedef struct qs_record_book {
     int64_t *shares; /* of each slot of a site but the last, of each of its labels */
     uint16_t *labelling; /* of each site, of the stage */
     uint8_t *claimed; /* of each label: it stays, says the solver */
-    uint8_t *sets; /* of each label: it stays after the stage */
-    uint32_t *stage, stage_count; /* the sites of the stage, rising */
+    uint8_t *sets; /* of each label: it stays after the stage, or the round */
+    uint32_t *stage, stage_count; /* the sites of the stage, or of the round, rising */
     uint8_t *due; /* of each site: its labels may be compared again */
     int64_t *costs; /* of labels of a site, for a moment */
     unsigned shift;
     bool pending; /* there is a split that has not been written, */
     bool told; /* and the solver has told which labels leave by it: none */
-    unsigned parts; /* QS_STAGE_PARTS or QS_STAGE_SEARCHES if the last stage has such parts, and has
-                       not ended; else 0 */
+    unsigned unended; /* what the last stage has, if more of it may come: rounds
+                         (QS_STAGE_LEAVES), QS_STAGE_PARTS or QS_STAGE_SEARCHES; else 0 */
     qs_exact exact;
     qs_exact_order order;
     uint64_t exact_cells; /* of all parts up to now */
@@ -71,23 +71,23 @@ void qs_record_share(qs_recorder *r, const qs_model *model, uint32_t cell, uint3
 
 /* ---- Stages (record_stage.c). ---- */
 
-/* Ends a stage of parts. Returns false if there may be no more stages. */
+/* Ends the stage. Returns false if there may be no more. */
 bool qs_record_may_begin(qs_recorder *r);
 
-/* The same where parts of a kind follow, unless the stage has them. */
+/* The same where rounds or parts of a kind follow, unless the stage has them. */
 bool qs_record_may_add(qs_recorder *r, unsigned kind);
 
-/* The next stage is of all sites that are not settled. */
-void qs_record_list_open(qs_record_book *b);
-
-/* Writes the stage of the book's sites: its split, if one is pending, and the sets, if labels
- * leave, which leave then. */
+/* Writes the stage of the split that is pending and, if labels leave, the sets: they leave then. */
 void qs_record_stage(qs_recorder *r, bool leaves);
+
+/* Writes a round of the book's sites, whose labels leave then. Rounds that come one after another
+ * are a stage. */
+void qs_record_round(qs_recorder *r);
 
 /* ---- Labels that leave (record_leave.c). ---- */
 
 /* Labels that are not claimed leave: by the split that is pending; and if it has been told what
- * leaves by that, or there is none, by Goldstein's criterion, in as many stages as that takes. */
+ * leaves by that, or there is none, by Goldstein's criterion, in as many rounds as that takes. */
 void qs_record_leave(qs_recorder *r);
 
 /* Writes the part that has been solved, by tables or by search (`kind`). Parts of a kind that come
@@ -95,7 +95,7 @@ void qs_record_leave(qs_recorder *r);
  * be another without it. */
 void qs_record_part(qs_recorder *r, unsigned kind);
 
-/* A stage of parts ends with one that has no sites. */
-void qs_record_end_parts(qs_recorder *r);
+/* A stage of rounds or parts ends with one that has no sites. */
+void qs_record_end_stage(qs_recorder *r);
 
 #endif

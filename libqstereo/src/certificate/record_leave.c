@@ -17,7 +17,6 @@ static bool has_more(const qs_record_book *b, uint32_t site)
 static void leave_by_split(qs_recorder *r)
 {
     qs_record_book *b = r->book;
-    qs_record_list_open(b);
     memcpy(b->sets, b->claimed, b->stated.start[b->stated.sites]);
     qs_record_stage(r, true);
 }
@@ -39,7 +38,7 @@ static void list_worse(qs_record_book *b, bool all)
     }
 }
 
-/* The sites of the stage, and those around them, are due. */
+/* The sites of the round, and those around them, are due. */
 static void call_again(const qs_record_book *b)
 {
     const qs_stated *s = &b->stated;
@@ -60,7 +59,7 @@ static bool leave_in_rounds(qs_recorder *r, bool all)
     memset(b->due, 1, b->stated.sites);
     list_worse(b, all);
     while (b->stage_count > 0 && r->status == QS_OK) {
-        qs_record_stage(r, true);
+        qs_record_round(r);
         call_again(b);
         list_worse(b, all);
         any = true;
@@ -75,7 +74,6 @@ void qs_record_leave(qs_recorder *r)
         return;
     }
     if (r->book->pending) { /* it is of the labels that are left now */
-        qs_record_list_open(r->book);
         qs_record_stage(r, false);
     }
     bool again = true;

@@ -175,6 +175,14 @@ static void take_sets(qs_record_book *b)
     }
 }
 
+/* What the labels of the sites are compared with, and which stay. */
+static void put_leaving(stage_writer *w, qs_record_book *b)
+{
+    put_labels(w, b);
+    put_sets(w, b);
+    take_sets(b);
+}
+
 static void put_head(stage_writer *w, unsigned has, uint64_t scale, unsigned slot, unsigned share)
 {
     put(w, has, 4);
@@ -189,19 +197,19 @@ static void end_writing(qs_recorder *r, stage_writer *w)
     r->status = w->failed ? QS_E_IO : r->status;
 }
 
-void qs_record_end_parts(qs_recorder *r)
+void qs_record_end_stage(qs_recorder *r)
 {
     stage_writer w = {.sink = r->sink};
-    if (r->book->parts) {
+    if (r->book->unended) {
         put(&w, 0, 4);
         end_writing(r, &w);
     }
-    r->book->parts = 0;
+    r->book->unended = 0;
 }
 
 bool qs_record_may_begin(qs_recorder *r)
 {
-    qs_record_end_parts(r);
+    qs_record_end_stage(r);
     if (r->stages == QS_STAGES_MOST) {
         r->status = QS_E_OVERFLOW;
     }
@@ -210,10 +218,11 @@ bool qs_record_may_begin(qs_recorder *r)
 
 bool qs_record_may_add(qs_recorder *r, unsigned kind)
 {
-    return r->book->parts == kind || qs_record_may_begin(r);
+    return r->book->unended == kind || qs_record_may_begin(r);
 }
 
-void qs_record_list_open(qs_record_book *b)
+/* The sites of a split are all that are not settled. */
+static void list_open(qs_record_book *b)
 {
     b->stage_count = 0;
     for (uint32_t p = 0; p < b->stated.sites; p++) {
@@ -229,42 +238,52 @@ void qs_record_stage(qs_recorder *r, bool leaves)
         return;
     }
     stage_writer w = {.sink = r->sink};
-    unsigned slot = 0, share = 0;
-    if (b->pending) {
-        share_range range = range_of(b);
-        if (!make_small(b, &range)) {
-            r->status = QS_E_OVERFLOW;
-            return;
-        }
-        slot = slot_bytes(b);
-        share = share_bytes(&range);
+    share_range range = range_of(b);
+    if (!make_small(b, &range)) {
+        r->status = QS_E_OVERFLOW;
+        return;
     }
-    put_head(&w, (b->pending ? QS_STAGE_SPLITS : 0u) | (leaves ? QS_STAGE_LEAVES : 0u),
-             b->pending ? (uint64_t)1 << b->shift : 0, slot, share);
-    if (b->pending) {
-        put_split(&w, b, slot, share);
-    } else {
-        put_sites(&w, b);
-    }
+    list_open(b);
+    unsigned slot = slot_bytes(b), share = share_bytes(&range);
+    put_head(&w, QS_STAGE_SPLITS | (leaves ? QS_STAGE_LEAVES : 0u), (uint64_t)1 << b->shift, slot,
+             share);
+    put_split(&w, b, slot, share);
     if (leaves) {
-        put_labels(&w, b);
-        put_sets(&w, b);
-        take_sets(b);
+        put_leaving(&w, b);
     }
     end_writing(r, &w);
     r->stages++;
     b->pending = false;
 }
 
+/* Begins a stage of rounds or parts, unless it has begun. */
+static void add_to_stage(qs_recorder *r, stage_writer *w, unsigned kind)
+{
+    if (r->book->unended != kind) {
+        put_head(w, kind, 0, 0, 0);
+        r->stages++;
+    }
+    r->book->unended = kind;
+}
+
+void qs_record_round(qs_recorder *r)
+{
+    qs_record_book *b = r->book;
+    stage_writer w = {.sink = r->sink};
+    if (!qs_record_may_add(r, QS_STAGE_LEAVES)) {
+        return;
+    }
+    add_to_stage(r, &w, QS_STAGE_LEAVES);
+    put_sites(&w, b);
+    put_leaving(&w, b);
+    end_writing(r, &w);
+}
+
 void qs_record_part(qs_recorder *r, unsigned kind)
 {
     qs_record_book *b = r->book;
     stage_writer w = {.sink = r->sink};
-    if (b->parts != kind) {
-        put_head(&w, kind, 0, 0, 0);
-        r->stages++;
-    }
-    b->parts = kind;
+    add_to_stage(r, &w, kind);
     b->pending = false;
     put(&w, b->exact.count, 4);
     if (kind == QS_STAGE_PARTS) {
