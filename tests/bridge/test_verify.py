@@ -269,11 +269,13 @@ def test_a_site_of_fewer_labels_has_no_others():
     bits = np.array([[1, 0, 0, 1, 0]], np.uint8)
     records = np.array([(10, 1, qsf.NO_CHAINS)], qsf.RECORD)
     samples = qsf.pack_qsf(qsf.Samples(sha256(data).digest(), "test", records, bits))
-    for row, valid in (([1, 0], True), ([0, 1], False), ([1, 1], True)):
+    for row, valid in (([1, 0], True), ([0, 1], False)):
         proof = compared([0, 1], (0, 0), [[1, 0, 0], row])
         assert check(data, samples, packed(data, (0, 0), proof, qpf.NO_BOUND, 10)).valid == valid
     for proof, match in (
         (compared([0, 1], (0, 0), [[1, 0, 0], [1, 0, 1]]), "label set"),
+        (compared([0, 1], (0, 0), [[1, 0, 0], [1, 1]]), "no label leaves"),
+        (compared([0, 1], (0, 0), [[1, 0, 0], [1, 0]])[:-4], "STGS"),  # no end
         (compared([0, 1], (0, 2), [[1, 0, 0], [1, 0]]), "not left"),
         (compared([1, 0], (0, 0), [[1, 0, 0], [1, 0]]), "sites of a stage"),
         (compared([0, 0], (0, 0), [[1, 0, 0], [1, 0, 0]]), "sites of a stage"),

@@ -229,9 +229,9 @@ def split(scale=1, slot_width=1, share_width=4, has=1, rest=bytes(2 * (SITES - 1
     return struct.pack("<IIII", has, scale, slot_width, share_width) + rest
 
 
-def compared(site, label, bits):
-    """A stage in which labels leave a site as worse than one label; bits tell which stay."""
-    return struct.pack("<IIIIIIBB", 2, 0, 0, 0, 1, site, label, bits)
+def compared(site, label, bits, sites=1):
+    """A stage of one round: labels leave a site as worse than one label; bits tell which stay."""
+    return struct.pack("<IIIIIIBB", 2, 0, 0, 0, sites, site, label, bits) + bytes(4)
 
 
 def sound_proofs():
@@ -282,6 +282,9 @@ def hostile_proofs():
         ("a comparison with a label that there is not", compared(0, label=2, bits=1), False),
         ("a comparison at a site that there is not", compared(SITES, label=0, bits=1), False),
         ("a comparison after which no label is left", compared(0, label=0, bits=0), False),
+        ("a comparison after which all labels are left", compared(0, label=0, bits=3), False),
+        ("a round of 2^32 - 1 sites", compared(0, label=0, bits=1, sites=2**32 - 1), False),
+        ("no round", struct.pack("<IIIII", 2, 0, 0, 0, 0), False),
         ("bytes after the last stage", parts(*every) + b"\0", False),
     ):
         yield name, proof(stages), is_sound

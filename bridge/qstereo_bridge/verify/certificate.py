@@ -252,6 +252,7 @@ def _compare(p, stages, kind, count):
                 "the sites of a stage")
     other, stay = _read_labels(p, stages, kind, sites), _read_sets(p, stages, sites)
     possible = p.left[sites]
+    stages.need((possible & ~stay).any(1).all(), "a round in which no label leaves a site")
     place, label = np.nonzero(possible & ~stay)
     site, other = sites[place], other[place]
     more, (pair, arc) = p.unary[site, label] - p.unary[site, other], p.arcs_at(site)

@@ -35,22 +35,10 @@ static void add_edge(const qs_stated *stated, const qs_stated_edge *edge, uint32
     }
 }
 
-static bool asks_any(const qs_stated *stated, uint32_t site, const uint8_t *claimed)
-{
-    bool any = false;
-    for (size_t at = stated->start[site]; at < stated->start[site + 1]; at++) {
-        any = any || is_asked(stated, claimed, at);
-    }
-    return any;
-}
-
 bool qs_goldstein_rules_out(const qs_stated *stated, uint32_t site, uint32_t e,
                             const uint8_t *claimed, int64_t *costs)
 {
     const int64_t *unary = stated->unary + stated->start[site];
-    if (!asks_any(stated, site, claimed)) {
-        return true; /* else a small file could go through a site's many edges again and again */
-    }
     for (uint32_t d = 0; d < stated->count[site]; d++) {
         costs[d] = unary[d] - unary[e];
     }

@@ -575,7 +575,8 @@ static bool flow(levels *l)
             qs_cut_source(&l->cut, v);
         }
     }
-    bool done = qs_report_progress(l->options, l->solution) && qs_cut_run(&l->cut);
+    bool done =
+        !l->look.stopped && qs_report_progress(l->options, l->solution) && qs_cut_run(&l->cut);
     l->solution->lower_bound = bound_of(l);
     return done;
 }

@@ -250,7 +250,6 @@ typedef struct follower {
     int64_t last;
 } follower;
 
-/* The watch is called within moves, too, before they have changed anything. */
 /* Makes moves until one of a cycle gains. */
 static int64_t go_to_gain(follower *f)
 {
@@ -262,6 +261,7 @@ static int64_t go_to_gain(follower *f)
     return after;
 }
 
+/* The watch is called within moves, too, before they have changed anything. */
 static bool follow_expansion(void *context, const qs_progress *progress)
 {
     follower *f = context;
