@@ -6,6 +6,7 @@
 #include "../base/minmax.h"
 #include "../base/random.h"
 #include "../model/neighbours.h"
+#include "../solve/flow_split.h"
 #include "../solve/kicks.h"
 #include "../solve/merge.h"
 #include "../solve/messages_and_moves.h"
@@ -627,7 +628,11 @@ qs_status qs_reduce_as(const qs_model *model, const qs_reduce_options *options,
         r.so_far.lower_bound = model->constant; /* no cost is below 0 */
         begin(&r);
     }
-    return run(&r, labelling, reduction, converged);
+    qs_status status = run(&r, labelling, reduction, converged);
+    if (status == QS_OK && reduction->iterations == 0) {
+        qs_flow_split_none(&r.sets.model, witness_of(&r), labelling);
+    }
+    return status;
 }
 
 qs_status qs_reduce(const qs_model *model, const qs_reduce_options *options, void *workspace,

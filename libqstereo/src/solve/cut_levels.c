@@ -654,6 +654,7 @@ qs_status qs_levels(const qs_model *model, const qs_solve_options *options, void
     *solution =
         (qs_solution){.energy = qs_model_energy(model, labelling), .lower_bound = QS_NO_BOUND};
     if ((l.messages && !send_messages(&l, labelling)) || !load(&l)) {
+        qs_flow_split_none(model, options ? options->witness : NULL, labelling);
         return QS_OK;
     }
     if (flow(&l)) {

@@ -54,3 +54,11 @@ void qs_flow_split_tell(const qs_flow_split *split, const qs_solve_options *opti
     }
     witness->end(witness->context, model->kept);
 }
+
+void qs_flow_split_none(const qs_model *model, const qs_witness *witness, const uint16_t *labelling)
+{
+    if (witness) {
+        witness->end(witness->context, model->kept); /* what has left, has left without it */
+        witness->split(witness->context, model, 0, labelling);
+    }
+}

@@ -31,4 +31,11 @@ typedef void qs_edge_takes(const void *context, uint32_t site, uint32_t at,
 void qs_flow_split_tell(const qs_flow_split *split, const qs_solve_options *options, unsigned shift,
                         const uint16_t *labelling, qs_edge_takes *takes, const void *context);
 
+/* Tells of a split in which nothing has moved: it proves what little needs no work. For who was
+ * stopped before there was another.
+ *
+ * witness  NULL = nobody */
+void qs_flow_split_none(const qs_model *model, const qs_witness *witness,
+                        const uint16_t *labelling);
+
 #endif
