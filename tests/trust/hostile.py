@@ -229,6 +229,11 @@ def split(scale=1, slot_width=1, share_width=4, has=1, rest=bytes(2 * (SITES - 1
     return struct.pack("<IIII", has, scale, slot_width, share_width) + rest
 
 
+def compared(site, label, bits):
+    """A stage in which labels leave a site as worse than one label; bits tell which stay."""
+    return struct.pack("<IIIIIIBB", 2, 0, 0, 0, 1, site, label, bits)
+
+
 def sound_proofs():
     every = tuple(range(SITES))
     yield "of nothing", proof()
@@ -273,7 +278,10 @@ def hostile_proofs():
         ("a split and a part", split(has=5) + parts(*every)[16:], False),
         ("a stage of another kind", split(has=2**31), False),
         ("labels that leave all", split(0, 0, 0, 2, bytes(SITES)), False),
-        ("labels that leave without a reason", split(0, 0, 0, 2, b"\1" * SITES), True),
+        ("labels that leave without a reason", compared(0, label=0, bits=1), True),
+        ("a comparison with a label that there is not", compared(0, label=2, bits=1), False),
+        ("a comparison at a site that there is not", compared(SITES, label=0, bits=1), False),
+        ("a comparison after which no label is left", compared(0, label=0, bits=0), False),
         ("bytes after the last stage", parts(*every) + b"\0", False),
     ):
         yield name, proof(stages), is_sound
