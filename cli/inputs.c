@@ -16,20 +16,20 @@ static bool begins_with(const file_bytes *file, const char *magic)
 
 bool samples_are(const file_bytes *file)
 {
-    return begins_with(file, "\x89QSF");
+    return begins_with(file, "\x89QSF\r\n\x1a\n");
 }
 
 bool problem_is(const file_bytes *file)
 {
-    return begins_with(file, "\x89QCF");
+    return begins_with(file, "\x89QCF\r\n\x1a\n");
 }
 
 int fail_kind(const char *name, const file_bytes *file, const char *wanted)
 {
-    const char *is = problem_is(file)               ? "a .qcf: a problem"
-                     : samples_are(file)            ? "a .qsf: samples of a problem"
-                     : begins_with(file, "\x89QPF") ? "a .qpf: a certificate"
-                                                    : NULL;
+    const char *is = problem_is(file)                         ? "a .qcf: a problem"
+                     : samples_are(file)                      ? "a .qsf: samples of a problem"
+                     : begins_with(file, "\x89QPF\r\n\x1a\n") ? "a .qpf: a certificate"
+                                                              : NULL;
     if (file->size == 0) {
         return fail(BAD_INPUT, name, "is empty: a %s file is needed here", wanted);
     }

@@ -4,9 +4,9 @@
     p = qb.load("p.qcf")
     p.sample(dimod.ExactSolver()).save("s.qsf")
 
-The rooms, each of which sees those before it alone: `core` (files, models, energies, merging; numpy
-and dimod), `verify` (proofs), `samplers` (what solves here), `ocean` (D-Wave's services and chips),
-`runs` (one run of a solver, paid for once), `desk` (the command). README.md has a map of them.
+The rooms, each of which sees those before it alone: `core` (files, models, energies, merging),
+`verify` (proofs), `samplers` (what solves here), `ocean` (D-Wave's services and chips), `runs` (one
+run of a solver, paid for once), `desk` (the command). README.md has a map of them.
 """
 
 import importlib

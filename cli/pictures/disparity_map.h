@@ -73,7 +73,13 @@ int map_write_colour(const pixel_map *map, const colouring *by, bool png, const 
      true,     "MAP",                                                                              \
      NULL,     "map to write: .png, .pgm or .pfm; - is standard output, as PGM, and pfm:- as PFM"}
 #define SCALE_OPTION                                                                               \
-    {"scale", 0, false, "S", "8", "a .png or .pgm holds disparity x S, from 2; a .pfm holds pixels"}
+    {"scale",                                                                                      \
+     0,                                                                                            \
+     false,                                                                                        \
+     "S",                                                                                          \
+     "8",                                                                                          \
+     "a .png or .pgm holds disparity x S, from 2; a .pfm holds pixels",                            \
+     .needs = "maps"}
 #define COLOR_OPTION                                                                               \
     {"color", 0, false, NULL, NULL, "write a map in colours beside it, MAP.color.png (or .ppm)"}
 #define PALETTE_OPTION                                                                             \

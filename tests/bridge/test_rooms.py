@@ -33,13 +33,11 @@ def name_of(path, folder):
 
 def imports_of(path, folder, modules):
     """(The package's own modules that a module imports, other packages), wherever in it the import
-    stands, in a function too; but for what is imported for types alone."""
+    stands, in a function or for types too."""
     tree, own, others = ast.parse(path.read_text()), set(), set()
     package = name_of(path.parent / "__init__.py", folder)
     for node in ast.walk(tree):
-        if isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING":
-            node.body = [ast.Pass()]
-        elif isinstance(node, ast.Import):
+        if isinstance(node, ast.Import):
             others.update(alias.name.split(".")[0] for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and not node.level:
             others.add(node.module.split(".")[0])

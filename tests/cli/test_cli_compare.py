@@ -344,7 +344,8 @@ def test_memory_limit(tmp_path):
         (["--solvers", ",".join(["icm"] * 65)], "--solvers: 64 solvers are the most"),
         (["--solvers", ""], "is empty"),
         (["--time-limit", "0"], "above 0"),
-        (["--scale", "1"], "from 2"),
+        (["--maps", "m", "--scale", "1"], "from 2"),
+        (["--scale", "4"], "--scale goes with --maps: add --maps"),
         (["--truth", "t.pgm", "--truth-scale", "x"], "whole"),
     ],
 )

@@ -203,6 +203,15 @@ def test_a_flipped_bit_of_every_byte(folder, smallest, kind):
 
 
 @pytest.mark.parametrize("kind", ["qcf", "qsf"])
+def test_a_transfer_as_text(tmp_path, smallest, kind):
+    """Line ends were changed: then it is no file of ours, and is not said to be one."""
+    (tmp_path / "mangled").write_bytes(smallest[kind].replace(b"\r\n", b"\n"))
+    done = run("info", tmp_path / "mangled")
+    assert (done.status, done.out) == (3, b"")
+    assert done.err == f"qstereo info: {tmp_path}/mangled: is not a .qcf or .qsf file\n"
+
+
+@pytest.mark.parametrize("kind", ["qcf", "qsf"])
 def test_newer_version(tmp_path, smallest, kind):
     newer = bytearray(smallest[kind])
     newer[8:12] = struct.pack("<I", 2)

@@ -65,7 +65,7 @@ def test_the_commands_of_the_readme_work(run, tmp_path):
     text = read("README.md").split("## By hand")[1].split("### With your own")[0]
     text = text.replace("\\\n", "").replace("--num-reads 50", "--num-reads 1")
     commands = [line.split() for line in text.splitlines() if re.match("    qstereo", line)]
-    assert len(commands) == 14
+    assert len(commands) == 15
     for command in commands:
         run(*command)
 

@@ -1,1 +1,2 @@
-"""Both files, models, exact energies, merging, and the face for Python. Sees numpy and dimod."""
+"""Both files, models, exact energies, merging, and the face for Python. Of other packages it needs
+numpy, dimod and google-crc32c."""

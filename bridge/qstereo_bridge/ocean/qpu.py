@@ -135,9 +135,8 @@ class Qpu:
             progress(None)
             count = len(found.chains) // len(source.graph)
             say(options, f"{count:,} copies found on {line(chip.name)}: "
-                                f"{options.num_reads * count:,} samples from "
-                                f"{options.num_reads:,} reads (searched {found.seconds:.1f} of "
-                                f"{embedding.TIMEOUT:g} s)")
+                         f"{options.num_reads * count:,} samples from {options.num_reads:,} reads "
+                         f"(searched {found.seconds:.1f} of {embedding.TIMEOUT:g} s)")
         return found.chains
 
     def users(self, source, chip):
