@@ -277,6 +277,18 @@ def test_labels_that_leave_one_after_another(tmp_path):
 
 
 
+@pytest.mark.parametrize("words", ["solve --solver cut", "solve --solver best", "reduce"])
+def test_what_is_stopped_at_once_proves_a_bound(tmp_path, words):
+    np.save(tmp_path / "c.npy", np.random.default_rng(5).integers(3, 50, (160, 160, 12)))
+    encode = ["encode", "--problem", "label", tmp_path / "c.npy", "--smoothness", "linear"]
+    assert run(*encode, "-o", tmp_path / "p.qcf").status == 0
+    done = run(*words.split(), tmp_path / "p.qcf", "-o", tmp_path / "other", "--certificate",
+               tmp_path / "c.qpf", "--time-limit", "0.000001")
+    assert done.status == 0 and b"0 iterations" in done.out, done.err
+    done, facts = verify(tmp_path, "other")
+    assert facts["valid"] and 3 * 160**2 <= facts["lower_bound"] < facts["energy"]
+
+
 def test_a_site_with_too_many_neighbours(tmp_path):
     """Its slots have numbers of two bytes."""
     most = 2**16
