@@ -159,7 +159,7 @@ const command cmd_solve = {
                 "checks it. The answer then states the bound that the certificate proves. Where "
                 "best packs (detection, independent sets), its search may prove more, with more "
                 "work than a certificate can ask for, and so may a search of a part that is too "
-                "wide for one: a warning says so.\n\n"
+                "wide for one, or of windows of a large picture: a warning says so.\n\n"
                 "--start begins with a labelling that is known, whoever found it: icm, anneal, "
                 "swap, expansion, cut and best go on from it, and no solver's answer is above "
                 "it. A file of reduce carries one, which is the default. The lower bound that it "

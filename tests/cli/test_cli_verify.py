@@ -260,6 +260,24 @@ def test_a_part_that_is_too_wide_for_a_certificate(tmp_path, command, bound):
     assert "p.qcf: warning: a part of the problem is too wide for a certificate" in done.err
 
 
+@pytest.mark.parametrize("command, bound", [("solve", "energy"), ("reduce", "upper_bound")])
+def test_windows_of_large_grids_are_in_no_certificate(tmp_path, command, bound):
+    """Their searches prove more without one."""
+    costs = np.random.default_rng(1).integers(0, 100, (80, 80, 4))
+    np.save(tmp_path / "costs.npy", costs.astype(np.int32))
+    done = run("encode", "--problem", "label", tmp_path / "costs.npy", "--lambda", "40",
+               "-o", tmp_path / "p.qcf")
+    assert done.status == 0, done.err
+    line = [command, tmp_path / "p.qcf", "-o", tmp_path / "out", "--iterations", "300", "--json"]
+    done = run(*line)
+    alone = json.loads(done.out)
+    assert done.err == ""
+    done = run(*line, "--certificate", tmp_path / "c.qpf")
+    said = json.loads(done.out)
+    assert said["lower_bound"] < alone["lower_bound"] <= min(said[bound], alone[bound])
+    assert "p.qcf: warning: a part of the problem is too wide for a certificate" in done.err
+
+
 def test_labels_that_leave_one_after_another(tmp_path):
     """A chain whose labels leave from one end on, each for the one before it: one stage has more
     rounds than a file has stages."""
@@ -274,7 +292,6 @@ def test_labels_that_leave_one_after_another(tmp_path):
     assert (done.status, done.err) == (0, "")
     done, facts = verify(tmp_path, "r.qcf")
     assert facts["valid"] and facts["proven_optimal"] and facts["stages"] < 5
-
 
 
 @pytest.mark.parametrize("words", ["solve --solver cut", "solve --solver best", "reduce"])

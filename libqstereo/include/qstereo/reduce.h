@@ -39,8 +39,8 @@ typedef struct qs_reduce_options {
     void *context; /* of watch */
     const uint16_t *start; /* labels of the model's sites to begin with; the
                               result is not above them. NULL = none */
-    /* NULL = nobody. With one, parts are not solved: their proof is none of
-     * shares */
+    /* NULL = nobody. With one, parts are not solved, nor windows searched:
+     * their proof is none of shares */
     const qs_witness *witness;
 } qs_reduce_options;
 
@@ -50,9 +50,10 @@ size_t qs_reduce_workspace(const qs_model *model);
 /* Takes out labels by Goldstein's criterion and by the marginals of TRW-S's
  * chains, against the best labelling known (docs/MATHS.md). No label that goes
  * is in any optimum. Parts of the problem that stay open, and are small enough,
- * are solved by branch and bound and by elimination, unless there is a target.
- * Bound and labelling are found as by qs_best, without the labels that have
- * gone. The same arguments give the same answer on every machine.
+ * are solved by branch and bound and by elimination, and windows of a large
+ * grid are searched, unless there is a target. Bound and labelling are found as
+ * by qs_best, without the labels that have gone. The same arguments give the
+ * same answer on every machine.
  *
  * model      of a file that is reduced already it brings label sets, kept
  * options    NULL = all zero

@@ -53,9 +53,9 @@ typedef struct qs_witness {
      *       is ruled out by the marginals of the split, or where there was
      *       none since the last call, by Goldstein's criterion */
     void (*end)(void *context, const uint8_t *kept);
-    /* May a part be solved exactly? It is all that edges join, and the last
-     * `end` has told its labels. If so, the witness has solved it by itself,
-     * and needs to hear no more of it.
+    /* May a part be solved exactly? It is all that edges join, or several such
+     * parts, and the last `end` has told its labels. If so, the witness has
+     * solved it by itself, and needs to hear no more of it.
      *
      * sites   of the part, count of them
      * labels  which of them are in an optimum has to be proven as well, and not
@@ -316,15 +316,16 @@ size_t qs_pack_workspace(const qs_model *model);
  * pairwise cost is not a metric, jumps of all labels and moves to each label.
  * Meanwhile labels that are proven to be in no optimum leave the problem, parts
  * of it that are small enough are solved exactly, windows of a large grid are
- * solved with their neighbours held, other problems are searched by moves on
- * trees (Hamze and de Freitas 2004) after kicks by chance, and where the bound
- * stalls TRW-S begins anew on what is left: all that qs_reduce (reduce.h) does.
- * Of two labellings the better parts are merged. It ends when the bound proves
- * the best labelling, or when half of all iterations, 512 or more, have gained
- * nothing. What a cut decides quickly is left to qs_min_cut: two labels, convex
- * costs, and linear costs on a grid. Where qs_pack can be used it goes first,
- * with a limit of its own. Works with every pairwise cost. An iteration is one
- * of TRW-S, or of qs_min_cut, or of qs_pack; default 2000.
+ * solved with their neighbours held, and those where the gap sits are cut out
+ * and searched, other problems are searched by moves on trees (Hamze and de
+ * Freitas 2004) after kicks by chance, and where the bound stalls TRW-S begins
+ * anew on what is left: all that qs_reduce (reduce.h) does. Of two labellings
+ * the better parts are merged. It ends when the bound proves the best
+ * labelling, or when half of all iterations, 512 or more, have gained nothing.
+ * What a cut decides quickly is left to qs_min_cut: two labels, convex costs,
+ * and linear costs on a grid. Where qs_pack can be used it goes first, with a
+ * limit of its own. Works with every pairwise cost. An iteration is one of
+ * TRW-S, or of qs_min_cut, or of qs_pack; default 2000.
  *
  * Returns QS_E_ARGUMENT also if options->start has a label that there is not */
 QS_MUST_CHECK qs_status qs_best(const qs_model *model,

@@ -234,7 +234,8 @@ static bool solve_part(void *context, const uint32_t *cells, uint32_t count, boo
     bool known = r->status == QS_OK && list_part(b, cells, count);
     bool solved = known && (solve_by_tables(r) ||
                             (!labels && list_part(b, cells, count) && solve_by_search(r)));
-    r->has_refused = r->has_refused || (known && !solved);
+    bool wide = count > QS_EXACT_SITES;
+    r->has_refused = r->has_refused || wide || (known && !solved);
     return solved;
 }
 

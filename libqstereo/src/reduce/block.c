@@ -110,6 +110,34 @@ static void settle(qs_block *b, uint32_t cell)
     b->model.constant += least;
 }
 
+/* A cell that is not of the window: it has no edges, and no label costs anything. */
+static void leave_out(qs_block *b, uint32_t cell)
+{
+    size_t labels = b->model.labels;
+    memset(b->unary + cell * labels, 0, sizeof *b->unary * labels);
+    memset(b->kept + cell * labels, 1, labels);
+    b->right[cell] = b->down[cell] = 0;
+    b->labelling[cell] = 0;
+}
+
+static void clear_messages(qs_block *b)
+{
+    uint64_t padding = qs_trws_padding(&b->model);
+    memset(b->state.messages - padding, 0,
+           sizeof *b->state.messages * (size_t)(padding + qs_trws_messages(&b->model)));
+}
+
+/* The costs are there: the model gets them. */
+static void complete(qs_block *b)
+{
+    b->model.unary = b->unary;
+    b->model.right = b->right;
+    b->model.down = b->down;
+    b->model.kept = b->kept;
+    b->energy = qs_model_energy(&b->model, b->labelling);
+    b->bound = QS_NO_BOUND;
+}
+
 bool qs_block_hold(qs_block *b, const qs_model *whole, const uint16_t *labelling)
 {
     b->model.constant = 0;
@@ -126,13 +154,32 @@ bool qs_block_hold(qs_block *b, const qs_model *whole, const uint16_t *labelling
         settle(b, c);
         b->labelling[c] = labelling[site];
     }
-    b->model.unary = b->unary;
-    b->model.right = b->right;
-    b->model.down = b->down;
-    b->model.kept = b->kept;
-    b->energy = qs_model_energy(&b->model, b->labelling);
-    b->bound = QS_NO_BOUND;
+    complete(b);
     return true;
+}
+
+void qs_block_cut(qs_block *b, const qs_trws_state *cut, const int64_t *base, const uint8_t *window,
+                  uint8_t number, const uint16_t *labelling)
+{
+    const qs_model *whole = cut->model;
+    size_t messages = 2 * (size_t)whole->labels;
+    b->model.constant = 0;
+    b->state.scale = cut->scale;
+    clear_messages(b);
+    for (uint32_t c = 0; c < b->model.sites; c++) {
+        uint32_t site = qs_block_site(b, whole, c);
+        if (window[site] != number) {
+            leave_out(b, c);
+            continue;
+        }
+        copy_cell(b, whole, c);
+        b->model.constant += base[site];
+        settle(b, c);
+        b->labelling[c] = labelling[site];
+        memcpy(b->state.messages + messages * c, cut->messages + messages * site,
+               sizeof *cut->messages * messages);
+    }
+    complete(b);
 }
 
 /* Takes the trial if it is better than the labelling. */
@@ -156,9 +203,7 @@ static bool begin(qs_block *b)
     b->state.model = &b->sets.model;
     b->state.visits = NULL;
     b->state.wide = qs_lanes_avx2();
-    uint64_t padding = qs_trws_padding(&b->model);
-    memset(b->state.messages - padding, 0,
-           sizeof *b->state.messages * (size_t)(padding + qs_trws_messages(&b->model)));
+    clear_messages(b);
     return qs_scale_choose(&b->sets.model, FINEST, &b->state.scale);
 }
 

@@ -1,7 +1,7 @@
 #include "label_sets.h"
 
-int64_t qs_eliminate_above(qs_elimination *e, const qs_natural *marginals, const int64_t *shares,
-                           unsigned shift, int64_t *room)
+int64_t qs_eliminate_above_in_parts(qs_elimination *e, const qs_natural *marginals,
+                                    const int64_t *shares, unsigned shift, int64_t *room)
 {
     uint32_t labels = e->model.labels;
     int64_t gap = qs_eliminate_find_rooms(e, shares, shift, room);
@@ -20,4 +20,11 @@ int64_t qs_eliminate_above(qs_elimination *e, const qs_natural *marginals, const
         }
     }
     return gap;
+}
+
+int64_t qs_eliminate_above(qs_elimination *e, const qs_natural *marginals, const int64_t *shares,
+                           unsigned shift, int64_t *room)
+{
+    qs_eliminate_find_parts(e);
+    return qs_eliminate_above_in_parts(e, marginals, shares, shift, room);
 }

@@ -354,7 +354,6 @@ int64_t qs_eliminate_find_rooms(qs_elimination *e, const int64_t *shares, unsign
                                 int64_t *room)
 {
     int64_t gap = 0;
-    qs_eliminate_find_parts(e);
     *room = 0;
     for (uint32_t i = 0; i < e->left_count; i++) {
         e->room[e->left[i]] = 0;

@@ -64,9 +64,9 @@ void qs_eliminate_follow_set(qs_elimination *e, uint32_t site);
 /* After that: takes out what Goldstein's criterion rules out in turn, and lists what is left. */
 void qs_eliminate_follow(qs_elimination *e);
 
-/* Finds the parts, and the room of each. Returns the gap: the sum of the rooms, in units, each
- * rounded down; of parts that are closed 0. The labelling is the best one there: see
- * qs_eliminate_restore.
+/* Finds the room of each part. Parts have been found; the caller may have made one of several.
+ * Returns the gap: the sum of the rooms, in units, each rounded down; of parts that are closed 0.
+ * The labelling is the best one there: see qs_eliminate_restore.
  *
  * shares  of each site in the bound, times 2^shift (trws.h)
  * room    out: the sum, not rounded */
@@ -81,6 +81,10 @@ int64_t qs_eliminate_find_rooms(qs_elimination *e, const int64_t *shares, unsign
  * Returns the same in units, rounded down in each part. */
 int64_t qs_eliminate_above(qs_elimination *e, const qs_natural *marginals, const int64_t *shares,
                            unsigned shift, int64_t *room);
+
+/* The same for parts that have been found: see qs_eliminate_find_rooms. */
+int64_t qs_eliminate_above_in_parts(qs_elimination *e, const qs_natural *marginals,
+                                    const int64_t *shares, unsigned shift, int64_t *room);
 
 /* Gives closed parts their best labelling again. The caller may have replaced it by one that is
  * better elsewhere. */

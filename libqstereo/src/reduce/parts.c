@@ -8,7 +8,6 @@
 
 enum {
     UNITS = 10, /* costs are multiplied by 2^UNITS: then they can be shared out finely */
-    NODES = 4096, /* of a part, at most */
     MEMORY = 1 << 22, /* bytes that are enough for most problems, */
     BYTES_A_CELL = 256, /* and what a tiny one takes for each of its costs */
     SHARE = 2 /* a part takes at most this part of the work that is allowed */
@@ -40,11 +39,11 @@ static bool has_room(const part *w)
 static void list_sites(part *w, uint32_t from)
 {
     w->count = 0;
-    for (uint32_t i = from; i < w->e->left_count && w->count <= NODES; i++) {
+    for (uint32_t i = from; i < w->e->left_count && w->count <= QS_PART_NODES; i++) {
         uint32_t p = w->e->left[i];
         if (w->e->part[p] == w->e->part[w->e->left[from]]) {
             w->node[p] = w->count;
-            if (w->count < NODES) {
+            if (w->count < QS_PART_NODES) {
                 w->sites[w->count] = p;
             }
             w->count++;
@@ -284,12 +283,13 @@ static bool solve(part *w, qs_allowance *work)
 static bool find_sites(part *w, uint32_t i)
 {
     w->node = qs_arena_take(&w->arena, w->e->model.sites, sizeof *w->node);
-    w->sites = qs_arena_take(&w->arena, qs_min_u32(w->e->model.sites, NODES), sizeof *w->sites);
+    w->sites =
+        qs_arena_take(&w->arena, qs_min_u32(w->e->model.sites, QS_PART_NODES), sizeof *w->sites);
     if (!has_room(w)) {
         return false;
     }
     list_sites(w, i);
-    return w->count <= NODES;
+    return w->count <= QS_PART_NODES;
 }
 
 /* Lays out and solves the part of site number i of the list. */

@@ -5,6 +5,8 @@
 #include "../../include/qstereo/solve.h"
 #include "label_sets.h"
 
+enum { QS_PART_NODES = 4096 }; /* sites of a part that is solved, at most; also in a certificate */
+
 /* Solves the parts that are not closed, one by one, by elimination, or by branch and bound: as far
  * as memory and work suffice. A solved part has its best labelling afterwards, and is closed. Of
  * others labels may leave, and the labelling may become better.

@@ -15,6 +15,7 @@
 #include "hand_over.h"
 #include "parts.h"
 #include "probes.h"
+#include "spots.h"
 #include "windows.h"
 
 enum {
@@ -33,6 +34,11 @@ enum {
     LEAST_WORK = 1 << 27, /* on parts that is allowed each time, */
     AT_ONCE = 1 << 28, /* and the most */
     SEARCH_SHARE = 4, /* a search for a labelling alone takes this part of it */
+    /* Searches of spots look at so many times the numbers that messages do, and take about as long:
+     * their memory is small. */
+    SPOTS_TIMES = 6,
+    FIRST_SPOT = 36, /* cells of a side */
+    SPOT_STEP = 4, /* by which they get larger if work was left, else smaller */
     /* A round of kicks looks at as many numbers as an iteration of messages, and takes so many
      * times as long. */
     KICKS_SLOWER = 16,
@@ -97,6 +103,10 @@ typedef struct reducer {
     uint64_t random; /* what the places of windows are drawn with */
     int64_t windowed; /* the best energy when windows were done last */
     uint64_t next_windows; /* the iteration to solve windows after */
+    qs_spots spots;
+    uint64_t next_spots, spots_at; /* the iteration to search spots after, and the last one */
+    uint64_t spots_work; /* numbers that this may still look at */
+    uint32_t spots_side; /* of the windows */
     uint64_t next; /* without a target: the iteration to find marginals after */
     int64_t looked; /* the gap after that was done last, */
     uint64_t looked_at; /* and the iteration */
@@ -131,6 +141,12 @@ static const qs_witness *witness_of(const reducer *r)
     return r->options ? r->options->witness : NULL;
 }
 
+/* Whether no label can leave: no marginal is above the gap. */
+static bool is_gap_too_wide(const qs_trws_state *state, const qs_solution *so_far)
+{
+    return (so_far->energy - so_far->lower_bound) / WIDEST > state->scale.most;
+}
+
 /* Returns true if it is time to find marginals: always at the end, unless only the answer counts;
  * before it only if a marginal can be above the gap. With a target then whenever the gap has
  * narrowed; without, ever less often. */
@@ -147,7 +163,7 @@ static bool is_due(reducer *r, const qs_trws_state *state, const qs_solution *so
     if (so_far->iterations >= r->iterations || r->gain.is_long_ago) {
         return true;
     }
-    if (gap / WIDEST > state->scale.most) {
+    if (is_gap_too_wide(state, so_far)) {
         return false;
     }
     if (r->target > 0) {
@@ -288,6 +304,14 @@ static int64_t tighten(reducer *r, qs_trws_state *state, qs_solution *so_far)
     return room;
 }
 
+/* Whether there is memory for windows around the spots where the gap sits: on wide grids without
+ * tables of their own for the edges, in messages of 32 bits. It does not depend on the height, so
+ * that the memory of a grid can be foreseen from that of a few rows. */
+static bool has_spots(const qs_model *model)
+{
+    return QS_BITS == 32 && model->width > QS_SPOT_SIDE && !model->tables;
+}
+
 static bool at_target(const reducer *r)
 {
     return r->target > 0 && r->so_far.variables <= r->target;
@@ -388,6 +412,51 @@ static void solve_windows(reducer *r, const qs_trws_state *state, qs_solution *s
     go_round(r);
     so_far->energy -= qs_merge(&r->merger, NULL, 0, r->sets.labelling, r->trial);
     r->windowed = so_far->energy;
+}
+
+/* No certificate can state what searches of windows prove. A witness that is asked for all that is
+ * left refuses that, and so knows that there may be more to prove. Of less it has been asked by
+ * parts. */
+static void leave_spots_out(const reducer *r, const qs_witness *witness)
+{
+    if (r->sets.left_count > QS_PART_NODES) {
+        (void)witness->part(witness->context, r->sets.left, r->sets.left_count, true);
+    }
+}
+
+/* Searches windows around the spots where the gap sits. With a gap that lets no label leave, other
+ * ways do more in the same time. */
+static void search_spots(reducer *r, qs_trws_state *state, qs_solution *so_far)
+{
+    uint64_t iterations = so_far->iterations - r->spots_at;
+    r->next_spots = so_far->iterations + so_far->iterations / 4;
+    r->spots_at = so_far->iterations;
+    if (!has_spots(&r->sets.model) || r->sets.model.height <= QS_SPOT_SIDE ||
+        is_gap_too_wide(state, so_far)) {
+        return;
+    }
+    if (witness_of(r)) {
+        leave_spots_out(r, witness_of(r));
+        return;
+    }
+    r->spots_work += SPOTS_TIMES * iterations * iteration_work(state);
+    qs_allowance work = {r->spots_work, &r->look};
+    qs_spots_call call = {&r->sets,      state,     r->spots_side, r->marginals,
+                          r->parts_size, r->shares, &work};
+    int64_t gap;
+    bool done = qs_spots_take_out(&r->spots, &call, &gap);
+    r->spots_side = work.left > r->spots_work / 2
+                        ? qs_min_u32(r->spots_side + SPOT_STEP, QS_SPOT_SIDE)
+                        : qs_max_u32(r->spots_side - SPOT_STEP, QS_SPOT_SIDE_LEAST);
+    r->spots_work = work.left;
+    if (done) {
+        int64_t energy = qs_model_energy(&r->sets.model, r->sets.labelling);
+        so_far->lower_bound = qs_max_i64(so_far->lower_bound, energy - gap);
+        qs_eliminate_follow(&r->sets);
+        list_visits(r, state);
+        count(r);
+    }
+    so_far->energy = qs_model_energy(&r->sets.model, r->sets.labelling);
 }
 
 /* Where there are no windows the whole is searched by kicks, which takes as much work as the
@@ -529,6 +598,9 @@ static bool between(void *context, qs_trws_state *state, qs_solution *so_far, bo
     if (r->target == 0 && !ends && !r->again.trying && so_far->iterations >= r->next_windows) {
         solve_windows(r, state, so_far);
     }
+    if (r->target == 0 && !ends && !r->again.trying && so_far->iterations >= r->next_spots) {
+        search_spots(r, state, so_far);
+    }
     if (r->target == 0 && !ends && !r->again.trying && so_far->iterations >= r->next_kicks) {
         search_by_kicks(r, state, so_far);
     }
@@ -560,6 +632,9 @@ static size_t take_parts(reducer *r, const qs_model *model, void *workspace)
     r->parts_size = sizeof *r->marginals * (size_t)qs_trws_marginal_numbers(model);
     r->parts_size = r->parts_size < qs_parts_memory(model) ? qs_parts_memory(model) : r->parts_size;
     r->marginals = qs_arena_take(&arena, r->parts_size, 1);
+    if (has_spots(model)) {
+        qs_spots_take(&r->spots, model, &arena);
+    }
     r->others = qs_arena_take(&arena, r->others_size, 1);
     return qs_arena_size(&arena);
 }
@@ -609,6 +684,8 @@ qs_status qs_reduce_as(const qs_model *model, const qs_reduce_options *options,
                  .next = FIRST,
                  .trials = TRIALS,
                  .next_windows = FIRST_WINDOWS,
+                 .next_spots = FIRST_WINDOWS,
+                 .spots_side = FIRST_SPOT,
                  .next_kicks = 2 * FIRST,
                  .windowed = INT64_MAX,
                  .looked = INT64_MAX};

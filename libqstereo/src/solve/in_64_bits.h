@@ -78,6 +78,7 @@
 #define qs_trws_workspace         qs_trws_workspace_64
 #define qs_witness_split          qs_witness_split_64
 
+#define qs_eliminate_above_in_parts     qs_eliminate_above_in_parts_64
 #define qs_messages_and_moves           qs_messages_and_moves_64
 #define qs_messages_and_moves_workspace qs_messages_and_moves_workspace_64
 
