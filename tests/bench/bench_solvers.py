@@ -109,7 +109,7 @@ def large(scene, qstereo, folder):
 
 def benchmark(name, options, folder):
     """An instance of the Middlebury MRF benchmark, solved by best within a minute."""
-    pictures, problem = options.data.parent / "mrf" / name, Path(folder, "m.qcf")
+    pictures, problem = (options.data.parent / "mrf" / name).resolve(), Path(folder, "m.qcf")
     tool = Path(__file__).with_name("mrf_problem.py")
     pack = options.build / "pack_problem"
     if name == "pano":
