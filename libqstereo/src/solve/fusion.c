@@ -210,26 +210,14 @@ uint32_t qs_fusion_count(const qs_model *model, qs_fusion_kind kind)
     return QS_JUMPS + (labels <= FEW_LABELS ? labels : 0);
 }
 
-/* Tables mostly say nothing of an order of the labels, and a jump gains little: so these come
- * last. */
-static bool jumps_last(const qs_model *model)
-{
-    return model->pairwise.smoothness >= QS_TABLE && model->labels <= FEW_LABELS;
-}
-
 static void propose(qs_fusion *f, qs_fusion_kind kind, uint32_t at)
 {
     if (kind == QS_FUSION_SWAP) {
         propose_swap(f, at);
-        return;
-    }
-    uint32_t labels = f->m.model->labels, before = jumps_last(f->m.model) ? 0 : QS_JUMPS;
-    if (kind == QS_FUSION_EXPANSION) {
-        propose_label(f, at);
-    } else if (at >= before && at - before < labels) {
-        propose_label(f, at - before);
+    } else if (kind == QS_FUSION_EXPANSION || at >= QS_JUMPS) {
+        propose_label(f, kind == QS_FUSION_EXPANSION ? at : at - QS_JUMPS);
     } else {
-        qs_propose_jump(f, jumps[before == 0 ? at - labels : at]);
+        qs_propose_jump(f, jumps[at]);
     }
 }
 
