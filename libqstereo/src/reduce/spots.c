@@ -272,6 +272,14 @@ static int64_t search_window(qs_block *b, unsigned shift, qs_allowance *work)
     return bound;
 }
 
+/* Whether the scale of what was left of a window when it was solved is one of the whole window,
+ * too: edges that labels have closed may cost more than the others. */
+static bool has_scale_of_whole(qs_block *b)
+{
+    unsigned shift = b->state.scale.shift;
+    return qs_scale_choose(&b->model, shift, &b->state.scale) && b->state.scale.shift == shift;
+}
+
 /* Looks for a better labelling of a window with its neighbours held. */
 static void improve_window(const qs_spots_call *call, qs_rectangle at, qs_allowance *work)
 {
@@ -283,7 +291,7 @@ static void improve_window(const qs_spots_call *call, qs_rectangle at, qs_allowa
     }
     int64_t before = b.energy;
     qs_block_solve(&b, work->look);
-    if (b.bound != QS_NO_BOUND && b.energy > b.bound) {
+    if (b.bound != QS_NO_BOUND && b.energy > b.bound && has_scale_of_whole(&b)) {
         (void)search_window(&b, b.state.scale.shift, work);
     }
     for (uint32_t c = 0; c < b.model.sites && b.energy < before; c++) {
