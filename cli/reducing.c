@@ -147,6 +147,7 @@ void reduced_json(const reduced *made, const laid_out *before, const problem_fil
     json_count("sites_after", left->undecided);
     json_count("labels_before", labels_left(all));
     json_count("labels_after", labels_left(left));
+    json_count("variables_left", made->found.variables);
     json_units_or_null("lower_bound", has_bound(made), made->found.lower_bound, before->scale);
     json_units("upper_bound", made->found.upper_bound, before->scale);
     json_truth("proven_optimal", is_proven(made));

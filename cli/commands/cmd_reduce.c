@@ -67,12 +67,15 @@ static int read_iterations(const char *text, uint64_t *iterations)
     return text != NULL ? number64_read("--iterations", text, 1, UINT64_MAX, iterations) : DONE;
 }
 
-/* Says why labels that are decided are in the file all the same. */
-static void print_detail(core_detail detail)
+/* Says why labels that are decided are in the file all the same.
+ *
+ * left  variables that the reduction leaves */
+static void print_detail(core_detail detail, uint64_t left)
 {
     if (detail == CORE_SITES) {
-        puts("in the file undecided sites have all their labels: without them it would be larger "
-             "than P.qcf");
+        printf("%" PRIu64 " variables are left; a file of them alone would be larger than P.qcf, "
+               "so in this one undecided sites have all their labels\n",
+               left);
     } else if (detail == CORE_NOTHING) {
         puts("the file is P.qcf as it came: without what is decided it would be larger");
     }
@@ -90,7 +93,7 @@ static void print_result(const job *at, const reduced *smaller, const laid_out *
         job_print_outputs(at, path);
         printf("%s%zu bytes\n", at->out_count > 1 ? "the .qcf has " : "", after->file.size);
         reduced_print(smaller, before, encoding_name(before->labels.encoding), after);
-        print_detail(detail);
+        print_detail(detail, smaller->found.variables);
     }
 }
 

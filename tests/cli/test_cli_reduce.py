@@ -27,6 +27,7 @@ KEYS = {
     "sites_after",
     "labels_before",
     "labels_after",
+    "variables_left",
     "lower_bound",
     "upper_bound",
     "proven_optimal",
@@ -751,11 +752,16 @@ def test_a_core_is_no_larger_than_the_problem(tmp_path):
     line = ["reduce", problem, "-o", core, "--iterations", "4", "--encoding"]
     facts = call(*line, "one-hot")
     assert facts["labels_after"] < facts["labels_before"]
+    assert facts["variables_left"] == facts["variables_after"]
     small = 2**20  # bytes, at which nobody looks
     assert core.stat().st_size > max(problem.stat().st_size, small)
     done = run(*line[:-1])
     assert done.status == 0, done.err
-    assert "undecided sites have all their labels" in done.out.decode()
+    said = done.out.decode()
+    assert "undecided sites have all their labels" in said
+    kept = call(*line[:-1])
+    assert f"{kept['variables_left']} variables are left" in said
+    assert kept["variables_left"] < kept["variables_after"]
     assert core.stat().st_size <= max(problem.stat().st_size, small)
     assert call("info", core)["variables"] <= facts["variables_before"]
     answer = ["-o", tmp_path / "s.qsf", "--iterations", "20"]
