@@ -347,5 +347,5 @@ sys.exit(main(sys.argv[1:]))"""
         assert (
             found.returncode == 5
             and found.stderr.count("\n") == 1
-            and f"pip install 'qstereo-bridge[{extra}]'" in found.stderr
+            and f"pip install './bridge[{extra}]'" in found.stderr
         )

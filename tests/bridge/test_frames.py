@@ -312,4 +312,4 @@ def test_a_scheduler_that_is_not_there(pairs, main, tmp_path):
 def test_without_dask_it_says_what_to_install(pairs, main, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "dask.distributed", None)
     status, _, err = main("frames", pairs, "--out-dir", tmp_path / "out")
-    assert status == 5 and "qstereo-bridge[dask]" in err
+    assert status == 5 and "./bridge[dask]" in err

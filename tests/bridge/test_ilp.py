@@ -485,7 +485,7 @@ def test_without_scipy(tmp_path, main, monkeypatch):
     status, out, err = main(*write(tmp_path, grid(2, 2, 3)))
     assert (
         (status, out) == (5, "")
-        and "pip install 'qstereo-bridge[exact]'" in err
+        and "pip install './bridge[exact]'" in err
         and err.count("\n") == 1
     )
     assert not (tmp_path / "s.qsf").exists()

@@ -63,8 +63,8 @@ def failing(name):
         raise Failure(IO, f"{prefix}this machine has not enough memory for it") from None
     except ImportError as error:
         module = (error.name or str(error)).split(".")[0]
-        raise Failure(SERVICE, f"{prefix}{module} is not installed; pip install "
-                      f"'qstereo-bridge[{EXTRAS.get(module, 'dwave')}]'") from None
+        raise Failure(SERVICE, f"{prefix}{module} is not installed; in the project's "
+                      f"folder: pip install './bridge[{EXTRAS.get(module, 'dwave')}]'") from None
     except Failure:
         raise
     except Error as error:

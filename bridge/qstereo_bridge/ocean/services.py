@@ -205,7 +205,7 @@ SENTENCES = {
     "InvalidAPIResponseError ResourceBadResponseError ContentDecodingError ChunkedEncodingError "
     "JSONDecodeError": "D-Wave's service gave a reply that cannot be read " + LATER,
     "ImportError": "a part of D-Wave's Ocean tools is missing ({}); "
-                   "pip install 'qstereo-bridge[dwave]'",
+                   "in the project's folder: pip install './bridge[dwave]'",
     "SolverFailureError SolverError RequestError": "D-Wave's service says: {}"}
 OF_STATUS = {401: "ResourceAuthenticationError", 403: "ResourceAccessForbiddenError",
              429: "ResourceLimitsExceededError"}

@@ -95,19 +95,16 @@ static bool add_edge(qs_block *b, const qs_model *whole, uint32_t cell, const qs
     return true;
 }
 
-/* The cheapest kept label costs 0, those that are not kept more than any. */
-static void settle(qs_block *b, uint32_t cell)
+int32_t qs_settle_costs(int32_t *unary, const uint8_t *kept, uint32_t labels)
 {
-    uint32_t labels = b->model.labels;
-    int32_t *unary = b->unary + (size_t)cell * labels, least = INT32_MAX;
-    const uint8_t *kept = b->kept + (size_t)cell * labels;
+    int32_t least = INT32_MAX;
     for (uint32_t d = 0; d < labels; d++) {
         least = kept[d] ? qs_min_i32(least, unary[d]) : least;
     }
     for (uint32_t d = 0; d < labels; d++) {
         unary[d] = kept[d] ? unary[d] - least : INT32_MAX;
     }
-    b->model.constant += least;
+    return least;
 }
 
 /* A cell that is not of the window: it has no edges, and no label costs anything. */
@@ -140,6 +137,7 @@ static void complete(qs_block *b)
 
 bool qs_block_hold(qs_block *b, const qs_model *whole, const uint16_t *labelling)
 {
+    size_t labels = whole->labels;
     b->model.constant = 0;
     for (uint32_t c = 0; c < b->model.sites; c++) {
         uint32_t site = qs_block_site(b, whole, c);
@@ -151,7 +149,8 @@ bool qs_block_hold(qs_block *b, const qs_model *whole, const uint16_t *labelling
                 return false;
             }
         }
-        settle(b, c);
+        b->model.constant +=
+            qs_settle_costs(b->unary + labels * c, b->kept + labels * c, whole->labels);
         b->labelling[c] = labelling[site];
     }
     complete(b);
@@ -174,7 +173,6 @@ void qs_block_cut(qs_block *b, const qs_trws_state *cut, const int64_t *base, co
         }
         copy_cell(b, whole, c);
         b->model.constant += base[site];
-        settle(b, c);
         b->labelling[c] = labelling[site];
         memcpy(b->state.messages + messages * c, cut->messages + messages * site,
                sizeof *cut->messages * messages);

@@ -33,10 +33,14 @@ bool qs_block_take(qs_block *b, const qs_model *whole, qs_rectangle at, void *me
  * Returns false if the costs are too large. */
 bool qs_block_hold(qs_block *b, const qs_model *whole, const uint16_t *labelling);
 
+/* Brings a site's costs in order: the cheapest kept label costs 0, those that are not kept more
+ * than any. Returns what the cheapest one cost before. */
+int32_t qs_settle_costs(int32_t *unary, const uint8_t *kept, uint32_t labels);
+
 /* Fills it in as a window that has been cut out of the whole: no edge leads out of it. Cells that
  * are not of the window cost nothing.
  *
- * cut     the whole, and its messages
+ * cut     the whole, its costs in order, and its messages
  * base    of each site: what its costs are above those of `cut`
  * window  of each site: the number of its window; this one's is `number` */
 void qs_block_cut(qs_block *b, const qs_trws_state *cut, const int64_t *base, const uint8_t *window,

@@ -147,21 +147,6 @@ static void choose_windows(qs_spots *s, const qs_spots_call *call)
     }
 }
 
-/* The cheapest kept label of a site costs 0. */
-static void settle(qs_spots *s, uint32_t site)
-{
-    uint32_t labels = s->cut.labels;
-    const uint8_t *kept = s->cut.kept + (size_t)site * labels;
-    int32_t *unary = s->unary + (size_t)site * labels, least = INT32_MAX;
-    for (uint32_t d = 0; d < labels; d++) {
-        least = kept[d] ? qs_min_i32(least, unary[d]) : least;
-    }
-    for (uint32_t d = 0; d < labels; d++) {
-        unary[d] = kept[d] ? unary[d] - least : INT32_MAX;
-    }
-    s->base[site] += least;
-}
-
 /* The message of an edge becomes a cost of the earlier site. The later site pays back as much as
  * the edge lets it: for a label there, the largest n with
  *
@@ -248,7 +233,9 @@ static qs_trws_state cut_out(qs_spots *s, const qs_spots_call *call)
         cut_edges_of(s, &state, e->left[i], state.scale.shift);
     }
     for (uint32_t i = 0; i < e->left_count; i++) {
-        settle(s, e->left[i]);
+        uint32_t p = e->left[i];
+        size_t at = (size_t)p * e->model.labels;
+        s->base[p] += qs_settle_costs(s->unary + at, e->kept + at, e->model.labels);
     }
     qs_trws_visit_only(&state, e->left, e->left_count);
     return state;
